@@ -1,8 +1,8 @@
 #!/bin/sh
-# Looks for faults with libFuzzer for MINUTES, in two processes: random calls of the public interface in both, and for a
-# third of the time the readers of OBJ and TetGen files in one of them. Installs what is missing (Debian, with apt) and
-# builds first. Prints what was run; an input that finds something is kept in build/fuzz/findings, and the exit status
-# is 1 then. tests/fuzz/README.md says how to go on from there.
+# Looks for faults with libFuzzer for MINUTES, in two processes: random calls of the public interface in both, and for
+# half of the time the readers of OBJ and TetGen files and of files of worlds in one of them. Installs what is missing
+# (Debian, with apt) and builds first. Prints what was run; an input that finds something is kept in
+# build/fuzz/findings, and the exit status is 1 then. tests/fuzz/README.md says how to go on from there.
 #
 #   usage: sh tests/fuzz.sh MINUTES
 set -eu
@@ -25,7 +25,7 @@ build_preset fuzz fuzzers
 programs=build/fuzz/tests/fuzz
 findings=build/fuzz/findings
 mkdir -p "$findings"
-for name in api obj tetgen; do
+for name in api obj tetgen world; do
     if [ ! -d "build/fuzz/corpus/$name" ]; then
         mkdir -p "build/fuzz/corpus/$name"
         "$programs/replay_$name" --unpack "tests/fuzz/corpus/$name.pack" "build/fuzz/corpus/$name"
@@ -38,14 +38,15 @@ run() { # NAME LOG SECONDS MOST_BYTES
         -artifact_prefix="$findings/$1-" "build/fuzz/corpus/$1" >"build/fuzz/$2.log" 2>&1
 }
 readers() {
-    run obj obj $((seconds / 6)) 4096 && run tetgen tetgen $((seconds / 6)) 4096
+    run obj obj $((seconds / 6)) 4096 && run tetgen tetgen $((seconds / 6)) 4096 &&
+        run world world $((seconds / 6)) 65536
 }
 
 say "fuzzing for $1 minutes"
 rm -f build/fuzz/*.log
 run api api-1 "$seconds" 1024 &
 first=$!
-(readers && run api api-2 $((seconds - seconds / 6 * 2)) 1024) &
+(readers && run api api-2 $((seconds - seconds / 6 * 3)) 1024) &
 second=$!
 trap 'kill $first $second 2>/dev/null || true' INT TERM
 status=0
@@ -60,7 +61,7 @@ sum_of() { # PATTERN FILE...: the sum of the numbers that the pattern of sed fin
 executions='^stat::number_of_executed_units: *\([0-9]*\)$'
 echo "api: $(sum_of "$executions" build/fuzz/api-*.log) executions," \
     "$(sum_of '^api: .* \([0-9]*\) of at least 20 calls.*$' build/fuzz/api-*.log) sequences of at least 20 calls"
-for name in obj tetgen; do
+for name in obj tetgen world; do
     echo "$name: $(sum_of "$executions" "build/fuzz/$name.log") executions"
 done
 if [ "$status" -ne 0 ]; then

@@ -83,6 +83,8 @@ public:
     };
     /// Makes proxies ahead, so that what is saved before a step has those that the step finds.
     void save_knowledge(Knowledge& knowledge);
+    /// Of an object that was met or made ahead; null: of none.
+    pli_rigid* known_rigid(const btCollisionObject& object) const;
     /// After the core's world.
     void restore_knowledge(const Knowledge& knowledge);
     /// While Bullet finds its pairs anew, which end and begin though no object has gone.

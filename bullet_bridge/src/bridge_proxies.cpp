@@ -71,6 +71,11 @@ const RigidProxy* Bridge::Impl::find_proxy(const pli_rigid& rigid) const {
     return nullptr;
 }
 
+pli_rigid* Bridge::Impl::known_rigid(const btCollisionObject& object) const {
+    const auto found = proxies_.find(&object);
+    return found != proxies_.end() ? found->second->rigid() : nullptr;
+}
+
 pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
     if (status != PLI_OK || bullet_world_ == nullptr || is_stepping()) { return nullptr; }
     if (object.getCollisionShape() == nullptr) { return nullptr; }

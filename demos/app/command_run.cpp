@@ -3,6 +3,7 @@
 #include "commands.h"
 #include "measure/costs.h"
 #include "measure/measure.h"
+#include "measure/recording.h"
 #include "measure/statistics.h"
 #include "progress.h"
 #include "render/picture.h"
@@ -55,7 +56,7 @@ static std::string csv_line(const demos::Engine& engine, const demos::Measures& 
 }
 
 static RunResult run_frames(demos::Engine& engine, int frames, double step_seconds, exporting::FrameExport& frame_files,
-                            Progress& progress) {
+                            demos::Recorder* recorder, Progress& progress) {
     RunResult result;
     result.csv = "frame,time_s,ms,kinetic_energy_J,max_stretch,center_x,center_y,center_z\n";
     std::vector<double> milliseconds;
@@ -63,6 +64,7 @@ static RunResult run_frames(demos::Engine& engine, int frames, double step_secon
     do {
         engine.step();
         ++result.frames;
+        if (recorder != nullptr) { recorder->add_frame(dynamic_cast<demos::PliantEngine&>(engine)); }
         milliseconds.push_back(engine.step_milliseconds());
         result.measures = demos::measure(engine);
         result.csv += csv_line(engine, result.measures, result.frames, result.frames * step_seconds);
@@ -199,6 +201,19 @@ static void print_text(const RunOptions& options, const scene& which, const demo
     if (result.costs.has_value()) { std::cout << costs_text(*result.costs); }
 }
 
+static demos::RecordedSettings recorded_settings(const RunOptions& options, const scene& which,
+                                                 const demos::SolverRun& solver, float step_seconds) {
+    return {which.name,
+            options.changes.self_collision,
+            options.changes.resolution,
+            demos::solver_name(solver.kind),
+            solver.substeps,
+            options.step.iterations.value_or(0),
+            options.step.threads,
+            step_seconds,
+            options.reference};
+}
+
 int run_scene(const RunOptions& options) {
     const scene& which = demos::choose_scene(options.scene);
     const bool is_bullet = options.engine == "bullet";
@@ -208,7 +223,10 @@ int run_scene(const RunOptions& options) {
     if (options.has_costs && is_bullet) {
         throw demos::Error("--costs are those of Pliant and do not go with --engine bullet");
     }
-    const report::OutputFile png(options.png_file), csv(options.csv_file);
+    const report::OutputFile png(options.png_file), csv(options.csv_file), recording(options.record_file);
+    if (recording.is_wanted() && (is_bullet || !options.mesh_file.empty() || !options.tetra_base.empty())) {
+        throw demos::Error("--record is of scenes on Pliant as they are, without --engine bullet, --mesh or --tetra");
+    }
     if (png.is_wanted() && png.path() == csv.path()) {
         throw demos::Error("--png and --csv name the same file: " + options.png_file);
     }
@@ -223,6 +241,7 @@ int run_scene(const RunOptions& options) {
     const demos::EngineKind kind = is_bullet ? demos::EngineKind::bullet : demos::EngineKind::pliant;
     demos::EngineOptions engine_settings = engine_options(options.step);
     engine_settings.reference = options.reference;
+    engine_settings.ordered_pairs = recording.is_wanted();
     const demos::SolverRun solver = choose_solver(*description, kind, engine_settings);
     const std::unique_ptr<demos::Engine> engine = demos::make_engine(kind, *description, engine_settings);
 
@@ -235,7 +254,12 @@ int run_scene(const RunOptions& options) {
     exporting::FrameExport frame_files(options.frame_files);
     Progress progress(options.json);
     progress.start(std::string(which.name) + " on " + engine->name());
-    RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), frame_files, progress);
+    std::optional<demos::Recorder> recorder;
+    if (recording.is_wanted()) {
+        recorder.emplace(recorded_settings(options, which, solver, step_seconds), options.keyframe_interval);
+    }
+    RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), frame_files,
+                                  recorder.has_value() ? &*recorder : nullptr, progress);
     if (options.has_costs && result.measures.finite) {
         progress.start(std::string(which.name) + ", costs");
         result.costs = demos::measure_costs(*description, engine_settings, result.frames,
@@ -248,6 +272,7 @@ int run_scene(const RunOptions& options) {
     }
 
     csv.write(result.csv);
+    if (recorder.has_value()) { recording.write(recorder->recording().to_bytes()); }
     if (painter != nullptr && result.measures.finite) {
         const render::Snapshot snapshot = render::take_snapshot(*engine);
         const std::string title = std::string(which.name) + ": " + engine_title(options, solver.kind);
@@ -266,6 +291,7 @@ int run_scene(const RunOptions& options) {
             std::cout << "  exported        " << frame_files.frames() << " frames to " << options.frame_files.folder
                       << '\n';
         }
+        if (recording.is_wanted()) { std::cout << "  recording       " << recording.path().string() << '\n'; }
         if (csv.is_wanted()) { std::cout << "  measures        " << csv.path().string() << '\n'; }
     }
     if (!result.measures.finite) {

@@ -42,7 +42,21 @@ struct RunOptions {
     SceneChanges changes;
     std::string mesh_file, tetra_base, png_file, csv_file;
     exporting::ExportOptions frame_files;
+    std::string record_file;
+    int keyframe_interval = 600; // frames
     bool has_costs = false;
+    bool json = false;
+};
+
+struct ReplayOptions {
+    std::string file;
+    int from = 0; // frame
+    bool verify = false;
+    bool json = false;
+};
+
+struct DivergeOptions {
+    std::string first, second; // the second may be empty: this build
     bool json = false;
 };
 
@@ -122,6 +136,8 @@ int run_list(const ListOptions& options);
 int run_report(const ReportOptions& options);
 int run_scene(const RunOptions& options);
 int run_serve(const ServeOptions& options);
+int run_replay(const ReplayOptions& options);
+int run_diverge(const DivergeOptions& options);
 int run_compare(const CompareOptions& options);
 int run_compare_snapshots(const CompareOptions& options);
 int run_bench(const BenchOptions& options);

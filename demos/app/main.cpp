@@ -18,7 +18,9 @@
 using app::BenchOptions;
 using app::CompareOptions;
 using app::DemoOptions;
+using app::DivergeOptions;
 using app::ListOptions;
+using app::ReplayOptions;
 using app::ReportOptions;
 using app::RunOptions;
 using app::ServeOptions;
@@ -151,9 +153,38 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
     command->add_option("--png", options.png_file, "Write a picture of the last frame")->type_name("FILE");
     command->add_option("--csv", options.csv_file, "Write one line of measures per frame")->type_name("FILE");
     add_export(command, options.frame_files);
+    CLI::Option* record =
+        command->add_option("--record", options.record_file, "Write what `pliant replay` plays again");
+    record->type_name("FILE");
+    command
+        ->add_option("--keyframes", options.keyframe_interval, "Frames from a whole state to the next (default: 600)")
+        ->check(CLI::Range(1, most_frames).description(""))
+        ->type_name("N")
+        ->needs(record);
     command->add_flag("--costs", options.has_costs, "Tell what time and memory each feature takes");
     add_json(command, options.json);
     command->callback([&] { chosen = [&] { return app::run_scene(options); }; });
+}
+
+static void add_replay(CLI::App& program, ReplayOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("replay", "Play a recording of `pliant run --record` again");
+    command->add_option("file", options.file, "The recording")->required()->type_name("FILE");
+    command->add_flag("--verify", options.verify, "Fail at the first frame that is not as recorded");
+    command->add_option("--from", options.from, "Frame to begin at, by the keyframe before it (default: 0, the start)")
+        ->check(CLI::Range(0, most_frames).description(""))
+        ->type_name("FRAME");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_replay(options); }; });
+}
+
+static void add_diverge(CLI::App& program, DivergeOptions& options, std::function<int()>& chosen) {
+    CLI::App* command =
+        program.add_subcommand("diverge", "Find where two recordings part: first frame, body, node and feature");
+    command->add_option("first", options.first, "A recording")->required()->type_name("A");
+    command->add_option("second", options.second, "Another one (default: what this build makes of the scene)")
+        ->type_name("B");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_diverge(options); }; });
 }
 
 static void add_compare(CLI::App& program, CompareOptions& options, std::function<int()>& chosen) {
@@ -328,6 +359,8 @@ static int run_program(int argument_count, char** arguments) {
     ListOptions list;
     RunOptions run;
     CompareOptions compare;
+    ReplayOptions replay;
+    DivergeOptions diverge;
     BenchOptions bench;
     DemoOptions demo;
     ViewOptions view;
@@ -343,6 +376,8 @@ static int run_program(int argument_count, char** arguments) {
     add_list(program, list, chosen);
     add_run(program, run, chosen);
     add_compare(program, compare, chosen);
+    add_replay(program, replay, chosen);
+    add_diverge(program, diverge, chosen);
     add_bench(program, bench, chosen);
     add_demo(program, demo, chosen);
     add_view(program, view, chosen);

@@ -125,6 +125,13 @@ public:
         clock_ = state.clock;
         drive_ = state.drive;
     }
+    // As after so many steps without a user, of an engine at its start. Bodies stay where they are.
+    void skip_script(int steps) {
+        for (int i = 0; i < steps; ++i) {
+            clock_.advance();
+            drive_.advance(clock_.frame());
+        }
+    }
     // Of the steps from now on. For scenes without a script, which counts steps of the first length.
     void set_step_seconds(float seconds) { options_.step_seconds = seconds; }
     // Wall time of the last step, ms. The rigid bodies are in it: both engines leave them to the same Bullet.

@@ -141,7 +141,7 @@ set(demos_rooms
     "measure/stability measure/workprec viewer export"
     "app web")
 set(core_rooms base math geometry "shape mesh" body "features contact" "self_collision cut cluster solver/coloring"
-    "solver/pbd solver/implicit solver/xpbd" world)
+    "solver/pbd solver/implicit solver/xpbd" world file)
 check_rooms(core/src ${core_rooms})
 check_rooms(bullet_bridge ${bullet_bridge_rooms})
 check_rooms(demos ${demos_rooms})

@@ -89,6 +89,18 @@ static inline pli_status call_body_restore(const call_handles* h) {
     return call_without_snapshot(pli_body_restore(h->body, "", 0));
 }
 
+static inline pli_status call_file_write(const call_handles* h) {
+    char none[1];
+    return call_without_snapshot(pli_world_file_write(h->world, NULL, none, 0, NULL));
+}
+static inline pli_status call_file_restore(const call_handles* h) {
+    return call_without_snapshot(pli_world_file_restore(h->world, NULL, "", 0));
+}
+static inline pli_status call_file_create(const call_handles* h) {
+    pli_world* made = NULL;
+    return call_without_snapshot(pli_world_file_create(h->context, NULL, "", 0, &made));
+}
+
 static inline pli_status call_add_anchor(const call_handles* h) {
     pli_anchor_def def = pli_anchor_def_default();
     def.rigid = h->rigid;
@@ -149,6 +161,10 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_world_snapshot_size, WORLD, READS, CALL_VALUE(pli_world_snapshot_size(h->world) == 0))                       \
     X(pli_world_save, WORLD, CHANGES_IDLE, CALL_STATUS(call_world_save(h)))                                            \
     X(pli_world_restore, WORLD, CHANGES_IDLE, CALL_STATUS(call_world_restore(h)))                                      \
+    X(pli_world_file_size, WORLD, READS, CALL_VALUE(pli_world_file_size(h->world) == 0))                               \
+    X(pli_world_file_write, WORLD, CHANGES_IDLE, CALL_STATUS(call_file_write(h)))                                      \
+    X(pli_world_file_restore, WORLD, CHANGES_IDLE, CALL_STATUS(call_file_restore(h)))                                  \
+    X(pli_world_file_create, CONTEXT, CHANGES, CALL_STATUS(call_file_create(h)))                                       \
     X(pli_body_snapshot_size, BODY, READS, CALL_VALUE(pli_body_snapshot_size(h->body) == 0))                           \
     X(pli_body_save, BODY, CHANGES_IDLE, CALL_STATUS(call_body_save(h)))                                               \
     X(pli_body_restore, BODY, CHANGES_IDLE, CALL_STATUS(call_body_restore(h)))                                         \
@@ -454,6 +470,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_world_is_stepping, WORLD, READS, CALL_VALUE(!pli_world_is_stepping(h->world)))                               \
     X(pli_world_body_count, WORLD, READS, CALL_VALUE(pli_world_body_count(h->world) == 0))                             \
     X(pli_world_get_body, WORLD, READS, CALL_VALUE(pli_world_get_body(h->world, 0) == NULL))                           \
+    X(pli_world_rigid_count, WORLD, READS, CALL_VALUE(pli_world_rigid_count(h->world) == 0))                           \
+    X(pli_world_get_rigid, WORLD, READS, CALL_VALUE(pli_world_get_rigid(h->world, 0) == NULL))                         \
     X(pli_world_get_events, WORLD, READS, CALL_VALUE(pli_world_get_events(h->world, NULL) == NULL))                    \
     X(pli_world_set_profile, WORLD, CHANGES_IDLE, CALL_STATUS(pli_world_set_profile(h->world, NULL, NULL)))            \
     X(pli_body_enable_xpbd, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_xpbd(h->body, CALL_DEF(pli_xpbd))))        \

@@ -4,6 +4,7 @@
 
 #include "check.h"
 
+#include <pliant/cut.h>
 #include <pliant_bullet/snapshot.h>
 
 #include <array>
@@ -131,6 +132,56 @@ static void what_the_game_has_changed_comes_back(void**) {
     assert_true(scene.state() == later);
 }
 
+// Made anew, as another process would.
+static void another_world_goes_on_from_a_file(void**) {
+    const btVector3 corner(100, 100, 100);
+    Scene scene(std::make_unique<btAxisSweep3>(-corner, corner));
+    scene.stock.step(40);
+    assert_int_equal(pli_body_cut_swept(scene.sheet, pli_vec3_make(-0.1f, 3, -1), pli_vec3_make(-0.1f, -3, -1),
+                                        pli_vec3_make(-0.1f, 3, 0.2f), pli_vec3_make(-0.1f, -3, 0.2f), nullptr),
+                     PLI_OK);
+    scene.stock.step(20);
+    std::vector<unsigned char> bytes;
+    assert_int_equal(BridgeSnapshot::write_file(*scene.bridge, bytes), PLI_OK);
+    std::array<Scene::State, 60> states;
+    for (Scene::State& state : states) {
+        scene.stock.step(1);
+        state = scene.state();
+    }
+    for (int round = 0; round < 2; ++round) { // a world at its start, and the one that has gone on
+        Scene made(std::make_unique<btAxisSweep3>(-corner, corner));
+        Scene& anew = round == 0 ? made : scene;
+        if (BridgeSnapshot::read_file(*anew.bridge, bytes.data(), bytes.size()) != PLI_OK) {
+            fail_msg("%s", pli_last_error(anew.bridge->context()));
+        }
+        for (std::size_t k = 0; k < states.size(); ++k) {
+            anew.stock.step(1);
+            if (!(anew.state() == states[k])) { fail_msg("round %d: frame %zu differs", round, k); }
+        }
+    }
+}
+
+static void files_that_are_wrong_are_refused(void**) {
+    Scene scene;
+    scene.stock.step(30);
+    std::vector<unsigned char> bytes;
+    assert_int_equal(BridgeSnapshot::write_file(*scene.bridge, bytes), PLI_OK);
+    const Scene::State before = scene.state();
+    for (std::size_t size = 0; size < bytes.size(); size += size < 100 ? 1 : 997) {
+        assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, bytes.data(), size), PLI_ERROR_FILE_FORMAT);
+    }
+    for (std::size_t at = 0; at < bytes.size(); at += at < 100 ? 1 : 997) {
+        bytes[at] ^= 4;
+        const pli_status status = BridgeSnapshot::read_file(*scene.bridge, bytes.data(), bytes.size());
+        assert_true(status == PLI_ERROR_FILE_FORMAT || status == PLI_ERROR_INVALID_VALUE);
+        bytes[at] ^= 4;
+    }
+    scene.stock.world->removeRigidBody(scene.boxes[5]);
+    assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, bytes.data(), bytes.size()), PLI_ERROR_INVALID_VALUE);
+    assert_true(scene.state() == before);
+    scene.stock.world->addRigidBody(scene.boxes[5]);
+}
+
 static void other_objects_are_refused(void**) {
     Scene scene;
     scene.stock.step(10);
@@ -155,6 +206,8 @@ int main() {
         cmocka_unit_test(eight_frames_back_and_forward_again),
         cmocka_unit_test(the_same_with_trees_where_nothing_sleeps),
         cmocka_unit_test(what_the_game_has_changed_comes_back),
+        cmocka_unit_test(another_world_goes_on_from_a_file),
+        cmocka_unit_test(files_that_are_wrong_are_refused),
         cmocka_unit_test(other_objects_are_refused),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

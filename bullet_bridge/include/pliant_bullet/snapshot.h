@@ -6,6 +6,7 @@
 #include "pliant_bullet.h"
 
 #include <memory>
+#include <vector>
 
 namespace pliant {
 
@@ -42,8 +43,21 @@ public:
     /// Bytes that it holds; 0: it is empty.
     std::size_t bytes() const;
 
+    /// The same moment for another process, as a file: pli_world_file_write, and Bullet's side by places in the list of
+    /// its objects. Empty after an error. Once per file, not per frame: it allocates.
+    /// @return as save(), and of pli_world_file_write
+    static pli_status write_file(const Bridge& bridge, std::vector<unsigned char>& bytes);
+    /// Brings both worlds to the moment of a file, in any process: the game has made them again as they were at their
+    /// start, with the same objects in the same order and by the same build of Bullet. Handles stay, ids are those of
+    /// the file; soft bodies may have been cut since their start. On an error both worlds stay as they are.
+    /// @return PLI_ERROR_FILE_FORMAT for what is no such file, is truncated or damaged; PLI_ERROR_INVALID_VALUE where
+    ///         other objects are there; errors of pli_world_file_restore; PLI_ERROR_WRONG_STATE as of save()
+    static pli_status read_file(Bridge& bridge, const unsigned char* bytes, std::size_t size);
+
 private:
     struct Moment;
+    struct Naming;
+    static void restore_bullet(Bridge& bridge, btDiscreteDynamicsWorld& world, const Moment& moment);
     std::unique_ptr<Moment> moment_;
 };
 

@@ -30,6 +30,7 @@
 #include "tether.h"
 #include "threads.h"
 #include "world.h"
+#include "world_file.h"
 #include "xpbd.h"
 
 #endif

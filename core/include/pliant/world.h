@@ -128,6 +128,12 @@ PLI_API int pli_world_body_count(const pli_world* world);
 /// A soft body by its index, which those behind it change when one before them goes; NULL when out of range.
 PLI_API pli_body* pli_world_get_body(const pli_world* world, int index);
 
+/// Number of rigid bodies; 0 for a wrong handle.
+PLI_API int pli_world_rigid_count(const pli_world* world);
+
+/// Rigid body `index`, in the order of creation, or NULL when it is out of range. Indices shift when one is destroyed.
+PLI_API pli_rigid* pli_world_get_rigid(const pli_world* world, int index);
+
 // ---------------------------------------------------------------------------------------------------- events
 
 /// What has happened.

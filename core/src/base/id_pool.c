@@ -30,3 +30,18 @@ int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generat
     const plii_id_slot* slot = &pool->slots[index1 - 1];
     return slot->generation == generation ? slot->item : PLI_NULL_INDEX;
 }
+
+bool plii_id_pool_is_sound(const plii_id_pool* pool, int item_count) {
+    int free_count = 0, listed = 0;
+    for (int i = 0; i < pool->count; ++i) {
+        const int item = pool->slots[i].item;
+        if (item < PLI_NULL_INDEX || item >= item_count) { return false; }
+        free_count += item == PLI_NULL_INDEX;
+    }
+    int slot = pool->first_free1 - 1;
+    for (; slot != PLI_NULL_INDEX && listed <= free_count; ++listed) {
+        if (slot < 0 || slot >= pool->count || pool->slots[slot].item != PLI_NULL_INDEX) { return false; }
+        slot = pool->slots[slot].next_free;
+    }
+    return listed == free_count && pool->count - free_count == item_count;
+}

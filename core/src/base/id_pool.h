@@ -23,5 +23,11 @@ bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool);
 int plii_id_pool_alloc(plii_id_pool* pool, int item);
 /* Ids of the slot become stale. */
 void plii_id_pool_free(plii_id_pool* pool, int slot);
+/* Of one that was read: whether free slots are a list, and others name items below `item_count`. */
+bool plii_id_pool_is_sound(const plii_id_pool* pool, int item_count);
+/* Whether `item` has the slot. */
+static inline bool plii_id_pool_has(const plii_id_pool* pool, int slot, int item) {
+    return slot >= 0 && slot < pool->count && pool->slots[slot].item == item;
+}
 /* The item of a public id, or PLI_NULL_INDEX when it is stale. */
 int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generation);

@@ -82,7 +82,7 @@ void plii_body_release_arrays(pli_body* body) {
     plii_topology_release(body->context, body->topology);
 }
 
-static void body_release(pli_body* body) {
+void plii_body_release(pli_body* body) {
     plii_body_release_arrays(body);
     PLII_RELEASE(body->context, body->materials, body->material_count);
     PLII_RELEASE(body->context, body->ignored_rigids, body->ignored_rigid_capacity);
@@ -142,6 +142,35 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
     plii_body_update_bounds(body);
 }
 
+/* What every body is at first. */
+static pli_body* body_begin(pli_world* world) {
+    pli_body* made = plii_handle_create(world->context, PLII_HANDLE_BODY, sizeof *made);
+    if (made == NULL) { return NULL; }
+    made->world = world;
+    made->context = world->context;
+    made->solver_class = &plii_position_solver;
+    made->sweep_links = plii_links_sweep;
+    return made;
+}
+
+pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                                plii_topology* topology) {
+    pli_body* made = body_begin(world);
+    if (made == NULL) {
+        plii_topology_release(world->context, topology);
+        return NULL;
+    }
+    made->node_count = node_count;
+    made->link_count = link_count;
+    made->material_count = material_count;
+    made->topology = topology;
+    const bool complete = plii_body_allocate_arrays(made, has_tags) &&
+                          PLII_ALLOCATE(world->context, &made->materials, material_count) && topology != NULL &&
+                          plii_world_add_body(world, made) == PLI_OK;
+    if (!complete) { plii_body_release(made); }
+    return complete ? made : NULL;
+}
+
 pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     pli_context* context = world->context;
@@ -160,16 +189,12 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
                          mesh->material_count, PLII_MAX_MATERIALS);
     }
 
-    pli_body* made = plii_handle_create(context, PLII_HANDLE_BODY, sizeof *made);
+    pli_body* made = body_begin(world);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the body"); }
-    made->world = world;
-    made->context = context;
     made->user_data = used.user_data;
     made->collision_margin =
         used.collision_margin != PLI_MARGIN_OF_MESH ? used.collision_margin : body_margin_of_mesh(world, mesh);
-    made->solver_class = &plii_position_solver;
     made->solver = used.solver;
-    made->sweep_links = plii_links_sweep;
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
     pli_status status = body_allocate(made, (pli_mesh*)(uintptr_t)mesh);
     if (status == PLI_OK) {
@@ -179,7 +204,7 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     }
     if (status != PLI_OK) {
         plii_feature_disable_all(made);
-        body_release(made);
+        plii_body_release(made);
         return PLII_FAIL(context, status, "no memory for a body of %d nodes and %d links", mesh->node_count,
                          mesh->link_count);
     }
@@ -191,7 +216,7 @@ void pli_body_destroy(pli_body* body) {
     if (body == NULL || plii_check_body_idle(body, __func__) != PLI_OK) { return; }
     plii_world_remove_body(body->world, body);
     plii_feature_disable_all(body);
-    body_release(body);
+    plii_body_release(body);
 }
 
 // ------------------------------------------------------------------------------------------------- settings

@@ -223,3 +223,9 @@ static inline int plii_body_contact_bound(const pli_body* body) {
 bool plii_body_allocate_arrays(pli_body* body, bool has_tags);
 /* With the topology. */
 void plii_body_release_arrays(pli_body* body);
+/* A body of the world that has nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when
+   out of memory. */
+pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                                plii_topology* topology);
+/* Of one that is in no world, and has no features. */
+void plii_body_release(pli_body* body);

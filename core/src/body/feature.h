@@ -11,8 +11,8 @@
        per body    REFRESH, after all bodies are solved
 
    These are btSoftBody's stages, so that results can be compared one by one. A feature is one file, or a few of one
-   name, with one class and one enable function. Nothing names all features: what a program does not enable it does not
-   link. */
+   name, with one class and one enable function. Only the reader of files names all features (body/all_features.h,
+   file/file_features.c): what a program does not enable it does not link. */
 
 #include "pliant/body.h"
 #include "pliant/rigid.h"
@@ -97,8 +97,9 @@ typedef enum plii_array_length {
 typedef enum plii_snapshot_share {
     PLII_NOT_SAID,
     PLII_SAVED,
-    PLII_LEFT, /* made anew in every step, or follows from topology and rest lengths, which a snapshot has not */
-    PLII_SAME  /* a part that nothing in a step changes: where it is another now, the snapshot does not fit */
+    PLII_LEFT,  /* made anew in every step, or follows from topology and rest lengths, which a snapshot has not */
+    PLII_FILED, /* left, but in files: it follows from how the body was when the feature was enabled */
+    PLII_SAME   /* a part that nothing in a step changes: where it is another now, the snapshot does not fit */
 } plii_snapshot_share;
 
 /* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
@@ -119,6 +120,7 @@ typedef struct plii_feature_array {
     plii_snapshot_share snapshot;
     size_t count; /* of a list: offset of how many elements are in use, an int. Of one that is left it is 0 after a
                      snapshot was restored; of one that is saved 0 here means that all of its capacity is */
+    const char* fields; /* of an element, as plii_state_part has them */
 } plii_feature_array;
 
 #define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
@@ -130,22 +132,34 @@ typedef struct plii_feature_array {
 
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 
+/* Of a plii_pair_record. */
+#define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
 /* Lists of a plii_pair_cache; `of_before`: what snapshots do with the list of the step before. */
 #define PLII_PAIR_CACHE_LISTS(type, cache, of_before)                                                                  \
     {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count),            \
-     .is_kept = true, .snapshot = PLII_SAVED},                                                                         \
+     .is_kept = true, .snapshot = PLII_SAVED, .fields = PLII_PAIR_RECORD_FIELDS},                                      \
     {                                                                                                                  \
         PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count),            \
-            .is_kept = true, .snapshot = of_before                                                                     \
+            .is_kept = true, .snapshot = of_before, .fields = PLII_PAIR_RECORD_FIELDS                                  \
     }
 
 /* A member of a state that is neither an array of the table nor its capacity or count. */
 typedef struct plii_state_part {
     size_t offset, size; /* 0: the end */
     plii_snapshot_share snapshot;
+    /* For files, of what they hold (file/file_stream.h): letters for the numbers in a struct, in the order of its
+       members, each with how often it comes:
+       f float, d double, i int, u unsigned, U uint64_t, B bool, eN enum from 0 to N; g as f, may be not a number;
+       n N node, F H face, L link; N, H, L -1 for none;
+       R rigid body or NULL, S the same, not NULL, P body or NULL, Q a body that may be gone,
+       O rigid body, body, shape of a rigid body or NULL, that is compared only, J class of a joint;
+       | where a struct with pointers begins or ends, X a pointer that is not kept, * the rest is not kept. They are
+       zero in what is read. */
+    const char* fields;
 } plii_state_part;
-#define PLII_STATE(type, member, snapshot)                                                                             \
-    { offsetof(type, member), sizeof((type*)0)->member, snapshot }
+#define PLII_STATE_OF(type, member, snapshot, fields)                                                                  \
+    { offsetof(type, member), sizeof((type*)0)->member, snapshot, fields }
+#define PLII_STATE(type, member, snapshot) PLII_STATE_OF(type, member, snapshot, NULL)
 
 struct plii_substep_class;
 
@@ -207,6 +221,11 @@ typedef struct plii_feature_class {
        beside the arrays. Then `on_restored` makes what follows from those that are saved, without memory. */
     const plii_state_part* state_parts;
     void (*on_restored)(pli_body* body, void* state);
+    /* For files, when all bodies are read, before `on_restored`: whether the numbers in it go together. What steps use
+       as an index or a count has to be one, but for what its letter has checked. */
+    bool (*is_sound)(const pli_body* body, const void* state);
+    /* What a file cannot hold, as functions of the user, comes from the state that is given up for this one. */
+    void (*keep_callbacks)(void* state, const void* before);
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
     void (*reserve)(pli_body* body, void* state);

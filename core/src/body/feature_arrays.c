@@ -105,6 +105,13 @@ size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* 
     return feature_array_held(body, array, state, &counts);
 }
 
+bool plii_feature_array_add(pli_body* body, const plii_feature_array* array, void* state) {
+    const feature_counts counts = feature_counts_now(body);
+    void* block = plii_allocate(body->context, feature_array_size(array, &counts));
+    feature_array_set(body, array, state, block);
+    return block != NULL;
+}
+
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
     for (EACH_ARRAY(array, klass)) {
         if (array->length >= PLII_LIST && !array->is_kept) { return true; }

@@ -12,6 +12,8 @@ size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class*
 /* Of one array: bytes that it has now, and where it is; NULL when it is not there. */
 size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* array, const void* state);
 void* plii_feature_array_address(const pli_body* body, const plii_feature_array* array, const void* state);
+/* An optional one that is not there; zeroed. False when out of memory, or of no size. */
+bool plii_feature_array_add(pli_body* body, const plii_feature_array* array, void* state);
 /* Whether it has lists with contents that have to follow a cut. */
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass);
 

@@ -5,7 +5,8 @@
 #include "body/body_impl.h"
 
 static const plii_feature_array forces_arrays[] = {
-    {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED,
+     .fields = "3f"},
     {0},
 };
 

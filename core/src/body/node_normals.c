@@ -53,7 +53,7 @@ static void normals_refresh(pli_body* body, void* data) {
 
 /* After a cut the refresh fills them. */
 static const plii_feature_array normals_arrays[] = {
-    {PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_SAVED, .fields = "3f"},
     {PLII_MEMBER(normals_state, sums), PLII_PER_NODE, .snapshot = PLII_LEFT},
     {0},
 };
@@ -77,7 +77,7 @@ static void face_normals_refresh(pli_body* body, void* state) {
 }
 
 static const plii_feature_array face_normals_arrays[] = {
-    {PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_SAVED, .fields = "3f"},
     {0},
 };
 
@@ -132,8 +132,8 @@ static void areas_topology_commit(pli_body* body, void* state, const plii_topolo
 }
 
 static const plii_feature_array areas_arrays[] = {
-    {PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
+    {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
     {PLII_MEMBER(areas_state, face_counts), PLII_PER_NODE, .is_scratch = true},
     {0},
 };

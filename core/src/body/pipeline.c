@@ -170,6 +170,18 @@ static pli_status feature_add_user(pli_body* body, const plii_feature_class* kla
     return PLI_OK;
 }
 
+pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user) {
+    PLII_TRY(feature_add(body, klass));
+    plii_feature* added = &body->pipeline.features[body->pipeline.feature_count - 1];
+    added->by_user = by_user;
+    added->users = by_user;
+    for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
+        body->pipeline.features[feature_find(body, *need)].users += 1;
+    }
+    body->world->needs_reserve = true;
+    return PLI_OK;
+}
+
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state) {
     int index = feature_find(body, klass);
     if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) {

@@ -6,6 +6,8 @@
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
+/* One that is not enabled, while its needs are; those that only others need are appended before these. */
+pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
 /* The call of a user, when it was found allowed; returns `check`. */

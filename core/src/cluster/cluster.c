@@ -415,9 +415,10 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
 
 static const plii_feature_array clusters_arrays[] = {
     {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count), .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count), .snapshot = PLII_SAVED,
+     .fields = "4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"},
     {PLII_LIST_OF(plii_clusters, members, member_capacity), PLII_COUNTED_BY(plii_clusters, member_count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "n4f"},
     {0},
 };
 
@@ -445,16 +446,30 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
 enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
 
 static const plii_state_part clusters_parts[] = {
-    PLII_STATE(plii_clusters, def, PLII_SAVED),
+    PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
     PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
-    PLII_STATE(plii_clusters, revision, PLII_SAME),
+    PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u"),
     {0},
 };
+
+static bool clusters_is_sound(const pli_body* body, const void* data) {
+    const plii_clusters* clusters = data;
+    (void)body;
+    int members = 0;
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        if (cluster->first_member != members || cluster->member_count < 1) { return false; }
+        if (cluster->member_count > clusters->member_count - members) { return false; }
+        members += cluster->member_count;
+    }
+    return members == clusters->member_count && (clusters->count == 0 || clusters->node_sums != NULL);
+}
 
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
     .state_parts = clusters_parts,
+    .is_sound = clusters_is_sound,
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},

@@ -140,7 +140,7 @@ static const plii_feature_array cluster_contacts_arrays[] = {
     {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
-     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), .snapshot = PLII_SAVED},
+     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), .snapshot = PLII_SAVED, .fields = "2i9fOf70f"},
     {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
@@ -220,12 +220,12 @@ enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
 static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
 
 static const plii_state_part cluster_contacts_parts[] = {
-    PLII_STATE(plii_cluster_contacts, def, PLII_SAVED),
+    PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
     PLII_STATE(plii_cluster_contacts, clusters, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, leads, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, groups, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, free_manifold1, PLII_SAVED),
+    PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
     PLII_STATE(plii_cluster_contacts, has_hulls, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, hulls, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, hull_count, PLII_LEFT),
@@ -237,10 +237,47 @@ static const plii_state_part cluster_contacts_parts[] = {
     {0},
 };
 
+/* No manifold is of two pairs, or of one and free. */
+static bool cluster_contacts_own_manifolds(const plii_cluster_contacts* state, bool* is_met) {
+    for (int i = 0; i < state->memory.present_count; ++i) {
+        const int slot = state->memory.present[i].slot;
+        if (slot < 0 || slot > state->manifold_count || (slot > 0 && is_met[slot - 1])) { return false; }
+        if (slot > 0) { is_met[slot - 1] = true; }
+    }
+    for (int slot = state->free_manifold1; slot != 0; slot = state->manifolds[slot - 1].age) {
+        if (slot < 0 || slot > state->manifold_count || is_met[slot - 1]) { return false; }
+        is_met[slot - 1] = true;
+    }
+    return true;
+}
+
+static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
+    const plii_cluster_contacts* state = data;
+    const plii_pair_cache* memory = &state->memory;
+    for (int i = 0; i < state->manifold_count; ++i) {
+        if (state->manifolds[i].count < 0 || state->manifolds[i].count > PLII_MANIFOLD_POINTS) { return false; }
+    }
+    if (!plii_pair_cache_is_sound(memory, memory->before_count)) { return false; }
+    bool* is_met = plii_allocate(body->context, (size_t)state->manifold_count);
+    const bool is_sound =
+        (is_met != NULL || state->manifold_count == 0) && cluster_contacts_own_manifolds(state, is_met);
+    plii_release(body->context, is_met, (size_t)state->manifold_count);
+    return is_sound;
+}
+
+static void cluster_contacts_keep_callbacks(void* data, const void* before) {
+    plii_cluster_contacts* state = data;
+    const plii_cluster_contacts* old = before;
+    state->def.distance = old->def.distance;
+    state->def.distance_user = old->def.distance_user;
+}
+
 const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
     .state_parts = cluster_contacts_parts,
+    .is_sound = cluster_contacts_is_sound,
+    .keep_callbacks = cluster_contacts_keep_callbacks,
     .needs = cluster_contacts_needs,
     .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, CLUSTER_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},

@@ -3,6 +3,7 @@
 
 #include "base/handle.h"
 #include "base/id_pool.h"
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "cluster/joint_impl.h"
@@ -129,23 +130,55 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
 /* Joints hold to clusters, which follow a cut and keep their index. */
 static const plii_feature_array joints_arrays[] = {
     {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "JiiPiR9f3X*"},
     {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, ids.count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "uii"},
     {0},
 };
 
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
 
 static const plii_state_part joints_parts[] = {
-    PLII_STATE(joints_state, ids.first_free1, PLII_SAVED),
+    PLII_STATE_OF(joints_state, ids.first_free1, PLII_SAVED, "i"),
     {0},
 };
 
-static const plii_feature_class joints_class = {
+static bool joint_has_cluster(const pli_body* body, int cluster) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    return clusters != NULL && cluster >= 0 && cluster < clusters->count;
+}
+
+static bool joints_is_sound(const pli_body* body, const void* data) {
+    const joints_state* joints = data;
+    for (int i = 0; i < joints->count; ++i) {
+        const plii_joint* joint = &joints->items[i];
+        const pli_joint_end* other = &joint->other;
+        const bool is_sound =
+            plii_id_pool_has(&joints->ids, joint->slot, i) && joint_has_cluster(body, joint->cluster) &&
+            (other->body == NULL || (other->rigid == NULL && joint_has_cluster(other->body, other->cluster)));
+        if (!is_sound) { return false; }
+    }
+    return plii_id_pool_is_sound(&joints->ids, joints->count);
+}
+
+/* Of the joint with the same id. */
+static void joints_keep_callbacks(void* data, const void* before) {
+    joints_state* joints = data;
+    const joints_state* old = before;
+    for (int i = 0; i < joints->count; ++i) {
+        plii_joint* joint = &joints->items[i];
+        const uint32_t generation = joints->ids.slots[joint->slot].generation;
+        const int item = plii_id_pool_find(&old->ids, joint->slot + 1, generation);
+        if (item != PLI_NULL_INDEX) { joint->controller = old->items[item].controller; }
+    }
+}
+
+const plii_feature_class plii_joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
     .state_parts = joints_parts,
+    .is_sound = joints_is_sound,
+    .keep_callbacks = joints_keep_callbacks,
     .arrays = joints_arrays,
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
@@ -206,12 +239,12 @@ static void joint_renew_frame(const pli_body* body, int cluster) {
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
-    const bool was_enabled = plii_feature_is_enabled(body, &joints_class);
+    const bool was_enabled = plii_feature_is_enabled(body, &plii_joints_class);
     joints_state* joints = NULL;
-    PLII_TRY(plii_feature_enable(body, &joints_class, (void**)&joints));
+    PLII_TRY(plii_feature_enable(body, &plii_joints_class, (void**)&joints));
     if (!plii_id_pool_reserve(body->context, &joints->ids) ||
         !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
-        if (!was_enabled) { plii_feature_disable(body, &joints_class); }
+        if (!was_enabled) { plii_feature_disable(body, &plii_joints_class); }
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
     }
     joint_renew_frame(body, joint->cluster);
@@ -227,7 +260,7 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
 
 pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    joints_state* joints = plii_feature_state(body, &joints_class);
+    joints_state* joints = plii_feature_state(body, &plii_joints_class);
     const int item = joints != NULL ? plii_id_pool_find(&joints->ids, joint.index1, joint.generation) : PLI_NULL_INDEX;
     if (item == PLI_NULL_INDEX) {
         return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "joint %d of generation %u is gone", (int)joint.index1,
@@ -239,6 +272,6 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
 
 int pli_body_joint_count(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const joints_state* joints = plii_feature_state(body, &joints_class);
+    const joints_state* joints = plii_feature_state(body, &plii_joints_class);
     return joints != NULL ? joints->count : 0;
 }

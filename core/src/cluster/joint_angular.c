@@ -54,7 +54,7 @@ static void angular_joint_solve(plii_joint* joint) {
     plii_joint_apply_torque(&joint->sides[1].target, impulse, false);
 }
 
-static const plii_joint_class angular_joint_class = {true, angular_joint_prepare, angular_joint_solve};
+const plii_joint_class plii_angular_joint_class = {true, angular_joint_prepare, angular_joint_solve};
 
 pli_angular_joint_def pli_angular_joint_def_default(void) {
     return (pli_angular_joint_def){.softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE};
@@ -68,7 +68,7 @@ pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_de
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the axis (%g, %g, %g) has no direction",
                          (double)axis.x, (double)axis.y, (double)axis.z);
     }
-    plii_joint made = {.klass = &angular_joint_class,
+    plii_joint made = {.klass = &plii_angular_joint_class,
                        .cluster = def->cluster,
                        .other = def->other,
                        .softness = def->softness,

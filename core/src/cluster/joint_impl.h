@@ -13,6 +13,7 @@ typedef struct plii_joint_class {
     void (*prepare)(plii_joint* joint, float dt, int iterations);
     void (*solve)(plii_joint* joint);
 } plii_joint_class;
+extern const plii_joint_class plii_linear_joint_class, plii_angular_joint_class;
 
 struct plii_joint {
     const plii_joint_class* klass;

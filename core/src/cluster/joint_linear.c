@@ -37,7 +37,7 @@ static void linear_joint_solve(plii_joint* joint) {
     plii_joint_apply_impulse(&joint->sides[1].target, impulse, joint->world[1]);
 }
 
-static const plii_joint_class linear_joint_class = {false, linear_joint_prepare, linear_joint_solve};
+const plii_joint_class plii_linear_joint_class = {false, linear_joint_prepare, linear_joint_solve};
 
 pli_linear_joint_def pli_linear_joint_def_default(void) {
     return (pli_linear_joint_def){.softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE};
@@ -47,6 +47,6 @@ pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_joint_def*
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(PLII_CHECK_MADE(body->context, pli_linear_joint_def, def, __func__));
     plii_joint made = {
-        .klass = &linear_joint_class, .cluster = def->cluster, .other = def->other, .softness = def->softness};
+        .klass = &plii_linear_joint_class, .cluster = def->cluster, .other = def->other, .softness = def->softness};
     return plii_joint_add(body, &made, def->position, joint, __func__);
 }

@@ -201,25 +201,36 @@ static pli_status anchor_enable(pli_body* body, void* state) {
 /* Anchors stay with their node; a copy of the node is free. */
 static const plii_feature_array anchor_arrays[] = {
     {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, item_count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "niS5fB3fu*"},
     {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count),
-     .snapshot = PLII_SAVED},
-    {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "uii"},
+    {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED,
+     .fields = "B"},
     {0},
 };
 
 enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
 
 static const plii_state_part anchor_parts[] = {
-    PLII_STATE(plii_anchors, hardness, PLII_SAVED),
-    PLII_STATE(plii_anchors, ids.first_free1, PLII_SAVED),
+    PLII_STATE_OF(plii_anchors, hardness, PLII_SAVED, "f"),
+    PLII_STATE_OF(plii_anchors, ids.first_free1, PLII_SAVED, "i"),
     {0},
 };
+
+static bool anchor_is_sound(const pli_body* body, const void* data) {
+    const plii_anchors* anchors = data;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        const plii_anchor* anchor = &anchors->items[i];
+        if (!plii_id_pool_has(&anchors->ids, anchor->slot, i) || body->anchored[anchor->node] == 0) { return false; }
+    }
+    return plii_id_pool_is_sound(&anchors->ids, anchors->item_count);
+}
 
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
     .state_parts = anchor_parts,
+    .is_sound = anchor_is_sound,
     .arrays = anchor_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},

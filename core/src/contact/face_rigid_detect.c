@@ -513,17 +513,23 @@ static void rigid_faces_on_restored(pli_body* body, void* data) {
 }
 
 static const plii_state_part rigid_faces_parts[] = {
-    PLII_STATE(plii_rigid_faces, def, PLII_SAVED),
+    PLII_STATE_OF(plii_rigid_faces, def, PLII_SAVED, "3fu"),
     PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
     PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
     PLII_STATE(plii_rigid_faces, substeps, PLII_LEFT),
     {0},
 };
 
+static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
+    (void)body;
+    return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
+}
+
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
     .state_parts = rigid_faces_parts,
+    .is_sound = rigid_faces_is_sound,
     .on_restored = rigid_faces_on_restored,
     .needs = rigid_faces_needs,
     .arrays = rigid_faces_arrays,

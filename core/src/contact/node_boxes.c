@@ -1,5 +1,6 @@
 /* Boxes of nodes that are kept from step to step. Bullet: m_ndbvt of a btSoftBody without VF_SS. */
 
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "geometry/fat_aabb.h"
@@ -39,13 +40,14 @@ static void node_boxes_topology_commit(pli_body* body, void* state, const plii_t
 }
 
 static const plii_feature_array node_boxes_arrays[] = {
-    {PLII_MEMBER(pli_body, node_boxes), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(pli_body, node_boxes), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED,
+     .fields = "6f"},
     {0},
 };
 
 enum { NODE_BOXES_ORDER = 30 }; /* after clusters, as in Bullet */
 
-static const plii_feature_class node_boxes_class = {
+const plii_feature_class plii_node_boxes_class = {
     .name = "node boxes",
     .arrays = node_boxes_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {node_boxes_update, NODE_BOXES_ORDER}},
@@ -55,9 +57,9 @@ static const plii_feature_class node_boxes_class = {
 
 pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    return plii_feature_enable(body, &node_boxes_class, NULL);
+    return plii_feature_enable(body, &plii_node_boxes_class, NULL);
 }
 
 pli_status pli_body_disable_bullet_node_boxes(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &node_boxes_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_node_boxes_class);
 }

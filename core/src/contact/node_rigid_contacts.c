@@ -352,7 +352,7 @@ enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 static const plii_feature_class* const rigid_contacts_needs[] = {&plii_iterated_sweeps_class, NULL};
 
 static const plii_state_part rigid_contacts_parts[] = {
-    PLII_STATE(plii_rigid_contacts, def, PLII_SAVED),
+    PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
     PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT),
     {0},
 };

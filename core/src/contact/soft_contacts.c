@@ -108,9 +108,11 @@ static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
 
 static const plii_feature_array soft_contacts_arrays[] = {
     {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, .snapshot = PLII_SAVED},
-    {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_SAVED},
-    {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"},
+    {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_SAVED,
+     .fields = "6f"},
+    {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, .snapshot = PLII_SAVED,
+     .fields = "6f"},
     {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity), PLII_COUNTED_BY(plii_soft_contacts_state, count),
      .snapshot = PLII_LEFT},
     {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
@@ -124,7 +126,7 @@ static const plii_feature_array soft_contacts_arrays[] = {
     {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity),
      PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity),
-     PLII_COUNTED_BY(plii_soft_contacts_state, order_count), .snapshot = PLII_SAVED},
+     PLII_COUNTED_BY(plii_soft_contacts_state, order_count), .snapshot = PLII_SAVED, .fields = "F"},
     {0},
 };
 
@@ -143,20 +145,34 @@ static void soft_contacts_topology_commit(pli_body* body, void* data, const plii
 enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
 
 static const plii_state_part soft_contacts_parts[] = {
-    PLII_STATE(plii_soft_contacts_state, def, PLII_SAVED),
+    PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
     PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
-    PLII_STATE(plii_soft_contacts_state, is_sweeping, PLII_SAVED),
-    PLII_STATE(plii_soft_contacts_state, has_boxes, PLII_SAVED),
+    PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
+    PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
     PLII_STATE(plii_soft_contacts_state, tree, PLII_LEFT),
     PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT),
     {0},
 };
 
+static bool soft_contacts_is_sound(const pli_body* body, const void* data) {
+    const plii_soft_contacts_state* state = data;
+    const int faces = body->topology->face_count;
+    if (state->order_count != 0 && state->order_count != faces) { return false; }
+    return state->node_boxes != NULL ? state->face_boxes != NULL || faces == 0 : !state->has_boxes;
+}
+
+static void soft_contacts_on_restored(pli_body* body, void* data) {
+    const plii_soft_contacts_state* state = data;
+    body->soft_node_boxes = state->has_boxes ? state->node_boxes : NULL;
+}
+
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
     .state_parts = soft_contacts_parts,
+    .is_sound = soft_contacts_is_sound,
+    .on_restored = soft_contacts_on_restored,
     .arrays = soft_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},

@@ -7,6 +7,7 @@
    where the last one ended opens its first face up to the tip at it, so many short sweeps make one cut, and a cut that
    returns to its start closes. */
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "cut/cut_swept_impl.h"
 #include "math/bounds.h"
@@ -54,19 +55,19 @@ static void trace_topology_commit(pli_body* body, void* state, const plii_topolo
 
 static const plii_feature_array trace_arrays[] = {
     {PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity), PLII_COUNTED_BY(trace_state, ends.tip_count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "n"},
     {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity), PLII_COUNTED_BY(trace_state, ends.edge_count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "2n"},
     {0},
 };
 
 static const plii_state_part trace_parts[] = {
-    PLII_STATE(trace_state, has_ray, PLII_SAVED),
-    PLII_STATE(trace_state, ray, PLII_SAVED),
+    PLII_STATE_OF(trace_state, has_ray, PLII_SAVED, "B"),
+    PLII_STATE_OF(trace_state, ray, PLII_SAVED, "6f"),
     {0},
 };
 
-static const plii_feature_class trace_class = {
+const plii_feature_class plii_trace_class = {
     .name = "cut trace",
     .state_size = sizeof(trace_state),
     .state_parts = trace_parts,
@@ -126,16 +127,16 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
     }
     const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
     PLII_TRY(plii_check_finite_points(body->context, 4, ends, "end", __func__));
-    const bool was_enabled = plii_feature_state(body, &trace_class) != NULL;
+    const bool was_enabled = plii_feature_state(body, &plii_trace_class) != NULL;
     trace_state* trace = NULL;
-    PLII_TRY(plii_feature_enable(body, &trace_class, (void**)&trace));
+    PLII_TRY(plii_feature_enable(body, &plii_trace_class, (void**)&trace));
     const bool goes_on = trace_ends_at(trace, from_start, from_end);
     const pli_vec3 corners[2][3] = {{from_start, from_end, to_end}, {from_start, to_end, to_start}};
     int count = 0;
     if (swept_may_meet(body, corners[0]) || swept_may_meet(body, corners[1])) {
         const pli_status status = swept_run(body, trace, corners, goes_on, __func__, &count);
         if (status != PLI_OK) {
-            if (!was_enabled) { plii_feature_disable(body, &trace_class); }
+            if (!was_enabled) { plii_feature_disable(body, &plii_trace_class); }
             return status;
         }
     } else if (!goes_on) {

@@ -4,6 +4,7 @@
 
 #include "math/simd_float4.h"
 
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
@@ -250,15 +251,21 @@ static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, 
                                                             &plii_face_normals_class, &plii_areas_class, NULL};
 
 static const plii_state_part aero_vertex_parts[] = {
-    PLII_STATE(aero_state, model, PLII_SAVED),      PLII_STATE(aero_state, lift, PLII_SAVED),
-    PLII_STATE(aero_state, drag, PLII_SAVED),       PLII_STATE(aero_state, wind, PLII_SAVED),
-    PLII_STATE(aero_state, face_forces, PLII_LEFT), {0},
+    PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"), PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
+    PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"),   PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f"),
+    PLII_STATE(aero_state, face_forces, PLII_LEFT),     {0},
 };
 
-static const plii_feature_class aero_vertex_class = {
+static bool aero_vertex_is_sound(const pli_body* body, const void* data) {
+    (void)body;
+    return ((const aero_state*)data)->model <= PLI_AERO_VERTEX_ONE_SIDED;
+}
+
+const plii_feature_class plii_aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),
     .state_parts = aero_vertex_parts,
+    .is_sound = aero_vertex_is_sound,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
 };
@@ -269,17 +276,23 @@ static const plii_feature_array aero_face_arrays[] = {
 };
 
 static const plii_state_part aero_face_parts[] = {
-    PLII_STATE(aero_state, model, PLII_SAVED),
-    PLII_STATE(aero_state, lift, PLII_SAVED),
-    PLII_STATE(aero_state, drag, PLII_SAVED),
-    PLII_STATE(aero_state, wind, PLII_SAVED),
+    PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"),
+    PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
+    PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"),
+    PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f"),
     {0},
 };
 
-static const plii_feature_class aero_face_class = {
+static bool aero_face_is_sound(const pli_body* body, const void* data) {
+    (void)body;
+    return ((const aero_state*)data)->model >= PLI_AERO_FACE_TWO_SIDED;
+}
+
+const plii_feature_class plii_aero_face_class = {
     .name = "face aerodynamics",
     .state_size = sizeof(aero_state),
     .state_parts = aero_face_parts,
+    .is_sound = aero_face_is_sound,
     .needs = aero_face_needs,
     .arrays = aero_face_arrays,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
@@ -303,8 +316,8 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_faces(body, "aerodynamics act on faces", __func__));
     const bool on_faces = (int)used.model >= (int)PLI_AERO_FACE_TWO_SIDED;
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, on_faces ? &aero_face_class : &aero_vertex_class, &state));
-    plii_feature_disable(body, on_faces ? &aero_vertex_class : &aero_face_class);
+    PLII_TRY(plii_feature_enable(body, on_faces ? &plii_aero_face_class : &plii_aero_vertex_class, &state));
+    plii_feature_disable(body, on_faces ? &plii_aero_vertex_class : &plii_aero_face_class);
     aero_state* aero = state;
     aero->model = used.model;
     aero->lift = used.lift;
@@ -316,8 +329,8 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
 pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
     PLII_TRY(plii_check_body_may_change(body, __func__));
     PLII_TRY(plii_check_vec3_within(body->context, wind, PLI_MAX_SPEED, "wind", __func__));
-    aero_state* aero = plii_feature_state(body, &aero_vertex_class);
-    if (aero == NULL) { aero = plii_feature_state(body, &aero_face_class); }
+    aero_state* aero = plii_feature_state(body, &plii_aero_vertex_class);
+    if (aero == NULL) { aero = plii_feature_state(body, &plii_aero_face_class); }
     if (aero == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "aerodynamics are not enabled"); }
     if (memcmp(&aero->wind, &wind, sizeof wind) != 0) { plii_body_note_change(body); }
     aero->wind = wind;
@@ -326,7 +339,7 @@ pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
 
 pli_status pli_body_disable_aero(pli_body* body) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &aero_vertex_class);
-    plii_feature_disable(body, &aero_face_class);
+    plii_feature_disable(body, &plii_aero_vertex_class);
+    plii_feature_disable(body, &plii_aero_face_class);
     return PLI_OK;
 }

@@ -2,6 +2,7 @@
 
 #include "pliant/contact_events.h"
 
+#include "body/all_features.h"
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
@@ -368,7 +369,7 @@ static size_t contact_events_bytes(const pli_body* body, const void* data) {
 /* What there is outlives a cut. */
 static const plii_feature_array contact_events_arrays[] = {
     {PLII_LIST_OF(contact_events, present.items, present.capacity), PLII_COUNTED_BY(contact_events, present.count),
-     .is_kept = true, .snapshot = PLII_SAVED},
+     .is_kept = true, .snapshot = PLII_SAVED, .fields = "RPXiNHLiii9fB|iiOi|3fB"},
     {PLII_LIST_OF(contact_events, past.items, past.capacity), PLII_COUNTED_BY(contact_events, past.count),
      .is_kept = true, .snapshot = PLII_LEFT},
     {PLII_LIST_OF(contact_events, sensed, sensed_capacity), PLII_COUNTED_BY(contact_events, sensed_count),
@@ -382,24 +383,25 @@ enum { CONTACT_EVENTS_BEGIN_ORDER = 0, CONTACT_EVENTS_END_ORDER = 100 }; /* afte
 /* What has begun and ended was told already. */
 static void contact_events_on_restored(pli_body* body, void* data) {
     contact_events* state = data;
-    (void)body;
     memset(state->event_counts, 0, sizeof state->event_counts);
     plii_key_table_clear(&state->past.table);
     plii_key_table_clear(&state->present.table);
+    state->present.table.context = body->context;
+    if (!plii_key_table_reserve(&state->present.table, (size_t)state->present.count)) { return; } /* all begin anew */
     for (int i = 0; i < state->present.count; ++i) {
         (void)plii_key_table_add(&state->present.table, plii_pair_key_hash(state->present.items[i].key), i);
     }
 }
 
 static const plii_state_part contact_events_parts[] = {
-    PLII_STATE(contact_events, def, PLII_SAVED),
+    PLII_STATE_OF(contact_events, def, PLII_SAVED, "2Bu"),
     PLII_STATE(contact_events, present.table, PLII_LEFT),
     PLII_STATE(contact_events, past.table, PLII_LEFT),
     PLII_STATE(contact_events, event_counts, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class contact_events_class = {
+const plii_feature_class plii_contact_events_class = {
     .name = "contact events",
     .state_size = sizeof(contact_events),
     .state_parts = contact_events_parts,
@@ -427,7 +429,7 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     const pli_contact_events_def used = def != NULL ? *def : pli_contact_events_def_default();
     PLII_TRY(PLII_CHECK_MADE(body->context, pli_contact_events_def, &used, __func__));
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &contact_events_class, &data));
+    PLII_TRY(plii_feature_enable(body, &plii_contact_events_class, &data));
     contact_events* state = data;
     state->def = used;
     contact_list_clear(&state->present);
@@ -437,13 +439,13 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
 }
 
 pli_status pli_body_disable_contact_events(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &contact_events_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_contact_events_class);
 }
 
 const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_contact_phase phase, int* count) {
     if (count != NULL) { *count = 0; }
     if (plii_check_body(body, __func__) != PLI_OK || (unsigned)phase >= CONTACT_PHASES) { return NULL; }
-    const contact_events* state = plii_feature_state(body, &contact_events_class);
+    const contact_events* state = plii_feature_state(body, &plii_contact_events_class);
     if (state == NULL || plii_body_is_idle(body) || state->event_counts[phase] == 0) { return NULL; }
     int begin = 0;
     for (int k = 0; k < (int)phase; ++k) {

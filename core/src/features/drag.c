@@ -4,6 +4,7 @@
 
 #include "pliant/drag.h"
 #include "base/id_pool.h"
+#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
@@ -179,20 +180,18 @@ static void drag_topology_commit(pli_body* body, void* data, const plii_topology
 
 static const plii_feature_array drag_arrays[] = {
     {PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count), .is_kept = true,
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "i3ni21f"},
     {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count), .is_kept = true,
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "uii"},
     {0},
 };
 
 /* After the links, which pull it back. */
 enum { DRAG_ORDER = PLII_ORDER_LINKS + 3, DRAG_SUBSTEP_ORDER = 42, DRAG_FINISH_ORDER = 0 };
 
-static const plii_feature_class drag_class;
-
 static const plii_substep_class drag_kind = {
     .order = DRAG_SUBSTEP_ORDER,
-    .klass = &drag_class,
+    .klass = &plii_drag_class,
     .restart = drag_restart,
     .sweep = drag_sweep,
     .is_idle = drag_is_idle,
@@ -200,14 +199,27 @@ static const plii_substep_class drag_kind = {
 
 /* Stays when the last drag ends, so that old ids stay stale. */
 static const plii_state_part drag_parts[] = {
-    PLII_STATE(drag_state, ids.first_free1, PLII_SAVED),
+    PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i"),
     {0},
 };
 
-static const plii_feature_class drag_class = {
+static bool drag_is_sound(const pli_body* body, const void* data) {
+    const drag_state* state = data;
+    (void)body;
+    for (int i = 0; i < state->count; ++i) {
+        const drag_item* item = &state->items[i];
+        const bool is_sound =
+            plii_id_pool_has(&state->ids, item->slot, i) && item->node_count >= 1 && item->node_count <= 3;
+        if (!is_sound) { return false; }
+    }
+    return plii_id_pool_is_sound(&state->ids, state->count);
+}
+
+const plii_feature_class plii_drag_class = {
     .name = "drags",
     .state_size = sizeof(drag_state),
     .state_parts = drag_parts,
+    .is_sound = drag_is_sound,
     .arrays = drag_arrays,
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
@@ -276,13 +288,13 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(drag_check(body, def, __func__));
     if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
-    const bool was_enabled = plii_feature_state(body, &drag_class) != NULL;
+    const bool was_enabled = plii_feature_state(body, &plii_drag_class) != NULL;
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &drag_class, &data));
+    PLII_TRY(plii_feature_enable(body, &plii_drag_class, &data));
     drag_state* state = data;
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, state->count + 1) ||
         !plii_id_pool_reserve(body->context, &state->ids)) {
-        if (!was_enabled) { plii_feature_disable(body, &drag_class); }
+        if (!was_enabled) { plii_feature_disable(body, &plii_drag_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a drag");
     }
     drag_item* item = &state->items[state->count];
@@ -297,7 +309,7 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
 
 static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_state** state,
                             drag_item** item) {
-    *state = plii_feature_state(body, &drag_class);
+    *state = plii_feature_state(body, &plii_drag_class);
     const int place = *state != NULL ? plii_id_pool_find(&(*state)->ids, drag.index1, drag.generation) : PLI_NULL_INDEX;
     if (place == PLI_NULL_INDEX) {
         return plii_fail(body->context, PLI_ERROR_STALE_ID, function, "the body has no drag {%d, %u}", (int)drag.index1,

@@ -1,6 +1,7 @@
 /* Positions and normals for renderers. */
 
 #include "pliant/drawing.h"
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "math/definition.h"
@@ -19,14 +20,14 @@ static void drawn_normals_keep(pli_body* body, void* data) {
 }
 
 static const plii_feature_array drawn_normals_arrays[] = {
-    {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
     {0},
 };
 static const plii_feature_class* const drawn_normals_needs[] = {&plii_normals_class, &plii_face_normals_class, NULL};
 
 enum { DRAWN_NORMALS_ORDER = 0 };
 
-static const plii_feature_class drawn_normals_class = {
+const plii_feature_class plii_drawn_normals_class = {
     .name = "drawn normals",
     .state_size = sizeof(drawn_normals_state),
     .needs = drawn_normals_needs,
@@ -37,11 +38,11 @@ static const plii_feature_class drawn_normals_class = {
 pli_status pli_body_enable_normals(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_faces(body, "normals are those of faces", __func__));
-    return plii_feature_enable(body, &drawn_normals_class, NULL);
+    return plii_feature_enable(body, &plii_drawn_normals_class, NULL);
 }
 
 pli_status pli_body_disable_normals(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &drawn_normals_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_drawn_normals_class);
 }
 
 const pli_vec3* pli_body_get_face_normals(const pli_body* body) {
@@ -107,7 +108,7 @@ pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer
     const drawn_normals_state* normals = NULL;
     if (buffer->normal_offset >= 0) {
         PLII_TRY(vertices_check_offset(body, buffer, buffer->normal_offset, "normal_offset", __func__));
-        normals = plii_feature_state(body, &drawn_normals_class);
+        normals = plii_feature_state(body, &plii_drawn_normals_class);
         if (normals == NULL) {
             return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
                              "normals are wanted, and pli_body_enable_normals was not called");

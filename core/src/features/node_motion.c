@@ -1,6 +1,7 @@
 /* Pinned nodes that are led: each goes to its target within one step, in a straight line at one speed, so that what
    looks at positions, motions or velocities sees the same. Afterwards it stays. */
 
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "math/range.h"
@@ -58,7 +59,7 @@ static void node_motion_finish(pli_body* body, void* data) {
 
 static const plii_feature_array node_motion_arrays[] = {
     {PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true, PLII_COUNTED_BY(node_motion_state, count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "n6f"},
     {0},
 };
 
@@ -66,14 +67,21 @@ static const plii_feature_array node_motion_arrays[] = {
 enum { NODE_MOTION_START_ORDER = 0, NODE_MOTION_FINISH_ORDER = 190 };
 
 static const plii_state_part node_motion_parts[] = {
-    PLII_STATE(node_motion_state, ended_count, PLII_SAVED),
+    PLII_STATE_OF(node_motion_state, ended_count, PLII_SAVED, "i"),
     {0},
 };
 
-static const plii_feature_class node_motion_class = {
+static bool node_motion_is_sound(const pli_body* body, const void* data) {
+    const node_motion_state* state = data;
+    (void)body;
+    return state->ended_count >= 0 && state->ended_count <= state->count;
+}
+
+const plii_feature_class plii_node_motion_class = {
     .name = "node motions",
     .state_size = sizeof(node_motion_state),
     .state_parts = node_motion_parts,
+    .is_sound = node_motion_is_sound,
     .stages = {[PLII_STAGE_FORCES] = {node_motion_start, NODE_MOTION_START_ORDER},
                [PLII_STAGE_FINISH] = {node_motion_finish, NODE_MOTION_FINISH_ORDER}},
     .arrays = node_motion_arrays,
@@ -96,7 +104,7 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "node %d is not pinned", node);
     }
     node_motion_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &node_motion_class, (void**)&state));
+    PLII_TRY(plii_feature_enable(body, &plii_node_motion_class, (void**)&state));
     const node_motion motion = {.node = node, .target = position};
     node_motion* same = node_motion_find_same(body, state, node);
     if (same != NULL) {

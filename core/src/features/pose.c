@@ -3,6 +3,7 @@
 
 #include "math/simd_float4.h"
 
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
@@ -112,21 +113,21 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
 }
 
 static const plii_feature_array pose_arrays[] = {
-    {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED},
-    {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "3f"},
+    {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"},
     {0},
 };
 
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
 
 static const plii_state_part pose_parts[] = {
-    PLII_STATE(pose_state, matching, PLII_SAVED),
-    PLII_STATE(pose_state, rotation, PLII_SAVED),
-    PLII_STATE(pose_state, centre, PLII_SAVED),
+    PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
+    PLII_STATE_OF(pose_state, rotation, PLII_SAVED, "9f"),
+    PLII_STATE_OF(pose_state, centre, PLII_SAVED, "3f"),
     {0},
 };
 
-static const plii_feature_class pose_class = {
+const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
     .state_parts = pose_parts,
@@ -139,7 +140,7 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
     pose_state* pose = NULL;
-    PLII_TRY(plii_feature_enable(body, &pose_class, (void**)&pose));
+    PLII_TRY(plii_feature_enable(body, &plii_pose_class, (void**)&pose));
     pose->matching = matching;
     pose->rotation = pli_mat3_identity();
     pose_update_weights(body, pose);
@@ -151,13 +152,13 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
 }
 
 pli_status pli_body_disable_pose_matching(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &pose_class);
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_pose_class);
 }
 
 pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {
     PLII_TRY(plii_check_body(body, __func__));
     if (transform == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "pose is null"); }
-    const pose_state* pose = plii_feature_state(body, &pose_class);
+    const pose_state* pose = plii_feature_state(body, &plii_pose_class);
     if (pose == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "pose matching is not enabled"); }
     transform->rotation = pose->rotation;
     transform->origin = pose->centre;

@@ -1,6 +1,7 @@
 /* Pressure of a gas in a closed surface: each node gets normal * area * coefficient / |volume|.
    Bullet: kPR in btSoftBody::applyForces. */
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "pliant/forces.h"
 
@@ -32,11 +33,11 @@ static void pressure_run(pli_body* body, void* state) {
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
 
 static const plii_state_part pressure_parts[] = {
-    PLII_STATE(pressure_state, coefficient, PLII_SAVED),
+    PLII_STATE_OF(pressure_state, coefficient, PLII_SAVED, "f"),
     {0},
 };
 
-static const plii_feature_class pressure_class = {
+const plii_feature_class plii_pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
     .state_parts = pressure_parts,
@@ -49,11 +50,11 @@ pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
     PLII_TRY(plii_check_faces(body, "pressure acts on faces", __func__));
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &pressure_class, &state));
+    PLII_TRY(plii_feature_enable(body, &plii_pressure_class, &state));
     ((pressure_state*)state)->coefficient = coefficient;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_pressure(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &pressure_class);
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_pressure_class);
 }

@@ -325,6 +325,17 @@ static void sleep_build(pli_body* body, void* data) {
     sleep_take_places(body, data);
 }
 
+static pli_status sleep_enable(pli_body* body, void* data) {
+    (void)data;
+    pli_world* world = body->world;
+    body->can_sleep = true;
+    for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
+        sleep_note_seen(world->rigids[i]);
+    }
+    world->sleep = &sleep_calls;
+    return PLI_OK;
+}
+
 static void sleep_disable(pli_body* body, void* data) {
     (void)data;
     body->can_sleep = false;
@@ -346,15 +357,16 @@ static void sleep_topology_commit(pli_body* body, void* data, const plii_topolog
 }
 
 static const plii_feature_array sleep_arrays[] = {
-    {PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, .snapshot = PLII_SAVED}, {0}};
+    {PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"}, {0}};
 static const plii_state_part sleep_parts[] = {
-    PLII_STATE(sleep_state, def, PLII_SAVED), PLII_STATE(sleep_state, time, PLII_SAVED), {0}};
+    PLII_STATE_OF(sleep_state, def, PLII_SAVED, "2fu"), PLII_STATE_OF(sleep_state, time, PLII_SAVED, "f"), {0}};
 
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
     .arrays = sleep_arrays,
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
+    .enable = sleep_enable,
     .build = sleep_build,
     .disable = sleep_disable,
     .on_rigid_removed = sleep_on_rigid_removed,
@@ -377,12 +389,6 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     sleep_state* state = data;
     state->def = used;
     state->time = 0.0f;
-    body->can_sleep = true;
-    pli_world* world = body->world;
-    for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
-        sleep_note_seen(world->rigids[i]);
-    }
-    world->sleep = &sleep_calls;
     return PLI_OK;
 }
 

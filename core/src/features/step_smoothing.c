@@ -2,6 +2,7 @@
    over its own length; between steps of 1/15 and 1/240 s that gives 256 times the energy. Here what a step changes
    about free flight counts as if it had taken as long as a step before. */
 
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
@@ -52,12 +53,12 @@ static const plii_feature_array step_smoothing_arrays[] = {
 enum { STEP_SMOOTHING_START_ORDER = 0, STEP_SMOOTHING_FINISH_ORDER = 100 };
 
 static const plii_state_part step_smoothing_parts[] = {
-    PLII_STATE(step_smoothing_state, reference_dt, PLII_SAVED),
+    PLII_STATE_OF(step_smoothing_state, reference_dt, PLII_SAVED, "f"),
     PLII_STATE(step_smoothing_state, is_shorter, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class step_smoothing_class = {
+const plii_feature_class plii_step_smoothing_class = {
     .name = "step smoothing",
     .state_size = sizeof(step_smoothing_state),
     .state_parts = step_smoothing_parts,
@@ -68,9 +69,9 @@ static const plii_feature_class step_smoothing_class = {
 
 pli_status pli_body_enable_step_smoothing(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    return plii_feature_enable(body, &step_smoothing_class, NULL);
+    return plii_feature_enable(body, &plii_step_smoothing_class, NULL);
 }
 
 pli_status pli_body_disable_step_smoothing(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &step_smoothing_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_step_smoothing_class);
 }

@@ -3,6 +3,7 @@
 
 #include "pliant/target.h"
 #include "base/scratch.h"
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
 #include "math/definition.h"
@@ -279,8 +280,8 @@ static void target_topology_commit(pli_body* body, void* data, const plii_topolo
 
 static const plii_feature_array target_arrays[] = {
     {PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count), .is_kept = true,
-     .snapshot = PLII_SAVED},
-    {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "n3fBf2if12f"},
+    {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "i"},
     {0},
 };
 
@@ -288,11 +289,9 @@ static const plii_feature_array target_arrays[] = {
    again; before anchors have the last word. Self-collision of faces comes later, as nothing else parts them again. */
 enum { TARGET_START_ORDER = 0, TARGET_ORDER = 310, TARGET_SUBSTEP_ORDER = 900, TARGET_FINISH_ORDER = 190 };
 
-static const plii_feature_class target_class;
-
 static const plii_substep_class target_kind = {
     .order = TARGET_SUBSTEP_ORDER,
-    .klass = &target_class,
+    .klass = &plii_target_class,
     .sweep = target_sweep,
     .room = target_room,
     .is_limit = target_has_limits,
@@ -300,15 +299,29 @@ static const plii_substep_class target_kind = {
 };
 
 static const plii_state_part target_parts[] = {
-    PLII_STATE(target_state, given, PLII_SAVED),
-    PLII_STATE(target_state, has_limits, PLII_SAVED),
+    PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
+    PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B"),
     {0},
 };
 
-static const plii_feature_class target_class = {
+static bool target_is_sound(const pli_body* body, const void* data) {
+    const target_state* state = data;
+    if (state->given < 0 || state->given > state->count) { return false; }
+    for (int i = state->given; i < state->count; ++i) {
+        const int* parents = state->items[i].parents;
+        if (parents[0] < 0 || parents[0] >= i || parents[1] < 0 || parents[1] >= i) { return false; }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        if (state->places[i] < 0 || state->places[i] > state->count) { return false; }
+    }
+    return true;
+}
+
+const plii_feature_class plii_target_class = {
     .name = "targets",
     .state_size = sizeof(target_state),
     .state_parts = target_parts,
+    .is_sound = target_is_sound,
     .arrays = target_arrays,
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
@@ -395,7 +408,7 @@ static pli_status target_check_def(pli_body* body, const pli_targets_def* def, c
 static pli_status target_check_poses(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count,
                                      const char* function, target_state** found) {
     PLII_TRY(plii_check_body_between_steps(body, function));
-    target_state* state = *found = plii_feature_state(body, &target_class);
+    target_state* state = *found = plii_feature_state(body, &plii_target_class);
     const int given = state != NULL ? state->given : 0;
     if (count != given || given == 0) {
         return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "count is %d, the body has %d targets",
@@ -416,12 +429,12 @@ static pli_status target_check_poses(pli_body* body, const pli_vec3* positions, 
 pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));
-    const bool was_enabled = plii_feature_state(body, &target_class) != NULL;
+    const bool was_enabled = plii_feature_state(body, &plii_target_class) != NULL;
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &target_class, &data));
+    PLII_TRY(plii_feature_enable(body, &plii_target_class, &data));
     target_state* state = data;
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, def->count)) {
-        if (!was_enabled) { plii_feature_disable(body, &target_class); }
+        if (!was_enabled) { plii_feature_disable(body, &plii_target_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d targets", def->count);
     }
     target_let_go_all(body, state);
@@ -441,10 +454,10 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
 
 pli_status pli_body_disable_targets(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    target_state* state = plii_feature_state(body, &target_class);
+    target_state* state = plii_feature_state(body, &plii_target_class);
     if (state == NULL) { return PLI_OK; }
     target_let_go_all(body, state);
-    plii_feature_disable(body, &target_class);
+    plii_feature_disable(body, &plii_target_class);
     return PLI_OK;
 }
 

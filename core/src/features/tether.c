@@ -4,6 +4,7 @@
    a heavy body. */
 
 #include "pliant/tether.h"
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
@@ -287,11 +288,11 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static const plii_feature_array tether_arrays[] = {
-    {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "Nf"},
     {PLII_LIST_OF(tether_state, constraints, constraint_capacity), PLII_COUNTED_BY(tether_state, constraint_count),
      .snapshot = PLII_LEFT},
     {PLII_LIST_OF(tether_state, origins, origin_capacity), PLII_COUNTED_BY(tether_state, origin_count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "nB6f"},
     {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
      .snapshot = PLII_LEFT},
     {0},
@@ -309,11 +310,9 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
    in iterations. */
 enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
 
-static const plii_feature_class tether_class;
-
 static const plii_substep_class tether_kind = {
     .order = TETHER_SUBSTEP_ORDER,
-    .klass = &tether_class,
+    .klass = &plii_tether_class,
     .begin = tether_begin,
     .restart = tether_restart,
     .sweep = tether_sweep,
@@ -321,12 +320,12 @@ static const plii_substep_class tether_kind = {
 };
 
 static const plii_state_part tether_parts[] = {
-    PLII_STATE(tether_state, def, PLII_SAVED),
+    PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
     PLII_STATE(tether_state, link_revision, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class tether_class = {
+const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
     .state_parts = tether_parts,
@@ -348,7 +347,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     const pli_tethers_def used = def != NULL ? *def : pli_tethers_def_default();
     PLII_TRY_DEF(body->context, pli_tethers_def, &used, tether_fields, __func__);
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &tether_class, &data));
+    PLII_TRY(plii_feature_enable(body, &plii_tether_class, &data));
     tether_state* state = data;
     state->def = used;
     tether_list_constraints(body, state);
@@ -358,13 +357,13 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
 }
 
 pli_status pli_body_disable_tethers(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &tether_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_tether_class);
 }
 
 pli_tether pli_body_get_tether(const pli_body* body, int node) {
     const pli_tether none = {PLI_NULL_INDEX, 0.0f};
     if (plii_check_node(body, node, __func__) != PLI_OK) { return none; }
-    const tether_state* state = plii_feature_state(body, &tether_class);
+    const tether_state* state = plii_feature_state(body, &plii_tether_class);
     if (state == NULL || state->tethers[node].origin == PLI_NULL_INDEX) { return none; }
     return state->tethers[node];
 }

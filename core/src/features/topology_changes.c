@@ -1,5 +1,6 @@
 /* What cuts and refinements have made of nodes and faces, for whoever keeps data beside them. */
 
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "pliant/drawing.h"
@@ -42,21 +43,33 @@ static void changes_topology_commit(pli_body* body, void* data, const plii_topol
 
 static const plii_feature_array topology_changes_arrays[] = {
     {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
-     PLII_COUNTED_BY(topology_changes_state, new_node_count), .snapshot = PLII_SAVED},
-    {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, .snapshot = PLII_SAVED},
+     PLII_COUNTED_BY(topology_changes_state, new_node_count), .snapshot = PLII_SAVED, .fields = "2nf"},
+    {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, .snapshot = PLII_SAVED, .fields = "i"},
     {0},
 };
 
 static const plii_state_part topology_changes_parts[] = {
-    PLII_STATE(topology_changes_state, old_node_count, PLII_SAVED),
-    PLII_STATE(topology_changes_state, old_face_count, PLII_SAVED),
+    PLII_STATE_OF(topology_changes_state, old_node_count, PLII_SAVED, "i"),
+    PLII_STATE_OF(topology_changes_state, old_face_count, PLII_SAVED, "i"),
     {0},
 };
 
-static const plii_feature_class topology_changes_class = {
+static bool topology_changes_is_sound(const pli_body* body, const void* data) {
+    const topology_changes_state* state = data;
+    if (state->old_node_count < 0 || state->old_node_count + state->new_node_count != body->node_count) {
+        return false;
+    }
+    for (int i = 0; i < body->topology->face_count; ++i) {
+        if (state->face_parents[i] < 0 || state->face_parents[i] >= state->old_face_count) { return false; }
+    }
+    return true;
+}
+
+const plii_feature_class plii_topology_changes_class = {
     .name = "topology changes",
     .state_size = sizeof(topology_changes_state),
     .state_parts = topology_changes_parts,
+    .is_sound = topology_changes_is_sound,
     .arrays = topology_changes_arrays,
     .topology_reserve = changes_topology_reserve,
     .topology_commit = changes_topology_commit,
@@ -65,18 +78,18 @@ static const plii_feature_class topology_changes_class = {
 pli_status pli_body_enable_topology_changes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &topology_changes_class, &state));
+    PLII_TRY(plii_feature_enable(body, &plii_topology_changes_class, &state));
     changes_begin(body, state);
     return PLI_OK;
 }
 
 pli_status pli_body_disable_topology_changes(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &topology_changes_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_topology_changes_class);
 }
 
 pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {
     const topology_changes_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &topology_changes_class) : NULL;
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_topology_changes_class) : NULL;
     if (state == NULL) { return (pli_topology_changes){0}; }
     return (pli_topology_changes){
         .old_node_count = state->old_node_count,

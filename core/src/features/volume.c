@@ -1,6 +1,7 @@
 /* Conservation of volume: each node gets normal * area * (rest volume - volume) * coefficient.
    Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "pliant/forces.h"
 
@@ -39,12 +40,12 @@ static pli_status volume_enable(pli_body* body, void* state) {
 enum { VOLUME_ORDER = 30 }; /* after pressure */
 
 static const plii_state_part volume_parts[] = {
-    PLII_STATE(volume_state, coefficient, PLII_SAVED),
-    PLII_STATE(volume_state, rest_volume, PLII_SAVED),
+    PLII_STATE_OF(volume_state, coefficient, PLII_SAVED, "f"),
+    PLII_STATE_OF(volume_state, rest_volume, PLII_SAVED, "f"),
     {0},
 };
 
-static const plii_feature_class volume_class = {
+const plii_feature_class plii_volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
     .state_parts = volume_parts,
@@ -58,11 +59,11 @@ pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient
     PLII_TRY(plii_check_between(body->context, coefficient, 0.0f, PLI_MAX_COEFFICIENT, "coefficient", __func__));
     PLII_TRY(plii_check_faces(body, "conservation of volume acts on faces", __func__));
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &volume_class, &state));
+    PLII_TRY(plii_feature_enable(body, &plii_volume_class, &state));
     ((volume_state*)state)->coefficient = coefficient;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_volume_conservation(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &volume_class);
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_volume_class);
 }

@@ -92,3 +92,17 @@ size_t plii_pair_cache_bytes(const plii_pair_cache* cache) {
     return (size_t)cache->present_capacity * sizeof *cache->present +
            (size_t)cache->before_capacity * sizeof *cache->before + plii_key_table_bytes(&cache->table);
 }
+
+static bool pair_records_are_sound(const plii_pair_record* records, int count, int before_count) {
+    for (int i = 0; i < count; ++i) {
+        const int points = records[i].cache.count, index = records[i].previous_index;
+        if (points < 0 || points > PLII_CONVEX_CACHE_POINTS) { return false; }
+        if (index < PLI_NULL_INDEX || index >= before_count) { return false; }
+    }
+    return true;
+}
+
+bool plii_pair_cache_is_sound(const plii_pair_cache* cache, int before_count) {
+    return pair_records_are_sound(cache->present, cache->present_count, before_count) &&
+           pair_records_are_sound(cache->before, cache->before_count, INT32_MAX);
+}

@@ -7,6 +7,7 @@
    crosses. Lan and others, "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact", cut
    motions short in the same spirit. */
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/definition.h"
 #include "self_collision/self_faces_impl.h"
@@ -81,7 +82,7 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
 // -------------------------------------------------------------------------------------------------------------- memory
 
 static const plii_feature_array self_faces_arrays[] = {
-    {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED, .fields = "3f"},
     {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
     {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
     {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
@@ -89,16 +90,16 @@ static const plii_feature_array self_faces_arrays[] = {
     {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
     {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
     {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
     {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_self_faces_state, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_self_faces_state, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_self_faces_state, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "4nB10f"},
     {PLII_LIST_OF(plii_self_faces_state, due, due_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count),
-     .snapshot = PLII_SAVED},
+     .snapshot = PLII_SAVED, .fields = "f"},
     {PLII_LIST_OF(plii_self_faces_state, active, active_capacity), PLII_COUNTED_BY(plii_self_faces_state, active_count),
      .snapshot = PLII_LEFT},
     {0},
@@ -136,29 +137,28 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 /* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
 enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
 
-static const plii_feature_class self_faces_class;
 static const plii_substep_class self_faces_kind = {
     .order = SELF_FACES_SUBSTEP_ORDER,
-    .klass = &self_faces_class,
+    .klass = &plii_self_faces_class,
     .begin = self_faces_begin_substeps,
     .restart = self_faces_restart_substep,
     .sweep = self_faces_sweep,
 };
 static const plii_state_part self_faces_parts[] = {
-    PLII_STATE(plii_self_faces_state, def, PLII_SAVED),
+    PLII_STATE_OF(plii_self_faces_state, def, PLII_SAVED, "3fu"),
     PLII_STATE(plii_self_faces_state, travel, PLII_LEFT),
     PLII_STATE(plii_self_faces_state, motion, PLII_LEFT),
-    PLII_STATE(plii_self_faces_state, reach, PLII_SAVED),
-    PLII_STATE(plii_self_faces_state, moved, PLII_SAVED),
-    PLII_STATE(plii_self_faces_state, mean_edge_length, PLII_LEFT),
+    PLII_STATE_OF(plii_self_faces_state, reach, PLII_SAVED, "f"),
+    PLII_STATE_OF(plii_self_faces_state, moved, PLII_SAVED, "f"),
+    PLII_STATE_OF(plii_self_faces_state, mean_edge_length, PLII_FILED, "f"),
     PLII_STATE(plii_self_faces_state, edge_count, PLII_LEFT),
     PLII_STATE(plii_self_faces_state, tree, PLII_LEFT),
     PLII_STATE(plii_self_faces_state, hits, PLII_LEFT),
-    PLII_STATE(plii_self_faces_state, report, PLII_SAVED),
+    PLII_STATE_OF(plii_self_faces_state, report, PLII_SAVED, "3iB"),
     {0},
 };
 
-static const plii_feature_class self_faces_class = {
+const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
     .state_parts = self_faces_parts,
@@ -193,18 +193,18 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }
     plii_self_faces_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &self_faces_class, (void**)&state));
+    PLII_TRY(plii_feature_enable(body, &plii_self_faces_class, (void**)&state));
     state->def = used;
     state->reach = 0.0f;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_self_faces(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &self_faces_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_faces_class);
 }
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
     const plii_self_faces_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_faces_class) : NULL;
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_faces_class) : NULL;
     return state != NULL ? state->report : (pli_self_faces_report){0};
 }

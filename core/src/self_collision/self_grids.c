@@ -2,6 +2,7 @@
    per grid, after each step. Kang, "Efficient Methods for Cloth Animation and Collision Handling". A pair that lies
    across a wall of both grids is not seen. */
 
+#include "body/all_features.h"
 #include "body/link_graph.h"
 #include "body/pipeline.h"
 #include "geometry/spatial_hash.h"
@@ -15,8 +16,6 @@ typedef struct self_grids_state {
     plii_node_pairs pairs;
     pli_self_grids_report report;
 } self_grids_state;
-
-static const plii_feature_class self_grids_class;
 
 // ------------------------------------------------------------------------------------------------------ the response
 
@@ -102,14 +101,14 @@ static const plii_feature_class* const self_grids_needs[] = {&plii_link_graph_cl
 enum { SELF_GRIDS_ORDER = 50 };
 
 static const plii_state_part self_grids_parts[] = {
-    PLII_STATE(self_grids_state, def, PLII_SAVED),
+    PLII_STATE_OF(self_grids_state, def, PLII_SAVED, "2fu"),
     PLII_STATE(self_grids_state, hash, PLII_LEFT),
     PLII_STATE(self_grids_state, pairs, PLII_LEFT),
-    PLII_STATE(self_grids_state, report, PLII_SAVED),
+    PLII_STATE_OF(self_grids_state, report, PLII_SAVED, "iB"),
     {0},
 };
 
-static const plii_feature_class self_grids_class = {
+const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
     .state_parts = self_grids_parts,
@@ -134,17 +133,17 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
     const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
     PLII_TRY_DEF(body->context, pli_self_grids_def, &used, self_grids_fields, __func__);
     self_grids_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &self_grids_class, (void**)&state));
+    PLII_TRY(plii_feature_enable(body, &plii_self_grids_class, (void**)&state));
     state->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_self_grids(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &self_grids_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_grids_class);
 }
 
 pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {
     const self_grids_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_grids_class) : NULL;
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_grids_class) : NULL;
     return state != NULL ? state->report : (pli_self_grids_report){0};
 }

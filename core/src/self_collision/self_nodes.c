@@ -4,6 +4,7 @@
 
 #include "math/simd_float4.h"
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/definition.h"
 #include "self_collision/self_node_pairs.h"
@@ -335,28 +336,27 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
    and, in substeps, before those with rigid bodies, which have the last word. */
 enum { SELF_NODES_LIMIT_ORDER = 1, SELF_NODES_ORDER = 50, SELF_NODES_SUBSTEP_ORDER = 55 };
 
-static const plii_feature_class self_nodes_class;
 static const plii_substep_class self_nodes_kind = {
     .order = SELF_NODES_SUBSTEP_ORDER,
-    .klass = &self_nodes_class,
+    .klass = &plii_self_nodes_class,
     .begin = self_nodes_begin_substeps,
     .restart = self_nodes_restart,
     .sweep = self_nodes_sweep,
     .finish = self_nodes_finish,
 };
 static const plii_feature_array self_nodes_arrays[] = {
-    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED, .fields = "3f"},
+    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
     {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, .snapshot = PLII_SAVED},
-    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, .snapshot = PLII_SAVED},
-    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
+    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
+    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "B"},
     {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
-     .more = PLII_SELF_NODES_APART, .snapshot = PLII_SAVED},
+     .more = PLII_SELF_NODES_APART, .snapshot = PLII_SAVED, .fields = "n"},
     {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
     PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
     {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
-     PLII_COUNTED_BY(self_nodes_state, pairs.found.count), .snapshot = PLII_SAVED},
+     PLII_COUNTED_BY(self_nodes_state, pairs.found.count), .snapshot = PLII_SAVED, .fields = "2nf"},
     {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
      .snapshot = PLII_LEFT},
     {0},
@@ -368,30 +368,36 @@ static void self_nodes_on_restored(pli_body* body, void* data) {
 }
 
 static const plii_state_part self_nodes_parts[] = {
-    PLII_STATE(self_nodes_state, def, PLII_SAVED),
-    PLII_STATE(self_nodes_state, origin, PLII_SAVED),
-    PLII_STATE(self_nodes_state, pairs.thickness, PLII_SAVED),
+    PLII_STATE_OF(self_nodes_state, def, PLII_SAVED, "3fu"),
+    PLII_STATE_OF(self_nodes_state, origin, PLII_SAVED, "3f"),
+    PLII_STATE_OF(self_nodes_state, pairs.thickness, PLII_SAVED, "f"),
     PLII_STATE(self_nodes_state, pairs.at, PLII_LEFT),
-    PLII_STATE(self_nodes_state, pairs.apart_count, PLII_SAVED),
-    PLII_STATE(self_nodes_state, pairs.searched_at, PLII_SAVED),
-    PLII_STATE(self_nodes_state, pairs.travel_time, PLII_SAVED),
-    PLII_STATE(self_nodes_state, pairs.drift, PLII_SAVED),
-    PLII_STATE(self_nodes_state, pairs.reach, PLII_SAVED),
+    PLII_STATE_OF(self_nodes_state, pairs.apart_count, PLII_SAVED, "i"),
+    PLII_STATE_OF(self_nodes_state, pairs.searched_at, PLII_SAVED, "f"),
+    PLII_STATE_OF(self_nodes_state, pairs.travel_time, PLII_SAVED, "f"),
+    PLII_STATE_OF(self_nodes_state, pairs.drift, PLII_SAVED, "3f"),
+    PLII_STATE_OF(self_nodes_state, pairs.reach, PLII_SAVED, "f"),
     PLII_STATE(self_nodes_state, pairs.hash, PLII_LEFT),
     PLII_STATE(self_nodes_state, pairs.search, PLII_LEFT),
     PLII_STATE(self_nodes_state, pairs.parts, PLII_LEFT),
     PLII_STATE(self_nodes_state, pairs.part_node_count, PLII_LEFT),
-    PLII_STATE(self_nodes_state, pairs.is_known, PLII_SAVED),
-    PLII_STATE(self_nodes_state, pairs.is_truncated, PLII_SAVED),
-    PLII_STATE(self_nodes_state, pairs.searches, PLII_SAVED),
-    PLII_STATE(self_nodes_state, report, PLII_SAVED),
+    PLII_STATE_OF(self_nodes_state, pairs.is_known, PLII_SAVED, "B"),
+    PLII_STATE_OF(self_nodes_state, pairs.is_truncated, PLII_SAVED, "B"),
+    PLII_STATE_OF(self_nodes_state, pairs.searches, PLII_SAVED, "i"),
+    PLII_STATE_OF(self_nodes_state, report, PLII_SAVED, "4iB"),
     {0},
 };
 
-static const plii_feature_class self_nodes_class = {
+static bool self_nodes_is_sound(const pli_body* body, const void* data) {
+    const int count = ((const self_nodes_state*)data)->pairs.apart_count;
+    return count >= 0 && count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
+}
+
+const plii_feature_class plii_self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
     .state_parts = self_nodes_parts,
+    .is_sound = self_nodes_is_sound,
     .on_restored = self_nodes_on_restored,
     .needs = self_nodes_needs,
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
@@ -423,17 +429,17 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
     const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
     PLII_TRY_DEF(body->context, pli_self_collision_def, &used, self_nodes_fields, __func__);
     self_nodes_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &self_nodes_class, (void**)&state));
+    PLII_TRY(plii_feature_enable(body, &plii_self_nodes_class, (void**)&state));
     state->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_self_collision(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &self_nodes_class);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_nodes_class);
 }
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
     const self_nodes_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_nodes_class) : NULL;
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_nodes_class) : NULL;
     return state != NULL ? state->report : (pli_self_collision_report){0};
 }

@@ -41,6 +41,13 @@ pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* d
     return PLI_OK;
 }
 
+pli_status plii_shape_create_kind(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
+                                  const void* data, size_t size, const char* function, pli_shape** shape) {
+    PLII_TRY(plii_shape_create_owning(context, def, data, size, function, shape));
+    (*shape)->kind = kind;
+    return PLI_OK;
+}
+
 pli_status plii_shape_check_triangles(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
                                       const int* triangles, const char* function) {
     if (points == NULL || triangles == NULL) {

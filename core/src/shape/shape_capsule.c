@@ -55,5 +55,5 @@ pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment,
     }
     const pli_shape_def def = {
         .distances = capsule_distances, .bounds = capsule_bounds, .support = capsule_support, .radius = radius};
-    return plii_shape_create_owning(context, &def, &capsule, sizeof capsule, __func__, shape);
+    return plii_shape_create_kind(context, PLII_SHAPE_CAPSULE, &def, &capsule, sizeof capsule, __func__, shape);
 }

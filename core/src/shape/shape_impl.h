@@ -13,8 +13,19 @@ typedef struct plii_shape_triangle {
 
 typedef void plii_shape_triangle_fn(const plii_shape_triangle* triangle, void* context);
 
+/* Those of which files hold what they are made from. */
+typedef enum plii_shape_kind {
+    PLII_SHAPE_OTHER,
+    PLII_SHAPE_PLANE,
+    PLII_SHAPE_SPHERE,
+    PLII_SHAPE_BOX,
+    PLII_SHAPE_CAPSULE,
+    PLII_SHAPE_CYLINDER
+} plii_shape_kind;
+
 struct pli_shape {
     uint32_t magic;
+    plii_shape_kind kind;
     int reference_count;
     pli_context* context;
     pli_shape_def def; /* callbacks and their data */
@@ -27,6 +38,9 @@ struct pli_shape {
 /* A shape that owns a copy of `data`; def->user is ignored. Messages name `function`. */
 pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* def, const void* data, size_t size,
                                     const char* function, pli_shape** shape);
+/* The same for a kind whose data is numbers, floats. */
+pli_status plii_shape_create_kind(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
+                                  const void* data, size_t size, const char* function, pli_shape** shape);
 /* The arguments that all creating functions share. */
 pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function);
 /* Points and triangles as a surface is made from. */

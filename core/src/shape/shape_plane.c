@@ -44,5 +44,5 @@ pli_status pli_shape_create_plane(pli_context* context, pli_vec3 normal, float o
     PLII_TRY(plii_check_within(context, offset, PLI_MAX_COORDINATE, "offset", __func__));
     const plane_data plane = {pli_vec3_make(normal.x / length, normal.y / length, normal.z / length), offset};
     const pli_shape_def def = {.distances = plane_distances, .bounds = plane_bounds};
-    return plii_shape_create_owning(context, &def, &plane, sizeof plane, __func__, shape);
+    return plii_shape_create_kind(context, PLII_SHAPE_PLANE, &def, &plane, sizeof plane, __func__, shape);
 }

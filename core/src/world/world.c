@@ -225,6 +225,13 @@ pli_body* pli_world_get_body(const pli_world* world, int index) {
     if (plii_check_world(world, __func__) != PLI_OK || index < 0 || index >= world->body_count) { return NULL; }
     return world->bodies[index];
 }
+int pli_world_rigid_count(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->rigid_count : 0;
+}
+pli_rigid* pli_world_get_rigid(const pli_world* world, int index) {
+    if (plii_check_world(world, __func__) != PLI_OK || index < 0 || index >= world->rigid_count) { return NULL; }
+    return world->rigids[index];
+}
 const pli_event* pli_world_get_events(const pli_world* world, int* count) {
     const bool is_world = plii_check_world(world, __func__) == PLI_OK;
     if (count != NULL) { *count = is_world ? world->event_count : 0; }

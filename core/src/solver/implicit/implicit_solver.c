@@ -5,6 +5,7 @@
    velocities of the nodes that they move follow. */
 
 #include "base/union_find.h"
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
@@ -32,8 +33,6 @@ typedef struct implicit_state {
     double spectral_radius;      /* 0: to be estimated */
     pli_implicit_report report;
 } implicit_state;
-
-static const plii_feature_class implicit_class;
 
 static size_t implicit_vector_size(int node_count) {
     return (size_t)node_count * sizeof(plii_dvec3);
@@ -202,7 +201,7 @@ static void implicit_add_solution(pli_body* body, plii_dvec3* solution, float dt
 }
 
 static void implicit_predict(pli_body* body, float dt) {
-    implicit_state* state = plii_feature_state(body, &implicit_class);
+    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
@@ -328,7 +327,7 @@ static void implicit_damp_range(int begin, int end, void* data) {
 
 static void implicit_begin(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_PREPARE);
-    implicit_solve_constraints(body, plii_feature_state(body, &implicit_class));
+    implicit_solve_constraints(body, plii_feature_state(body, &plii_implicit_class));
 }
 
 static void implicit_sweep(pli_body* body) {
@@ -336,13 +335,13 @@ static void implicit_sweep(pli_body* body) {
 }
 
 static void implicit_couple(pli_body* body) {
-    implicit_state* state = plii_feature_state(body, &implicit_class);
+    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     plii_run_stage(body, PLII_STAGE_COUPLE);
     implicit_project_moved_nodes(body, &state->constraints);
 }
 
 static void implicit_end(pli_body* body) {
-    const implicit_state* state = plii_feature_state(body, &implicit_class);
+    const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     const int count = body->node_count, grain = plii_grain(IMPLICIT_NODE_NS);
     plii_parallel_for(body->context, implicit_corrections_range, body, count, grain);
     implicit_end_recovery(body, &state->constraints);
@@ -403,16 +402,28 @@ static const plii_feature_array implicit_arrays[] = {
 static const plii_feature_class* const implicit_needs[] = {&plii_link_graph_class, NULL};
 
 static const plii_state_part implicit_parts[] = {
-    PLII_STATE(implicit_state, def, PLII_SAVED),        PLII_STATE(implicit_state, had_links, PLII_LEFT),
-    PLII_STATE(implicit_state, constraints, PLII_LEFT), PLII_STATE(implicit_state, holds, PLII_LEFT),
-    PLII_STATE(implicit_state, system, PLII_LEFT),      PLII_STATE(implicit_state, spectral_radius, PLII_SAVED),
-    PLII_STATE(implicit_state, report, PLII_SAVED),     {0},
+    PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2fie2e1fBu"),
+    PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"),
+    PLII_STATE(implicit_state, constraints, PLII_LEFT),
+    PLII_STATE(implicit_state, holds, PLII_LEFT),
+    PLII_STATE(implicit_state, system, PLII_LEFT),
+    PLII_STATE_OF(implicit_state, spectral_radius, PLII_SAVED, "d"),
+    PLII_STATE_OF(implicit_state, report, PLII_SAVED, "i2fi"),
+    {0},
 };
 
-static const plii_feature_class implicit_class = {
+static bool implicit_is_sound(const pli_body* body, const void* data) {
+    const implicit_state* state = data;
+    (void)body;
+    const bool needs_direction = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
+    return state->def.sweeps >= 1 && (state->direction != NULL || !needs_direction);
+}
+
+const plii_feature_class plii_implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),
     .state_parts = implicit_parts,
+    .is_sound = implicit_is_sound,
     .needs = implicit_needs,
     .arrays = implicit_arrays,
     .enable = implicit_enable,
@@ -443,13 +454,13 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &implicit_class, &data));
+    PLII_TRY(plii_feature_enable(body, &plii_implicit_class, &data));
     implicit_state* state = data;
     if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT) {
         PLII_RELEASE(body->context, state->direction, body->node_count);
         state->direction = NULL;
     } else if (state->direction == NULL && !PLII_ALLOCATE(body->context, &state->direction, body->node_count)) {
-        if (is_new) { plii_feature_disable(body, &implicit_class); }
+        if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
     if (is_new) {
@@ -463,16 +474,16 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
 
 pli_status pli_body_disable_implicit(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const implicit_state* state = plii_feature_state(body, &implicit_class);
+    const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     if (state == NULL) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
-    plii_feature_disable(body, &implicit_class);
+    plii_feature_disable(body, &plii_implicit_class);
     return PLI_OK;
 }
 
 pli_implicit_report pli_body_get_implicit_report(const pli_body* body) {
     const implicit_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &implicit_class) : NULL;
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_implicit_class) : NULL;
     return state != NULL ? state->report : (pli_implicit_report){0};
 }

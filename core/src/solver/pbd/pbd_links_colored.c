@@ -1,6 +1,7 @@
 /* Links on positions, colour by colour, with SIMD and threads. The correction of a link is that of
    btSoftBody::PSolve_Links, with the inverse of the mass term taken ahead. */
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/simd_float8.h"
 #include "solver/coloring/links_kernel.h"
@@ -94,7 +95,7 @@ static const plii_state_part colored_links_parts[] = {
     {0},
 };
 
-static const plii_feature_class colored_links_class = {
+const plii_feature_class plii_colored_links_class = {
     .name = "colored links",
     .state_size = sizeof(colored_links_state),
     .state_parts = colored_links_parts,
@@ -108,12 +109,12 @@ static const plii_feature_class colored_links_class = {
 pli_status pli_body_enable_colored_links(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
-    return plii_feature_enable(body, &colored_links_class, NULL);
+    return plii_feature_enable(body, &plii_colored_links_class, NULL);
 }
 
 pli_status pli_body_disable_colored_links(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
-    plii_feature_disable(body, &colored_links_class);
+    plii_feature_disable(body, &plii_colored_links_class);
     return PLI_OK;
 }

@@ -2,6 +2,7 @@
    Velocities. A link between pinned nodes, or of length zero at the start of the step, has no direction to act in and
    is left out (Bullet divides by zero there). */
 
+#include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 
@@ -49,7 +50,7 @@ static const plii_feature_array velocity_links_arrays[] = {
     {0},
 };
 
-static const plii_feature_class velocity_links_class = {
+const plii_feature_class plii_velocity_links_class = {
     .name = "velocity links",
     .state_size = sizeof(velocity_links_state),
     .stages[PLII_STAGE_PREPARE] = {velocity_links_prepare, PLII_ORDER_LINKS},
@@ -68,9 +69,9 @@ static pli_status velocity_links_switch(pli_body* body, const plii_feature_class
 }
 
 pli_status pli_body_enable_velocity_links(pli_body* body) {
-    return velocity_links_switch(body, &velocity_links_class, &plii_links_class, __func__);
+    return velocity_links_switch(body, &plii_velocity_links_class, &plii_links_class, __func__);
 }
 
 pli_status pli_body_disable_velocity_links(pli_body* body) {
-    return velocity_links_switch(body, &plii_links_class, &velocity_links_class, __func__);
+    return velocity_links_switch(body, &plii_links_class, &plii_velocity_links_class, __func__);
 }

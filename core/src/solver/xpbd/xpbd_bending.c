@@ -2,6 +2,7 @@
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
 #include "base/csr.h"
+#include "body/all_features.h"
 #include "math/definition.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
@@ -174,7 +175,7 @@ static void xpbd_bending_build(pli_body* body, void* data) {
 #define XPBD_BENDING_PER_HINGE PLII_PER_FACE, .times = 3, .per = 2
 
 static const plii_feature_array xpbd_bending_arrays[] = {
-    {PLII_MEMBER(xpbd_bending_state, hinges), XPBD_BENDING_PER_HINGE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(xpbd_bending_state, hinges), XPBD_BENDING_PER_HINGE, .snapshot = PLII_FILED, .fields = "4n2f"},
     {PLII_MEMBER(xpbd_bending_state, begin), PLII_PER_NODE, .more = 1, .is_scratch = true},
     {PLII_MEMBER(xpbd_bending_state, edges), PLII_PER_FACE, .times = 3, .is_scratch = true},
     {PLII_MEMBER(xpbd_bending_state, nodes), XPBD_BENDING_PER_HINGE, .is_scratch = true},
@@ -185,12 +186,12 @@ static const plii_feature_array xpbd_bending_arrays[] = {
 };
 
 static const plii_state_part xpbd_bending_parts[] = {
-    PLII_STATE(xpbd_bending_state, def, PLII_SAVED),
+    PLII_STATE_OF(xpbd_bending_state, def, PLII_SAVED, "2fBu"),
     PLII_STATE(xpbd_bending_state, hinge_count, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class xpbd_bending_class = {
+const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
     .state_parts = xpbd_bending_parts,
@@ -200,9 +201,9 @@ static const plii_feature_class xpbd_bending_class = {
 
 enum { XPBD_BENDING_ORDER = 10 }; /* the first */
 
-static const plii_substep_class xpbd_bending_kind = {
+const plii_substep_class plii_xpbd_bending_kind = {
     .order = XPBD_BENDING_ORDER,
-    .klass = &xpbd_bending_class,
+    .klass = &plii_xpbd_bending_class,
     .sweep = xpbd_bending_sweep,
 };
 
@@ -221,11 +222,11 @@ pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_d
     PLII_TRY_DEF(body->context, pli_xpbd_bending_def, &used, xpbd_bending_fields, __func__);
     PLII_TRY(plii_check_faces(body, "bending is between faces", __func__));
     void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_bending_kind, __func__, &state));
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_bending_kind, __func__, &state));
     ((xpbd_bending_state*)state)->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_xpbd_bending(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &xpbd_bending_kind, __func__);
+    return plii_xpbd_disable_kind(body, &plii_xpbd_bending_kind, __func__);
 }

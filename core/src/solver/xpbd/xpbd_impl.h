@@ -22,3 +22,7 @@ static inline float plii_xpbd_multiplier(float c, float weight, float compliance
     const float change = (-c - alpha * multiplier - gamma * c_motion) / ((1.0f + gamma) * weight + alpha);
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }
+
+/* Kinds of constraints, for the reader of files. */
+extern const plii_substep_class plii_xpbd_links_kind, plii_xpbd_bending_kind, plii_xpbd_tetras_kind,
+    plii_xpbd_volume_kind;

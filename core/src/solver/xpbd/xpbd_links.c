@@ -1,5 +1,6 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/definition.h"
 #include "solver/coloring/links_kernel.h"
@@ -93,14 +94,14 @@ static const plii_feature_array xpbd_links_arrays[] = {
 static const plii_feature_class* const xpbd_links_needs[] = {&plii_tagged_link_colors_class, NULL};
 
 static const plii_state_part xpbd_links_parts[] = {
-    PLII_STATE(xpbd_links_state, def, PLII_SAVED),
+    PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
     PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
     PLII_STATE(xpbd_links_state, kernel, PLII_LEFT),
     PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class xpbd_links_class = {
+const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
     .state_parts = xpbd_links_parts,
@@ -111,9 +112,9 @@ static const plii_feature_class xpbd_links_class = {
 
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
 
-static const plii_substep_class xpbd_links_kind = {
+const plii_substep_class plii_xpbd_links_kind = {
     .order = XPBD_LINKS_ORDER,
-    .klass = &xpbd_links_class,
+    .klass = &plii_xpbd_links_class,
     .begin = xpbd_links_begin,
     .is_idle = xpbd_links_is_idle,
     .restart = xpbd_links_restart,
@@ -136,11 +137,11 @@ pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* 
     if (def == NULL) { def = &defaults; }
     PLII_TRY_DEF(body->context, pli_xpbd_links_def, def, xpbd_links_fields, __func__);
     void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_links_kind, __func__, &state));
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_kind, __func__, &state));
     ((xpbd_links_state*)state)->def = *def;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_xpbd_links(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &xpbd_links_kind, __func__);
+    return plii_xpbd_disable_kind(body, &plii_xpbd_links_kind, __func__);
 }

@@ -4,6 +4,7 @@
 
 #include "math/simd_float4.h"
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep_kinds.h"
 #include "body/substep_rigid.h"
@@ -32,8 +33,6 @@ typedef struct xpbd_state {
     plii_substep_kinds kinds;                                      /* that only this solver has */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
-
-static const plii_feature_class xpbd_class;
 
 // -------------------------------------------------------------------------------------------------------- the step
 
@@ -74,7 +73,7 @@ static void xpbd_integrate_free(int begin, int end, void* data) {
 }
 
 static void xpbd_predict(pli_body* body, float dt) {
-    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
@@ -102,7 +101,7 @@ static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
 }
 
 static void xpbd_begin(pli_body* body) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
     xpbd_run* run = &state->run;
@@ -140,7 +139,7 @@ static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
 }
 
 static void xpbd_sweep(pli_body* body) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     xpbd_run* run = &state->run;
     plii_substep* substep = &run->substep;
     if (run->sweep == state->def.sweeps) {
@@ -164,7 +163,7 @@ static void xpbd_couple(pli_body* body) {
 }
 
 static void xpbd_end(pli_body* body) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     xpbd_run* run = &state->run;
     xpbd_end_substep(body, state);
     if (run->nodes.kept < 1.0f) { xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->damp); }
@@ -173,7 +172,7 @@ static void xpbd_end(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 static plii_solver_pace xpbd_pace(const pli_body* body) {
-    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     return (plii_solver_pace){state->def.substeps, state->def.sweeps};
 }
 
@@ -208,17 +207,24 @@ static const plii_feature_array xpbd_arrays[] = {
 };
 
 static const plii_state_part xpbd_parts[] = {
-    PLII_STATE(xpbd_state, def, PLII_SAVED),
+    PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"),
     PLII_STATE(xpbd_state, run, PLII_LEFT),
-    PLII_STATE(xpbd_state, had_links, PLII_LEFT),
+    PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B"),
     PLII_STATE(xpbd_state, kinds, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class xpbd_class = {
+static bool xpbd_is_sound(const pli_body* body, const void* data) {
+    const xpbd_state* state = data;
+    (void)body;
+    return state->def.substeps >= 1 && state->def.sweeps >= 1;
+}
+
+const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
     .state_parts = xpbd_parts,
+    .is_sound = xpbd_is_sound,
     .arrays = xpbd_arrays,
     .enable = xpbd_enable,
     .disable = xpbd_disable,
@@ -245,7 +251,7 @@ static void xpbd_remove_kind(pli_body* body, plii_substep_kinds* kinds, int plac
 
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
-    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    xpbd_state* solver = plii_feature_state(body, &plii_xpbd_class);
     if (solver == NULL) {
         return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
                          "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
@@ -259,7 +265,7 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind,
 
 pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function) {
     PLII_TRY(plii_check_body_idle(body, function));
-    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    xpbd_state* solver = plii_feature_state(body, &plii_xpbd_class);
     const int place = solver != NULL ? xpbd_find_kind(&solver->kinds, kind) : PLI_NULL_INDEX;
     if (place == PLI_NULL_INDEX) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
@@ -290,7 +296,7 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &xpbd_class, &data));
+    PLII_TRY(plii_feature_enable(body, &plii_xpbd_class, &data));
     xpbd_state* state = data;
     if (is_new) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
@@ -312,7 +318,7 @@ static void xpbd_leave(pli_body* body) {
 
 pli_status pli_body_disable_xpbd(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     if (state == NULL) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
@@ -320,6 +326,6 @@ pli_status pli_body_disable_xpbd(pli_body* body) {
         xpbd_remove_kind(body, &state->kinds, state->kinds.count - 1);
     }
     xpbd_leave(body);
-    plii_feature_disable(body, &xpbd_class);
+    plii_feature_disable(body, &plii_xpbd_class);
     return PLI_OK;
 }

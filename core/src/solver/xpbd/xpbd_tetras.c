@@ -1,6 +1,7 @@
 /* XPBD: volumes of tetrahedra, C = (x_b - x_a) . ((x_c - x_a) x (x_d - x_a)) / 6 - rest volume, four of a colour at a
    time. The volume is signed, so an inverted tetrahedron turns back. */
 
+#include "body/all_features.h"
 #include "math/simd_float4.h"
 
 #include "base/scratch.h"
@@ -189,17 +190,17 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
 }
 
 static const plii_feature_array xpbd_tetras_arrays[] = {
-    {PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, .snapshot = PLII_FILED, .fields = "16n8f"},
     {0},
 };
 
 static const plii_state_part xpbd_tetras_parts[] = {
-    PLII_STATE(xpbd_tetras_state, compliance, PLII_SAVED),
+    PLII_STATE_OF(xpbd_tetras_state, compliance, PLII_SAVED, "f"),
     PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class xpbd_tetras_class = {
+const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
     .state_parts = xpbd_tetras_parts,
@@ -209,9 +210,9 @@ static const plii_feature_class xpbd_tetras_class = {
 
 enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
 
-static const plii_substep_class xpbd_tetras_kind = {
+const plii_substep_class plii_xpbd_tetras_kind = {
     .order = XPBD_TETRAS_ORDER,
-    .klass = &xpbd_tetras_class,
+    .klass = &plii_xpbd_tetras_class,
     .sweep = xpbd_tetras_sweep,
 };
 
@@ -222,11 +223,11 @@ pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
     }
     void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_tetras_kind, __func__, &state));
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_tetras_kind, __func__, &state));
     ((xpbd_tetras_state*)state)->compliance = compliance;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_xpbd_tetras(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &xpbd_tetras_kind, __func__);
+    return plii_xpbd_disable_kind(body, &plii_xpbd_tetras_kind, __func__);
 }

@@ -1,6 +1,7 @@
 /* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all nodes of the
    surface. */
 
+#include "body/all_features.h"
 #include "math/simd_float4.h"
 
 #include "math/definition.h"
@@ -102,13 +103,13 @@ static const plii_feature_array xpbd_volume_arrays[] = {
 };
 
 static const plii_state_part xpbd_volume_parts[] = {
-    PLII_STATE(xpbd_volume_state, def, PLII_SAVED),
-    PLII_STATE(xpbd_volume_state, rest_volume, PLII_SAVED),
-    PLII_STATE(xpbd_volume_state, multiplier, PLII_SAVED),
+    PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
+    PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
+    PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f"),
     {0},
 };
 
-static const plii_feature_class xpbd_volume_class = {
+const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
     .state_parts = xpbd_volume_parts,
@@ -118,9 +119,9 @@ static const plii_feature_class xpbd_volume_class = {
 
 enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
 
-static const plii_substep_class xpbd_volume_kind = {
+const plii_substep_class plii_xpbd_volume_kind = {
     .order = XPBD_VOLUME_ORDER,
-    .klass = &xpbd_volume_class,
+    .klass = &plii_xpbd_volume_class,
     .sweep = xpbd_volume_sweep,
 };
 
@@ -139,11 +140,11 @@ pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def
     PLII_TRY_DEF(body->context, pli_xpbd_volume_def, &used, xpbd_volume_fields, __func__);
     PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
     void* data = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_volume_kind, __func__, &data));
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_volume_kind, __func__, &data));
     ((xpbd_volume_state*)data)->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_xpbd_volume(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &xpbd_volume_kind, __func__);
+    return plii_xpbd_disable_kind(body, &plii_xpbd_volume_kind, __func__);
 }

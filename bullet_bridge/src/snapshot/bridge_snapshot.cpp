@@ -1,100 +1,21 @@
 // What BridgeSnapshot keeps of Bullet: the state of objects that steps change, and the contact points that the next
 // step starts from.
 
-#include "pliant_bullet/snapshot.h"
+#include "bridge_moment.h"
 
-#include "accumulator.h"
-#include "bridge_impl.h"
+#include "../accumulator.h"
 
-#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
-#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
-#include <BulletDynamics/Dynamics/btRigidBody.h>
-
-#include <vector>
 
 namespace pliant {
 
 namespace {
-
-/// What steps change of an object. Forces outlive a step where the world does not clear them by itself.
-struct ObjectState {
-    FollowedObject identity;
-    btTransform pose, interpolation_pose;
-    btVector3 interpolation_linear_velocity, interpolation_angular_velocity;
-    int activation;
-    btScalar deactivation_time, hit_fraction;
-    btVector3 linear_velocity, angular_velocity, force, torque, gravity;
-
-    explicit ObjectState(const btCollisionObject& object)
-        : identity(object), pose(object.getWorldTransform()),
-          interpolation_pose(object.getInterpolationWorldTransform()),
-          interpolation_linear_velocity(object.getInterpolationLinearVelocity()),
-          interpolation_angular_velocity(object.getInterpolationAngularVelocity()),
-          activation(object.getActivationState()), deactivation_time(object.getDeactivationTime()),
-          hit_fraction(object.getHitFraction()) {
-        const btRigidBody* body = btRigidBody::upcast(&object);
-        const btVector3 none(0, 0, 0);
-        linear_velocity = body != nullptr ? body->getLinearVelocity() : none;
-        angular_velocity = body != nullptr ? body->getAngularVelocity() : none;
-        force = body != nullptr ? body->getTotalForce() : none;
-        torque = body != nullptr ? body->getTotalTorque() : none;
-        gravity = body != nullptr ? body->getGravity() : none;
-    }
-
-    void give_back(btCollisionObject& object) const {
-        object.setWorldTransform(pose);
-        object.setInterpolationWorldTransform(interpolation_pose);
-        object.setInterpolationLinearVelocity(interpolation_linear_velocity);
-        object.setInterpolationAngularVelocity(interpolation_angular_velocity);
-        object.setHitFraction(hit_fraction);
-        btRigidBody* body = btRigidBody::upcast(&object);
-        if (body == nullptr) { return; }
-        body->setLinearVelocity(linear_velocity);
-        body->setAngularVelocity(angular_velocity);
-        body->setGravity(gravity);
-        body->updateInertiaTensor();
-        body->clearForces();
-        // Bullet scales by the linear factor what it adds; the sum has it already.
-        const btVector3 factor = body->getLinearFactor(), angular_factor = body->getAngularFactor();
-        body->setLinearFactor(btVector3(1, 1, 1));
-        body->setAngularFactor(btVector3(1, 1, 1));
-        body->applyCentralForce(force);
-        body->applyTorque(torque);
-        body->setLinearFactor(factor);
-        body->setAngularFactor(angular_factor);
-    }
-};
-
-/// Contact points of a manifold.
-struct Points {
-    const btCollisionObject* bodies[2];
-    int count;
-    btManifoldPoint points[MANIFOLD_CACHE_SIZE];
-};
 
 bool is_of(const Points& points, const btPersistentManifold& manifold) {
     return points.bodies[0] == manifold.getBody0() && points.bodies[1] == manifold.getBody1();
 }
 
 } // namespace
-
-struct BridgeSnapshot::Moment {
-    std::vector<unsigned char> soft;
-    std::vector<ObjectState> objects;
-    std::vector<Points> contacts;
-    Bridge::Impl::Knowledge bridge;
-    btVector3 gravity;
-    btScalar accumulated_time = 0;
-    unsigned long seed = 0;
-    bool is_empty = true;
-
-    void take(btDiscreteDynamicsWorld& world);
-    void take_contacts(const btDispatcher& dispatcher);
-    bool fits(const btDiscreteDynamicsWorld& world) const;
-    void give_back(btDiscreteDynamicsWorld& world) const;
-    void give_contacts_back(btDispatcher& dispatcher) const;
-};
 
 namespace {
 
@@ -203,12 +124,16 @@ pli_status BridgeSnapshot::restore(Bridge& bridge) const {
     if (moment_->is_empty || !moment_->fits(*bullet_world)) { return PLI_ERROR_INVALID_VALUE; }
     const pli_status status = pli_world_restore(bridge.world(), moment_->soft.data(), moment_->soft.size());
     if (status != PLI_OK) { return status; }
-    bridge.impl_->restore_knowledge(moment_->bridge);
-    bullet_world->setGravity(moment_->gravity); // before the bodies, which may have others
-    bridge.impl_->set_restoring(true);
-    moment_->give_back(*bullet_world);
-    bridge.impl_->set_restoring(false);
+    restore_bullet(bridge, *bullet_world, *moment_);
     return PLI_OK;
+}
+
+void BridgeSnapshot::restore_bullet(Bridge& bridge, btDiscreteDynamicsWorld& world, const Moment& moment) {
+    bridge.impl_->restore_knowledge(moment.bridge);
+    world.setGravity(moment.gravity); // before the bodies, which may have others
+    bridge.impl_->set_restoring(true);
+    moment.give_back(world);
+    bridge.impl_->set_restoring(false);
 }
 
 std::size_t BridgeSnapshot::bytes() const {

@@ -1,0 +1,171 @@
+/* Bodies in files, but for their features. */
+
+#include "file/file_parts.h"
+
+#include "body/pipeline.h"
+
+static const plii_state_part file_body_parts[] = {
+    PLII_STATE_OF(pli_body, is_frozen, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_body, bounds, PLII_SAVED, "6f"),
+    PLII_STATE_OF(pli_body, collision_margin, PLII_SAVED, "f"),
+    PLII_STATE_OF(pli_body, solver, PLII_SAVED, "3i3f"),
+    PLII_STATE_OF(pli_body, step, PLII_SAVED, "2f"),
+    PLII_STATE_OF(pli_body, link_revision, PLII_SAVED, "u"),
+    PLII_STATE_OF(pli_body, length_revision, PLII_SAVED, "u"),
+    {0},
+};
+
+/* What features change as they are enabled. */
+static const plii_state_part file_body_last_parts[] = {
+    PLII_STATE_OF(pli_body, is_asleep, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_body, is_resting, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_body, is_woken, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_body, was_asleep, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_body, records_contacts, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_body, sleep_group, PLII_SAVED, "u"),
+    PLII_STATE_OF(pli_body, joint_iterations, PLII_SAVED, "i"),
+    PLII_STATE_OF(pli_body, sweeping_features, PLII_SAVED, "i"),
+    {0},
+};
+
+static void file_parts(plii_file* file, const plii_state_part* parts, pli_body* body) {
+    for (const plii_state_part* part = parts; part->size > 0; ++part) {
+        plii_file_fields(file, part->fields, (unsigned char*)body + part->offset);
+    }
+}
+
+/* What it is made of. */
+typedef struct file_body_sizes {
+    int nodes, links, materials, faces, tetras;
+    bool has_tags, has_face_materials;
+} file_body_sizes;
+
+static file_body_sizes file_body_read_sizes(plii_file* file, const pli_body* body) {
+    file_body_sizes sizes = {0};
+    if (body != NULL) {
+        const plii_topology* topology = body->topology;
+        sizes = (file_body_sizes){body->node_count,
+                                  body->link_count,
+                                  body->material_count,
+                                  topology->face_count,
+                                  topology->tetra_count,
+                                  body->link_tags != NULL,
+                                  topology->face_materials != NULL};
+    }
+    sizes.nodes = plii_file_count(file, sizes.nodes, 48);
+    sizes.links = plii_file_count(file, sizes.links, 12);
+    sizes.materials = plii_file_count(file, sizes.materials, 4);
+    sizes.faces = plii_file_count(file, sizes.faces, 12);
+    sizes.tetras = plii_file_count(file, sizes.tetras, 16);
+    plii_file_fields(file, "B", &sizes.has_tags);
+    plii_file_fields(file, "B", &sizes.has_face_materials);
+    if (file->mode == PLII_FILE_READ && (sizes.nodes == 0 || sizes.materials > PLII_MAX_MATERIALS)) {
+        plii_file_refuse(file, "it has no nodes, or too many materials");
+    }
+    return sizes;
+}
+
+static pli_body* file_make_body(plii_file* file, pli_world* world, const file_body_sizes* sizes) {
+    plii_topology* topology =
+        plii_topology_create(file->context, sizes->faces, sizes->tetras, sizes->has_face_materials);
+    pli_body* body = topology == NULL ? NULL
+                                      : plii_body_create_bare(world, sizes->nodes, sizes->links, sizes->materials,
+                                                              sizes->has_tags, topology);
+    if (body == NULL) {
+        file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
+                                 "no memory for a body of %d nodes and %d links", sizes->nodes, sizes->links);
+    }
+    return body;
+}
+
+static bool file_have_materials(const pli_body* body, const uint16_t* materials, int count, int mask) {
+    for (int i = 0; i < count && materials != NULL; ++i) {
+        if ((materials[i] & mask) >= body->material_count) { return false; }
+    }
+    return true;
+}
+
+static bool file_has_two_nodes(const pli_body* body) {
+    for (int i = 0; i < body->link_count; ++i) {
+        if (body->links[i].nodes[0] == body->links[i].nodes[1]) { return false; }
+    }
+    return true;
+}
+
+static bool file_is_within(const pli_body* body) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const float w = body->positions[i].w;
+        if (!plii_is_point(plii_xyz(body->previous[i])) || !(w >= 0.0f && w <= 1.0f / PLI_MIN_MASS)) { return false; }
+    }
+    return plii_body_find_lost_node(body) == PLI_NULL_INDEX;
+}
+
+/* Uint16 are two bytes, whatever they mean. */
+static void file_uint16s(plii_file* file, uint16_t* numbers, int count) {
+    for (int i = 0; i < count && numbers != NULL; ++i) {
+        plii_file_number(file, &numbers[i], sizeof numbers[i]);
+    }
+}
+
+static void file_body_mesh(plii_file* file, pli_body* body) {
+    const size_t nodes = (size_t)body->node_count;
+    plii_topology* topology = body->topology;
+    plii_file_elements(file, "4f", body->positions, nodes, sizeof *body->positions);
+    plii_file_elements(file, "4f", body->previous, nodes, sizeof *body->previous);
+    plii_file_elements(file, "4f", body->velocities, nodes, sizeof *body->velocities);
+    plii_file_elements(file, "2nf", body->links, (size_t)body->link_count, sizeof *body->links);
+    file_uint16s(file, body->link_tags, body->link_count);
+    plii_file_elements(file, "f", body->materials, (size_t)body->material_count, sizeof *body->materials);
+    plii_file_elements(file, "3n", topology->faces, (size_t)topology->face_count, sizeof *topology->faces);
+    file_uint16s(file, topology->face_materials, topology->face_count);
+    plii_file_elements(file, "4n", topology->tetras, (size_t)topology->tetra_count, sizeof *topology->tetras);
+}
+
+static void file_check_body(plii_file* file, const pli_body* body) {
+    const plii_topology* topology = body->topology;
+    const int all = PLII_MAX_MATERIALS - 1;
+    const bool has_materials = file_have_materials(body, body->link_tags, body->link_count, all) &&
+                               file_have_materials(body, topology->face_materials, topology->face_count, 0xffff) &&
+                               (body->material_count > 0 || body->link_count == 0);
+    if (!has_materials) { plii_file_refuse(file, "a material is out of range"); }
+    if (!file_has_two_nodes(body)) { plii_file_refuse(file, "a link joins a node to itself"); }
+    if (!file_is_within(body)) { plii_file_refuse(file, "a node is too far out, too fast, or has no mass"); }
+    if (!(body->collision_margin >= 0.0f)) { plii_file_refuse(file, "a setting is out of range"); }
+}
+
+pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
+    const file_body_sizes sizes = file_body_read_sizes(file, body);
+    if (file->status != PLI_OK) { return body; }
+    if (file->mode == PLII_FILE_READ) { body = file_make_body(file, world, &sizes); }
+    if (body == NULL) { return NULL; }
+    file->body = body;
+    file_parts(file, file_body_parts, body);
+    file_body_mesh(file, body);
+    if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return body; }
+    file_check_body(file, body);
+    const pli_solver_settings solver = body->solver;
+    if (file->status == PLI_OK && pli_body_set_solver_settings(body, &solver) != PLI_OK) {
+        plii_file_refuse(file, "a setting of the solver is out of range");
+    }
+    return body;
+}
+
+void plii_file_body_end(plii_file* file, pli_body* body) {
+    file_parts(file, file_body_last_parts, body);
+    if (body->joint_iterations < 0) { plii_file_refuse(file, "a setting is out of range"); }
+}
+
+void plii_file_ignored_rigids(plii_file* file, pli_body* body) {
+    const int count = plii_file_count(file, body->ignored_rigid_count, 4);
+    if (file->mode == PLII_FILE_READ && file->status == PLI_OK) {
+        if (!PLII_RESERVE(file->context, &body->ignored_rigids, &body->ignored_rigid_capacity, count)) {
+            file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
+                                     "no memory for rigid bodies that body %d ignores", file->body_index);
+            return;
+        }
+        body->ignored_rigid_count = count;
+    }
+    if (count > 0) {
+        plii_file_elements(file, "S", body->ignored_rigids, (size_t)count, sizeof(*body->ignored_rigids));
+    }
+}

@@ -1,0 +1,251 @@
+/* Rigid bodies in files, with their shapes. */
+
+#include "file/file_parts.h"
+
+#include "math/vec.h"
+#include "shape/shape_impl.h"
+
+#include <string.h>
+
+enum { FILE_SHAPE_NUMBERS = 8 }; /* of the kinds that a file has whole */
+
+static const plii_state_part file_rigid_parts[] = {
+    PLII_STATE_OF(pli_rigid, is_absent, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_rigid, is_sensor, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_rigid, is_asleep, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_rigid, was_touched, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_rigid, needs_reintegration, PLII_SAVED, "B"),
+    PLII_STATE_OF(pli_rigid, pose_version, PLII_SAVED, "u"),
+    PLII_STATE_OF(pli_rigid, given_linear_velocity, PLII_SAVED, "3f"),
+    PLII_STATE_OF(pli_rigid, given_angular_velocity, PLII_SAVED, "3f"),
+    PLII_STATE_OF(pli_rigid, start_linear_velocity, PLII_SAVED, "3f"),
+    PLII_STATE_OF(pli_rigid, start_angular_velocity, PLII_SAVED, "3f"),
+    PLII_STATE_OF(pli_rigid, path, PLII_SAVED, "18fuB15f2BX24f"),
+    PLII_STATE_OF(pli_rigid, step_bounds, PLII_SAVED, "6f"),
+    PLII_STATE_OF(pli_rigid, pull, PLII_SAVED, "3f"),
+    PLII_STATE_OF(pli_rigid, sleep_group, PLII_SAVED, "u"),
+    PLII_STATE_OF(pli_rigid, rest_pose, PLII_SAVED, "12f"),
+    PLII_STATE_OF(pli_rigid, rest_time, PLII_SAVED, "f"),
+    {0},
+};
+
+// ---------------------------------------------------------------------------------------------------------- shapes
+
+/* Shapes may be shared: where one was first. */
+static void file_first_place(const pli_world* world, const pli_shape* shape, int place[2]) {
+    for (int i = 0; i < world->rigid_count; ++i) {
+        for (int k = 0; k < world->rigids[i]->shape_count; ++k) {
+            if (world->rigids[i]->shapes[k] == shape) {
+                place[0] = i;
+                place[1] = k;
+                return;
+            }
+        }
+    }
+}
+
+/* With the numbers as they are: what the creating functions derive may differ in the last bit. */
+static pli_shape* file_make_shape(plii_file* file, plii_shape_kind kind, const float* d) {
+    pli_shape* shape = NULL;
+    pli_status status = PLI_ERROR_FILE_FORMAT;
+    const pli_vec3 v = {d[0], d[1], d[2]};
+    if (kind == PLII_SHAPE_PLANE) { status = pli_shape_create_plane(file->context, v, d[3], &shape); }
+    if (kind == PLII_SHAPE_SPHERE) { status = pli_shape_create_sphere(file->context, d[0], &shape); }
+    if (kind == PLII_SHAPE_BOX) { status = pli_shape_create_box(file->context, v, &shape); }
+    if (kind == PLII_SHAPE_CAPSULE) { status = pli_shape_create_capsule(file->context, v, d[4], &shape); }
+    if (kind == PLII_SHAPE_CYLINDER) {
+        status = pli_shape_create_cylinder(file->context, pli_vec3_scale(v, d[3]), d[4], &shape);
+    }
+    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
+    if (status != PLI_OK) {
+        plii_file_refuse(file, "a shape cannot be made of its numbers");
+        return NULL;
+    }
+    memcpy(shape->def.user, d, shape->data_size);
+    return shape;
+}
+
+static void file_check_numbers(plii_file* file, const float* numbers) {
+    for (int i = 0; i < FILE_SHAPE_NUMBERS; ++i) {
+        if (!plii_is_finite(numbers[i])) { plii_file_refuse(file, "a shape has an infinite number"); }
+    }
+}
+
+/* The caller's shape of an id, with a reference more. */
+static pli_shape* file_find_shape(plii_file* file, const pli_world_file_def* def, uint64_t id) {
+    pli_shape* shape = def->find_shape != NULL ? def->find_shape(id, def->user) : NULL;
+    if (shape == NULL) {
+        file->status = plii_fail(file->context, PLI_ERROR_INVALID_VALUE, file->function,
+                                 "rigid body %d has a shape of the caller, of id %llu, that find_shape does not give",
+                                 file->rigid_index, (unsigned long long)id);
+        return NULL;
+    }
+    file->status =
+        plii_check_handle(shape, PLII_HANDLE_SHAPE, file->context, "the shape of find_shape", file->function);
+    if (file->status != PLI_OK) { return NULL; }
+    plii_shape_retain(shape);
+    return shape;
+}
+
+/* What a shape is. Where it is wanted, one of its own reference; NULL on error. */
+static pli_shape* file_shape(plii_file* file, const pli_world_file_def* def, const pli_shape* written, bool is_wanted) {
+    int kind = written != NULL ? (int)written->kind : 0;
+    plii_file_fields(file, "e5", &kind);
+    if (kind == PLII_SHAPE_OTHER) {
+        const bool is_asked = file->mode == PLII_FILE_WRITE && def->shape_id != NULL;
+        const uint64_t id = plii_file_u64(file, is_asked ? def->shape_id(written, def->user) : 0);
+        return is_wanted && file->status == PLI_OK ? file_find_shape(file, def, id) : NULL;
+    }
+    float numbers[FILE_SHAPE_NUMBERS] = {0};
+    if (written != NULL) { memcpy(numbers, written->def.user, written->data_size); }
+    plii_file_fields(file, "8f", numbers);
+    if (!is_wanted || file->status != PLI_OK) { return NULL; }
+    file_check_numbers(file, numbers);
+    return file->status == PLI_OK ? file_make_shape(file, (plii_shape_kind)kind, numbers) : NULL;
+}
+
+/* Shape `slot` of rigid body `index`, which has its first `slot` shapes already in READ: where it was first, and if
+   that is here, what it is. */
+static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, const pli_world* world, int index,
+                                int slot, pli_shape* const* shapes, bool is_wanted) {
+    int place[2] = {0, 0};
+    const pli_shape* written = file->mode != PLII_FILE_READ ? shapes[slot] : NULL;
+    if (written != NULL) { file_first_place(world, written, place); }
+    plii_file_fields(file, "2i", place);
+    if (place[0] == index && place[1] == slot) { return file_shape(file, def, written, is_wanted); }
+    if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return NULL; }
+    const bool is_here = place[0] == index && place[1] >= 0 && place[1] < slot;
+    const bool is_before =
+        place[0] >= 0 && place[0] < index && place[1] >= 0 && place[1] < world->rigids[place[0]]->shape_count;
+    if (!is_here && !is_before) {
+        plii_file_refuse(file, "a shape is out of range");
+        return NULL;
+    }
+    if (!is_wanted) { return NULL; }
+    pli_shape* shape = is_here ? shapes[place[1]] : world->rigids[place[0]]->shapes[place[1]];
+    plii_shape_retain(shape);
+    return shape;
+}
+
+// -------------------------------------------------------------------------------------------------------- rigid bodies
+
+/* What a rigid body is made from. */
+static void file_rigid_def(plii_file* file, pli_rigid_def* def) {
+    int kind = (int)def->kind;
+    plii_file_fields(file, "e2", &kind);
+    def->kind = (pli_rigid_kind)kind;
+    plii_file_fields(file, "28f", &def->state);
+    plii_file_fields(file, "f", &def->friction);
+    plii_file_fields(file, "3f", &def->linear_factor);
+    plii_file_fields(file, "3f", &def->angular_factor);
+}
+
+/* Kept as it is: what is made of a definition is not always its bits. */
+static void file_rigid_set(pli_rigid* rigid, const pli_rigid_def* def) {
+    rigid->state = def->state;
+    rigid->friction = def->friction;
+    rigid->linear_factor = def->linear_factor;
+    rigid->angular_factor = def->angular_factor;
+}
+
+static pli_rigid* file_make_rigid(plii_file* file, pli_world* world, const pli_rigid_def* def) {
+    pli_rigid* made = NULL;
+    const pli_status status = pli_rigid_create(world, def, &made);
+    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
+    if (status != PLI_OK) {
+        plii_file_refuse(file, "a rigid body cannot be made of its numbers");
+        return NULL;
+    }
+    file_rigid_set(made, def);
+    return made;
+}
+
+static void file_rigid_shapes(plii_file* file, const pli_world_file_def* def, const pli_world* world, int index,
+                              int count, pli_shape** shapes, pli_transform* poses, bool is_wanted) {
+    for (int k = 0; k < count && file->status == PLI_OK; ++k) {
+        pli_shape* made = file_shape_at(file, def, world, index, k, shapes, is_wanted);
+        if (is_wanted) { shapes[k] = made; }
+        pli_transform none;
+        plii_file_fields(file, "12f", is_wanted || file->mode != PLII_FILE_READ ? &poses[k] : &none);
+    }
+}
+
+static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,
+                            const pli_rigid* source) {
+    pli_rigid_def made = pli_rigid_def_default();
+    file_rigid_def(file, &made);
+    const int count = plii_file_count(file, 0, 8 + 48);
+    const bool is_wanted = source == NULL;
+    pli_shape** shapes = NULL;
+    pli_transform* poses = NULL;
+    if (is_wanted && count > 0 &&
+        (!PLII_ALLOCATE(file->context, &shapes, count) || !PLII_ALLOCATE(file->context, &poses, count))) {
+        file->status =
+            plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function, "no memory for %d shapes", count);
+    }
+    file_rigid_shapes(file, def, world, index, count, shapes, poses, is_wanted);
+    if (file->status == PLI_OK && source != NULL && source->shape_count != count) {
+        file->status = plii_fail(file->context, PLI_ERROR_INVALID_VALUE, file->function,
+                                 "the world does not fit the file: rigid body %d has %d shapes, %d in the file", index,
+                                 source->shape_count, count);
+    }
+    made.shape_count = count;
+    made.shapes = is_wanted ? shapes : source->shapes;
+    made.shape_poses = is_wanted ? poses : source->shape_poses;
+    pli_rigid* rigid = file->status == PLI_OK ? file_make_rigid(file, world, &made) : NULL;
+    for (const plii_state_part* part = file_rigid_parts; rigid != NULL && part->size > 0; ++part) {
+        plii_file_fields(file, part->fields, (unsigned char*)rigid + part->offset);
+    }
+    for (int k = 0; k < count && shapes != NULL; ++k) {
+        if (shapes[k] != NULL) { plii_shape_release(shapes[k]); }
+    }
+    PLII_RELEASE(file->context, shapes, count);
+    PLII_RELEASE(file->context, poses, count);
+}
+
+static void file_write_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index) {
+    pli_rigid* rigid = world->rigids[index];
+    pli_rigid_def written = {.kind = rigid->kind,
+                             .state = rigid->state,
+                             .friction = rigid->friction,
+                             .linear_factor = rigid->linear_factor,
+                             .angular_factor = rigid->angular_factor};
+    file_rigid_def(file, &written);
+    (void)plii_file_count(file, rigid->shape_count, 1);
+    file_rigid_shapes(file, def, world, index, rigid->shape_count, rigid->shapes, rigid->shape_poses, false);
+    for (const plii_state_part* part = file_rigid_parts; part->size > 0; ++part) {
+        plii_file_fields(file, part->fields, (unsigned char*)rigid + part->offset);
+    }
+}
+
+void plii_file_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,
+                     const pli_rigid* source) {
+    plii_file_begin_part(file, "rigid bodies");
+    file->rigid_index = index;
+    if (file->mode == PLII_FILE_READ) {
+        file_read_rigid(file, def, world, index, source);
+    } else {
+        file_write_rigid(file, def, world, index);
+    }
+    file->what = NULL;
+}
+
+/* What the sleep of bodies changes as it is enabled. */
+void plii_file_rigid_end(plii_file* file, pli_rigid* rigid) {
+    plii_file_fields(file, "B", &rigid->has_changed);
+    plii_file_fields(file, "u", &rigid->seen_version);
+}
+
+void plii_file_copy_rigid(pli_rigid* to, const pli_rigid* from) {
+    to->kind = from->kind;
+    to->state = from->state;
+    to->friction = from->friction;
+    to->linear_factor = from->linear_factor;
+    to->angular_factor = from->angular_factor;
+    for (const plii_state_part* part = file_rigid_parts; part->size > 0; ++part) {
+        memcpy((unsigned char*)to + part->offset, (const unsigned char*)from + part->offset, part->size);
+    }
+    to->has_changed = from->has_changed;
+    to->seen_version = from->seen_version;
+    to->path.next = NULL;
+}

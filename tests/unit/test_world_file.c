@@ -1,0 +1,311 @@
+/* Worlds that are made again from a file go on as those that were written: the same bits in every step. And nothing
+   that a file says harms the library. */
+
+#include "body/all_features.h"
+#include "body/body_impl.h"
+#include "file/file_parts.h"
+
+#include "failing_allocator.h"
+#include "short_steps.h"
+#include "state_trials.h"
+
+#include <pliant/bullet_reference.h>
+#include <pliant/world_file.h>
+
+#include <stdio.h>
+
+enum { FRESH = 30 };
+
+static unsigned char* write_file(const pli_world* written_world, size_t* size) {
+    *size = pli_world_file_size(written_world);
+    assert_true(*size > 0);
+    unsigned char* buffer = malloc(*size);
+    assert_non_null(buffer);
+    size_t written = 0;
+    if (pli_world_file_write(written_world, NULL, buffer, *size, &written) != PLI_OK) {
+        fail_msg("%s", pli_last_error(pli_world_get_context(written_world)));
+    }
+    assert_int_equal(written, *size);
+    return buffer;
+}
+
+/* The trial in a world that was made from a file, in a context of its own. */
+static void start_from_file(trial* t, const trial* from, const void* buffer, size_t size, int threads) {
+    *t = (trial){.drag = from->drag, .step = from->step};
+    pli_context_def def = pli_context_def_default();
+    if (threads > 1) {
+        assert_int_equal(pli_threads_create(threads, &t->threads), PLI_OK);
+        def.parallel_for = pli_threads_parallel_for;
+        def.parallel_user = t->threads;
+    }
+    assert_int_equal(pli_context_create(&def, &t->context), PLI_OK);
+    if (pli_world_file_create(t->context, NULL, buffer, size, &t->world) != PLI_OK) {
+        fail_msg("%s", pli_last_error(t->context));
+    }
+    t->body_count = pli_world_body_count(t->world);
+    t->rigid_count = pli_world_rigid_count(t->world);
+    for (int i = 0; i < t->body_count; ++i) {
+        t->bodies[i] = pli_world_get_body(t->world, i);
+    }
+    for (int i = 0; i < t->rigid_count; ++i) {
+        t->rigids[i] = pli_world_get_rigid(t->world, i);
+    }
+}
+
+static void expect_same_steps(trial* t, const uint64_t* hashes, int count, const char* what) {
+    for (int i = 0; i < count; ++i) {
+        step(t);
+        if (hash_of(t) != hashes[i]) { fail_msg("%s: other bits in step %d", what, i + 1); }
+    }
+}
+
+static void expect_same_bytes(const unsigned char* a, const unsigned char* b, size_t size, const char* what) {
+    for (size_t i = PLII_FILE_HEADER_SIZE; i < size; ++i) {
+        if (a[i] != b[i]) { fail_msg("%s: written again, other bytes from %zu on", what, i); }
+    }
+}
+
+static void cut_something(trial* t) {
+    for (int i = 0; i < t->body_count; ++i) {
+        const pli_bounds bounds = pli_body_get_bounds(t->bodies[i]);
+        const pli_vec3 middle = pli_vec3_scale(pli_vec3_add(bounds.min, bounds.max), 0.5f);
+        const float length = pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
+        const pli_vec3 first[2] = {{middle.x, middle.y - length, middle.z - 0.2f * length},
+                                   {middle.x, middle.y + length, middle.z - 0.2f * length}};
+        const pli_vec3 second[2] = {{middle.x, middle.y - length, middle.z + 0.2f * length},
+                                    {middle.x, middle.y + length, middle.z + 0.2f * length}};
+        (void)pli_body_cut_swept(t->bodies[i], first[0], first[1], second[0], second[1], NULL);
+    }
+}
+
+static void go_through_a_file(trial_kind kind, solver_choice solver, bool is_cut) {
+    char what[80];
+    trial t;
+    start(&t, kind, solver, 1);
+    for (int i = 0; i < t.body_count; ++i) {
+        if (is_cut) { assert_int_equal(pli_body_enable_sleep(t.bodies[i], NULL), PLI_OK); }
+    }
+    for (int i = 0; i < BEFORE; ++i) {
+        step(&t);
+        if (is_cut && i == BEFORE / 2) { cut_something(&t); }
+    }
+    size_t size = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    trial here = t;
+    uint64_t hashes[FRESH];
+    for (int i = 0; i < FRESH; ++i) {
+        step(&t);
+        hashes[i] = hash_of(&t);
+    }
+    for (int threads = 1; threads <= 3; threads += 2) {
+        snprintf(what, sizeof what, "trial %d, solver %d, %d threads%s", (int)kind, (int)solver, threads,
+                 is_cut ? ", cut" : "");
+        trial made;
+        start_from_file(&made, &here, buffer, size, threads);
+        size_t again = 0;
+        unsigned char* rewritten = write_file(made.world, &again);
+        assert_int_equal(again, size);
+        expect_same_bytes(buffer, rewritten, size, what);
+        free(rewritten);
+        expect_same_steps(&made, hashes, FRESH, what);
+        end(&made);
+    }
+    /* Into the world that has gone on, and into one that was made anew. */
+    t.step = BEFORE;
+    assert_int_equal(pli_world_file_restore(t.world, NULL, buffer, size), PLI_OK);
+    size_t again = 0;
+    unsigned char* rewritten = write_file(t.world, &again);
+    assert_int_equal(again, size);
+    expect_same_bytes(buffer, rewritten, size, what);
+    free(rewritten);
+    expect_same_steps(&t, hashes, FRESH, "back in the same world");
+    trial anew;
+    start(&anew, kind, solver, 1);
+    anew.step = BEFORE;
+    assert_int_equal(pli_world_file_restore(anew.world, NULL, buffer, size), PLI_OK);
+    expect_same_steps(&anew, hashes, FRESH, "a world that was made anew");
+    end(&anew);
+    free(buffer);
+    end(&t);
+}
+
+static void a_world_of_a_file_goes_on(void** unused) {
+    (void)unused;
+    for (int kind = 0; kind < TRIAL_KINDS; ++kind) {
+        for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+            if (!has_trial((trial_kind)kind, (solver_choice)solver)) { continue; }
+            go_through_a_file((trial_kind)kind, (solver_choice)solver, false);
+            go_through_a_file((trial_kind)kind, (solver_choice)solver, true);
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------- every member is described as it is
+
+static void every_field_has_the_size_of_its_member(void** unused) {
+    (void)unused;
+#define ADDRESS(name) &plii_##name##_class,
+    const plii_feature_class* const classes[] = {PLII_ALL_FEATURES(ADDRESS)};
+    for (size_t i = 0; i < sizeof classes / sizeof *classes; ++i) {
+        const plii_feature_class* klass = classes[i];
+        assert_true(strlen(klass->name) < 32);
+        for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+            const bool is_kept = array->snapshot == PLII_SAVED || array->snapshot == PLII_FILED;
+            if (!is_kept) { continue; }
+            if (array->fields == NULL ||
+                plii_file_struct_size(array->fields, array->element_size) != array->element_size) {
+                fail_msg("%s: array at %zu: %s", klass->name, array->member, array->fields);
+            }
+        }
+        for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
+            if (part->snapshot == PLII_LEFT) { continue; }
+            if (part->fields == NULL || plii_file_struct_size(part->fields, part->size) != part->size) {
+                fail_msg("%s: part at %zu: %s", klass->name, part->offset, part->fields);
+            }
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------- what is wrong
+
+static void expect_refused(trial* t, const void* buffer, size_t size, pli_status status, const char* message) {
+    const uint64_t hash = hash_of(t);
+    const size_t bytes = pli_context_allocated_bytes(t->context);
+    pli_world* made = NULL;
+    assert_int_equal(pli_world_file_create(t->context, NULL, buffer, size, &made), status);
+    if (strstr(pli_last_error(t->context), message) == NULL) { fail_msg("%s", pli_last_error(t->context)); }
+    assert_null(made);
+    assert_int_equal(pli_world_file_restore(t->world, NULL, buffer, size), status);
+    assert_int_equal(pli_context_allocated_bytes(t->context), bytes);
+    assert_true(hash_of(t) == hash);
+}
+
+static void what_is_wrong_is_refused(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLUSTERS, POSITION, 1);
+    for (int i = 0; i < 10; ++i) {
+        step(&t);
+    }
+    size_t size = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    for (size_t cut = 0; cut < size; cut = cut < 200 ? cut + 1 : cut + 1999) {
+        expect_refused(&t, buffer, cut, PLI_ERROR_FILE_FORMAT, "");
+    }
+    for (size_t cut = PLII_FILE_HEADER_SIZE; cut < size; cut += cut < 400 ? 1 : 1999) { /* as if it were all of it */
+        unsigned char* part = malloc(cut);
+        memcpy(part, buffer, cut);
+        file_seal(part, cut);
+        expect_refused(&t, part, cut, PLI_ERROR_FILE_FORMAT, "");
+        free(part);
+    }
+    buffer[8] = 2;
+    expect_refused(&t, buffer, size, PLI_ERROR_FILE_FORMAT, "the file is of version 2, this is 1");
+    buffer[8] = 1;
+    buffer[size / 2] ^= 1;
+    expect_refused(&t, buffer, size, PLI_ERROR_FILE_FORMAT, "its checksum is wrong");
+    buffer[size / 2] ^= 1;
+    trial other;
+    start(&other, TRIAL_CLOTH, POSITION, 1);
+    assert_int_equal(pli_world_file_restore(other.world, NULL, buffer, size), PLI_ERROR_INVALID_VALUE);
+    assert_non_null(strstr(pli_last_error(other.context), "it has 1 bodies, 4 in the file"));
+    end(&other);
+    assert_int_equal(pli_world_file_write(t.world, NULL, buffer, size - 1, NULL), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_world_file_write(t.world, NULL, NULL, 0, NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_world_file_size(NULL), 0);
+    free(buffer);
+    end(&t);
+}
+
+/* A world that was made of a file that was tampered with may be stepped. */
+static void nothing_in_a_file_harms(void** unused) {
+    (void)unused;
+    enum { MUTATIONS = 1000 };
+    uint64_t dice = 12345;
+    int accepted = 0, tried = 0;
+    for (int kind = 0; kind < TRIAL_KINDS; ++kind) {
+        const solver_choice solver = kind == TRIAL_CLUSTERS ? POSITION : kind % 2 == 0 ? XPBD : GRADIENTS;
+        trial t;
+        start(&t, (trial_kind)kind, solver, 1);
+        for (int i = 0; i < 20; ++i) {
+            step(&t);
+        }
+        size_t size = 0;
+        unsigned char* buffer = write_file(t.world, &size);
+        end(&t);
+        pli_context* hostile_context = NULL;
+        assert_int_equal(pli_context_create(NULL, &hostile_context), PLI_OK);
+        unsigned char* file = malloc(size);
+        for (int i = 0; i < MUTATIONS / TRIAL_KINDS + 1; ++i, ++tried) {
+            memcpy(file, buffer, size);
+            for (int k = 0; k < 1 + i % 4; ++k) {
+                dice = dice * 6364136223846793005u + 1442695040888963407u;
+                const size_t at = PLII_FILE_HEADER_SIZE + (size_t)(dice >> 33) % (size - PLII_FILE_HEADER_SIZE);
+                file[at] = (unsigned char)(i % 3 == 0 ? file[at] ^ (1u << (dice >> 8 & 7)) : dice >> 16);
+            }
+            file_seal(file, size);
+            pli_world* made = NULL;
+            if (pli_world_file_create(hostile_context, NULL, file, size, &made) != PLI_OK) { continue; }
+            accepted += 1;
+            bool is_short = true;
+            for (int b = 0; b < pli_world_body_count(made); ++b) {
+                is_short = is_short && has_short_steps(pli_world_get_body(made, b));
+            }
+            for (int s = 0; s < 2 && is_short; ++s) {
+                (void)pli_world_step(made, 1.0f / 60.0f);
+            }
+            pli_world_destroy(made);
+        }
+        assert_int_equal(pli_context_allocated_bytes(hostile_context), 0);
+        assert_int_equal(pli_context_destroy(hostile_context), PLI_OK);
+        free(file);
+        free(buffer);
+    }
+    print_message("%d of %d mutations made a world\n", accepted, tried);
+    assert_true(tried >= MUTATIONS && accepted > 0 && accepted < tried);
+}
+
+static void without_memory_nothing_is_left(void** unused) {
+    (void)unused;
+    const trial_kind kinds[] = {TRIAL_CLOTH, TRIAL_SELF_NODES, TRIAL_SOFT, TRIAL_CLUSTERS};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; ++k) {
+        trial t;
+        start(&t, kinds[k], POSITION, 1);
+        for (int i = 0; i < 10; ++i) {
+            step(&t);
+        }
+        size_t size = 0;
+        unsigned char* buffer = write_file(t.world, &size);
+        end(&t);
+        failing_allocator allocator;
+        pli_context* failing = failing_context(&allocator);
+        const long alive = allocator.alive;
+        int failures = 0;
+        for (long n = 1;; n += 1 + n / 16) {
+            const long failed = allocator.failed;
+            allocator.fail_at = n;
+            pli_world* made = NULL;
+            const pli_status status = pli_world_file_create(failing, NULL, buffer, size, &made);
+            allocator.fail_at = 0;
+            assert_true((status == PLI_OK) == (made != NULL));
+            pli_world_destroy(made);
+            assert_int_equal(allocator.alive, alive);
+            if (allocator.failed == failed) { break; }
+            failures += status != PLI_OK;
+        }
+        assert_true(failures > 10);
+        assert_int_equal(pli_context_destroy(failing), PLI_OK);
+        free(buffer);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_field_has_the_size_of_its_member),
+        cmocka_unit_test(a_world_of_a_file_goes_on),
+        cmocka_unit_test(what_is_wrong_is_refused),
+        cmocka_unit_test(nothing_in_a_file_harms),
+        cmocka_unit_test(without_memory_nothing_is_left),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
