@@ -453,6 +453,16 @@ void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constrai
     plii_implicit_share_nodes(constraints);
 }
 
+void plii_implicit_constraints_release(plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraint->is_anchor) { continue; }
+        constraint->rows = 0;
+        constraint->impulse = (plii_dvec3){0};
+    }
+    plii_implicit_share_nodes(constraints);
+}
+
 double plii_implicit_point_response(const plii_implicit_constraints* constraints,
                                     const plii_implicit_constraint* constraint, plii_dvec3 unit) {
     double response = 0.0, push[6] = {0};

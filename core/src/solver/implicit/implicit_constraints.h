@@ -71,6 +71,8 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
                                       const plii_implicit_block* blocks, const plii_dvec3* base);
 /* After the blocks have changed. */
 void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints);
+/* Contacts as if they had not been solved: sweeps leave sliding that friction would have to find the end of. */
+void plii_implicit_constraints_release(plii_implicit_constraints* constraints);
 /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
 bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints);
 /* Hands the changes to the rigid bodies. */

@@ -290,6 +290,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
         if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
         implicit_linearise_again(body, state);
+        if (round == 0 && !is_exact) { plii_implicit_constraints_release(&state->constraints); }
         implicit_descend(body, state, iterations, true);
         implicit_keep_momentum(body, graph, system);
         share = plii_implicit_search(body, &state->def, system, before);
