@@ -243,6 +243,21 @@ static void implicit_follow_solution(pli_body* body, const plii_implicit_system*
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
 }
 
+/* A step of conjugate gradients, or of sweeps that they may finish, is held to its energy. */
+static bool implicit_is_improved(const implicit_state* state) {
+    return state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT &&
+           (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT || state->def.finishing_iterations > 0);
+}
+
+/* Whether nodes are not where they were noted: what moved them, as bodies that overlap, is not to become speed. */
+static bool implicit_is_shifted(const pli_body* body, const plii_dvec3* noted) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[i]));
+        if (x.x != noted[i].x || x.y != noted[i].y || x.z != noted[i].z) { return true; }
+    }
+    return false;
+}
+
 /* Springs anew where the solution has brought them. */
 static void implicit_linearise_again(pli_body* body, implicit_state* state) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
@@ -275,6 +290,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
     plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
     plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
     const bool is_free = state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT;
+    const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, before);
     const bool is_exact = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
     const int iterations = is_exact ? state->def.sweeps : state->def.finishing_iterations;
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
@@ -284,7 +300,8 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         implicit_follow_solution(body, system, before);
     }
     double excess = (double)INFINITY, share = 1.0;
-    for (int round = 0; is_free && iterations > 0 && round < IMPLICIT_MAX_LINEARISATIONS; ++round) {
+
+    for (int round = 0; is_improved && round < IMPLICIT_MAX_LINEARISATIONS; ++round) {
         const double excess_before = excess;
         excess = plii_implicit_excess(body, &state->def, system);
         const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
@@ -348,8 +365,13 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
 }
 
 static void implicit_begin(pli_body* body) {
+    implicit_state* state = plii_feature_state(body, &implicit_class);
+    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
+    for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
+        before[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
+    }
     plii_run_stage(body, PLII_STAGE_PREPARE);
-    implicit_solve_constraints(body, plii_feature_state(body, &implicit_class));
+    implicit_solve_constraints(body, state);
 }
 
 static void implicit_sweep(pli_body* body) {
