@@ -3,9 +3,10 @@
 # packages and the scenes with Emscripten, and puts the page into build/web, which any static server can serve. The
 # last line of the output is its path. A second run only does what is left.
 #
-#   usage: sh demos/web.sh [--test]
+#   usage: sh demos/web.sh [--test [SCENE...] | --bench]
 #
-# With --test headless Chromium then runs every scene: errors, hashes against the program, dragging.
+# With --test headless Chromium then runs every scene, or those named: errors, hashes and pictures against the program,
+# dragging. With --bench the speed of a step is compared with the program's, and sizes of modules of the core are shown.
 set -eu
 cd "$(dirname "$0")/.."
 . cmake/bootstrap.sh
@@ -18,9 +19,10 @@ dpkg-dev        command dpkg-source
 chromium        command chromium
 chromium-driver command chromedriver
 python3-selenium file /usr/lib/python3/dist-packages/selenium/__init__.py"
-if [ "${1-}" = --test ]; then
+if [ -n "${1-}" ]; then
     packages="$packages
-$web_packages"
+$web_packages
+python3-skimage file /usr/lib/python3/dist-packages/skimage/__init__.py"
 else
     packages=$web_packages
 fi
@@ -81,7 +83,7 @@ fi
 say "building the module"
 export PKG_CONFIG_LIBDIR="$prefix/lib/pkgconfig"
 quietly emcmake cmake -G Ninja -S . -B $module -DCMAKE_BUILD_TYPE=Release -DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=BOTH \
-    -DPLIANT_BUILD_TESTS=OFF -DPLIANT_INSTALL=OFF -DPLIANT_BUILD_BRIDGE=ON -DPLIANT_WERROR=OFF \
+    -DPLIANT_BUILD_TESTS=OFF -DPLIANT_BUILD_PYTHON=OFF -DPLIANT_INSTALL=OFF -DPLIANT_BUILD_BRIDGE=ON -DPLIANT_WERROR=OFF \
     -DCMAKE_C_FLAGS=-msimd128 "-DCMAKE_CXX_FLAGS=-msimd128 -fwasm-exceptions"
 quietly cmake --build $module --target pliant_web -j "$(nproc)"
 unset PKG_CONFIG_LIBDIR
@@ -94,11 +96,18 @@ if [ ! -e build/web/pictures/Sleeve.jpg ]; then
     quietly /usr/bin/python3 demos/web/pictures.py build/web
 fi
 
-if [ "${1-}" = --test ]; then
+if [ "${1-}" = --bench ]; then
+    build_preset release pliant_program
+    say "measuring"
+    /usr/bin/python3 demos/web/bench.py build/web build/release/demos/app/pliant
+    /usr/bin/python3 demos/web/core_size.py $module/core/libpliant.a "$prefix/lib/libccd.a" build/web-core
+elif [ "${1-}" = --test ]; then
     build_preset release pliant_program
     cc -O2 -fno-builtin -ffp-contract=off -shared -fPIC demos/web/float_math.c -o build/web-float-math.so -lm
-    say "running every scene in the browser"
-    /usr/bin/python3 demos/web/test_page.py build/web build/release/demos/app/pliant "$PWD/build/web-float-math.so"
+    say "running scenes in the browser"
+    shift
+    /usr/bin/python3 demos/web/test_page.py build/web build/release/demos/app/pliant \
+        "$PWD/build/web-float-math.so" build/web-test "$@"
 else
     echo "$PWD/build/web/index.html"
 fi

@@ -1,6 +1,7 @@
-"""Writes what cffi has to know of the C interface: types and functions as the headers declare them, and constants.
+"""Writes what cffi has to know of the C interface: the library's name, types and functions as the headers declare them,
+and constants.
 
-usage: declarations.py COMPILER INCLUDE_FOLDER OUTPUT
+usage: declarations.py COMPILER INCLUDE_FOLDER LIBRARY OUTPUT
 """
 
 import re
@@ -51,4 +52,5 @@ def declarations(compiler, include):
 
 
 if __name__ == "__main__":
-    Path(sys.argv[3]).write_text(declarations(sys.argv[1], Path(sys.argv[2])))
+    compiler, include, library, output = sys.argv[1:]
+    Path(output).write_text(f"// library {library}\n" + declarations(compiler, Path(include)))

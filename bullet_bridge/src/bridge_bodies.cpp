@@ -88,8 +88,15 @@ pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def,
     if (status != PLI_OK) { return status; }
     if (bullet_world_ == nullptr || bullet_world_state() == WorldState::gone) { return PLI_ERROR_WRONG_STATE; }
     pli_body* made = nullptr;
-    const pli_status result = pli_body_create(world, mesh, def, body != nullptr ? &made : nullptr);
+    pli_status result = pli_body_create(world, mesh, def, body != nullptr ? &made : nullptr);
     if (result != PLI_OK) { return result; }
+    if (mode == CollisionMode::exact) {
+        result = pli_body_enable_colored_links(made);
+        if (result != PLI_OK) {
+            pli_body_destroy(made);
+            return result;
+        }
+    }
     try {
         objects_.push_back(std::make_unique<SoftObject>(*this, made));
     } catch (const std::bad_alloc&) {
@@ -115,8 +122,6 @@ pli_status Bridge::Impl::remove_body(pli_body* body) {
     return PLI_OK;
 }
 
-namespace {} // namespace
-
 float Bridge::Impl::interpolation() const {
     if (bullet_world_ == nullptr || bullet_world_state() != WorldState::alive) { return 1; }
     const btScalar step = Accumulator::step(*bullet_world_);
@@ -131,6 +136,7 @@ btDiscreteDynamicsWorld* Bridge::Impl::bullet_world_between_steps() const {
 }
 
 void Bridge::Impl::save_knowledge(Knowledge& knowledge) {
+    follow_transforms();
     follow_world();
     knowledge.followed_gravity = followed_gravity_;
     knowledge.activations.clear();

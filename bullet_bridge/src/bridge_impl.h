@@ -109,6 +109,7 @@ private:
     void wake_met(btScalar dt);
     void offer_sleep();
     void follow_gravity();
+    void follow_transforms();
     void sort_pairs();
     void collide_pairs();
     void collide_pairs_as_reference();
@@ -152,6 +153,7 @@ private:
     };
     std::vector<RigidPair> sorted_pairs_;     ///< scratch
     std::vector<pli_rigid_pair> rigid_pairs_; ///< scratch
+    std::vector<pli_body_pair> body_pairs_;   ///< scratch
     std::vector<RigidProxy*> touched_;        ///< proxies that take part in this step's solve
     std::mutex mutex_;                        ///< guards proxies_, replaced_ and pairs_ during Bullet's dispatch
 };

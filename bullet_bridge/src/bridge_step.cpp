@@ -68,9 +68,20 @@ void Bridge::Impl::follow_gravity() {
     if (result == PLI_OK) { followed_gravity_ = present; }
 }
 
+// What a game does to a soft object's transform moves the body.
+void Bridge::Impl::follow_transforms() {
+    for (const auto& object : objects_) {
+        const btTransform moved = object->getWorldTransform();
+        if (moved == btTransform::getIdentity()) { continue; }
+        object->setWorldTransform(btTransform::getIdentity());
+        note(pli_body_transform(object->body(), to_pli(moved)));
+    }
+}
+
 void Bridge::Impl::begin_step(btScalar dt) {
     step_status = PLI_OK;
     follow_gravity();
+    follow_transforms();
     look_for_pinned();
     follow_world();
     for (const auto& object : objects_) {
@@ -108,9 +119,13 @@ void Bridge::Impl::collide_pairs() {
         collide_pairs_as_reference();
     } else {
         collide_rigid_pairs();
+        body_pairs_.clear();
         for (const PairAlgorithm* pair : pairs_) {
             if (pair == nullptr || pair->other_soft == nullptr) { continue; }
-            note(pli_world_collide_bodies(world, pair->soft.body(), pair->other_soft->body()));
+            body_pairs_.push_back({pair->soft.body(), pair->other_soft->body()});
+        }
+        if (!body_pairs_.empty()) {
+            note(pli_world_collide_body_pairs(world, body_pairs_.data(), static_cast<int>(body_pairs_.size())));
         }
     }
     for (PairAlgorithm* pair : pairs_) {

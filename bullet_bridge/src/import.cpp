@@ -290,6 +290,7 @@ pli_status apply_features(pli_body* body, const ImportedBody& from) {
         if (status == PLI_OK) { status = call(); }
     };
     if (from.uses_velocity_links) {
+        then([&] { return pli_body_disable_colored_links(body); }); // they are of the position solve
         then([&] { return pli_body_enable_velocity_links(body); });
     }
     if (from.has_aero) {

@@ -1,5 +1,6 @@
 #include "pair_algorithm.h"
 
+#include "contact_query.h"
 #include "soft_object.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
@@ -68,14 +69,38 @@ public:
     }
 };
 
+class QueryCreateFunc final : public btCollisionAlgorithmCreateFunc {
+public:
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* wrap0,
+                                                   const btCollisionObjectWrapper* wrap1) override {
+        const SoftObject* soft0 = SoftObject::from(wrap0->getCollisionObject());
+        const SoftObject* soft1 = SoftObject::from(wrap1->getCollisionObject());
+        if (soft0 == nullptr && soft1 == nullptr) {
+            auto* dispatcher = static_cast<btCollisionDispatcher*>(info.m_dispatcher1);
+            return dispatcher->getCollisionConfiguration()
+                ->getClosestPointsAlgorithmCreateFunc(wrap0->getCollisionShape()->getShapeType(),
+                                                      wrap1->getCollisionShape()->getShapeType())
+                ->CreateCollisionAlgorithm(info, wrap0, wrap1);
+        }
+        // Of two soft bodies the one without faces is asked for its links, the other for its faces.
+        const bool first = soft1 == nullptr || (soft0 != nullptr && pli_body_get_view(soft1->body()).face_count > 0);
+        void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ContactQuery));
+        return new (memory) ContactQuery(info, first ? *soft0 : *soft1, first, wrap0, wrap1);
+    }
+};
+
 } // namespace
 
 void register_pair_algorithm(btCollisionDispatcher& dispatcher) {
-    // It has no state, so one serves all dispatchers and may stay registered when the bridge has gone.
+    // They have no state, so they serve all dispatchers and may stay registered when the bridge has gone.
     static PairCreateFunc create;
+    static QueryCreateFunc create_query;
     for (int type = 0; type < MAX_BROADPHASE_COLLISION_TYPES; ++type) {
         dispatcher.registerCollisionCreateFunc(soft_shape_type, type, &create);
         dispatcher.registerCollisionCreateFunc(type, soft_shape_type, &create);
+        dispatcher.registerClosestPointsCreateFunc(soft_shape_type, type, &create_query);
+        dispatcher.registerClosestPointsCreateFunc(type, soft_shape_type, &create_query);
     }
 }
 

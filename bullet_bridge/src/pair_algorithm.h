@@ -6,7 +6,7 @@
 
 #include "bridge_impl.h"
 #include "rigid_proxy.h"
-#include "triangle_slabs.h"
+#include "shapes/triangle_slabs.h"
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 
@@ -35,8 +35,8 @@ public:
     int collected_index = -1; ///< place among the bridge's pairs of this step
 };
 
-/// Makes the dispatcher use PairAlgorithm for soft bodies. Objects that only share the shape type keep the algorithm
-/// of the dispatcher's configuration. May be called again.
+/// Makes the dispatcher use PairAlgorithm for soft bodies, and ContactQuery for contact tests. Objects that only share
+/// the shape type keep the algorithm of the dispatcher's configuration. May be called again.
 void register_pair_algorithm(btCollisionDispatcher& dispatcher);
 
 } // namespace pliant

@@ -1,7 +1,7 @@
 #include "rigid_proxy.h"
 
 #include "convert.h"
-#include "triangle_slabs.h"
+#include "shapes/triangle_slabs.h"
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>

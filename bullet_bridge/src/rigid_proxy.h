@@ -11,7 +11,7 @@
 
 #include "bridge_impl.h"
 #include "object_identity.h"
-#include "shapes.h"
+#include "shapes/shapes.h"
 
 #include <LinearMath/btAlignedObjectArray.h>
 

@@ -27,11 +27,12 @@ static double bytes_per_node(const BenchResult& result, const EngineCost& cost) 
 
 // Geometric mean of the ratios of those results that have one; 0 without any.
 static double mean_ratio(const std::vector<BenchResult>& results, double (BenchResult::*ratio)() const,
-                         EngineCost BenchResult::*engine) {
+                         EngineCost BenchResult::*engine, bool of_touching = false) {
     double sum = 0;
     int count = 0;
     for (const BenchResult& result : results) {
         if (!result.bullet.is_measured || !(result.*engine).is_measured) { continue; }
+        if (of_touching && result.touching_frames == 0) { continue; }
         sum += std::log((result.*ratio)());
         ++count;
     }
@@ -46,24 +47,29 @@ static nlohmann::ordered_json number_or_null(double value) {
 
 static nlohmann::ordered_json to_json(const BenchResult& result, const EngineCost& cost) {
     if (!cost.is_measured) { return nullptr; }
-    nlohmann::ordered_json json = {{"median_ms", cost.median},
-                                   {"minimum_ms", cost.minimum},
-                                   {"mean_ms", cost.mean},
-                                   {"predict_ms", cost.parts[0]},
-                                   {"collide_ms", cost.parts[1]},
-                                   {"solve_ms", cost.parts[2]},
-                                   {"world_step_ms", cost.whole_step},
-                                   {"setup_ms", cost.setup},
-                                   {"rms_stretch", cost.rms_stretch},
-                                   {"rms_speed", cost.rms_speed},
-                                   {"max_stretch", cost.max_stretch},
-                                   {"finite", cost.finite},
-                                   {"bytes_per_node", bytes_per_node(result, cost)},
-                                   {"allocations_per_step", cost.allocations_per_step},
-                                   {"last_allocating_frame", cost.last_allocating_frame}};
+    nlohmann::ordered_json json = {
+        {"median_ms", cost.median},
+        {"touching_median_ms", number_or_null(result.touching_frames > 0 ? cost.touching_median : -1.0)},
+        {"minimum_ms", cost.minimum},
+        {"mean_ms", cost.mean},
+        {"predict_ms", cost.parts[0]},
+        {"collide_ms", cost.parts[1]},
+        {"solve_ms", cost.parts[2]},
+        {"world_step_ms", cost.whole_step},
+        {"setup_ms", cost.setup},
+        {"rms_stretch", cost.rms_stretch},
+        {"rms_speed", cost.rms_speed},
+        {"max_stretch", cost.max_stretch},
+        {"finite", cost.finite},
+        {"bytes_per_node", bytes_per_node(result, cost)},
+        {"allocations_per_step", cost.allocations_per_step},
+        {"last_allocating_frame", cost.last_allocating_frame}};
     if (cost.one_thread_median > 0.0) {
         json["one_thread_median_ms"] = cost.one_thread_median;
         json["work_over_span"] = cost.work_over_span;
+        for (size_t i = 0; i < demos::predicted_threads.size(); ++i) {
+            json["predicted_speedups"][std::to_string(demos::predicted_threads[i])] = cost.predicted_speedups[i];
+        }
     }
     return json;
 }
@@ -77,21 +83,25 @@ static nlohmann::ordered_json to_json(const BenchResult& result) {
                                                             : nlohmann::ordered_json(stage.feature)},
                           {"microseconds", stage.microseconds}});
     }
-    return {{"scene", result.scene},
-            {"nodes", result.nodes},
-            {"links", result.links},
-            {"clusters", result.clusters},
-            {"bodies", result.bodies},
-            {"ratio", number_or_null(has_ratio ? result.ratio() : -1.0)},
-            {"reference_ratio", number_or_null(has_reference ? result.reference_ratio() : -1.0)},
-            {"world_step_ratio", number_or_null(has_ratio ? result.whole_ratio() : -1.0)},
-            {"pliant", to_json(result, result.pliant)},
-            {"reference", to_json(result, result.reference)},
-            {"bullet", to_json(result, result.bullet)},
-            {"ns_per_link", number_or_null(result.ns_per_link)},
-            {"ns_per_contact", number_or_null(result.ns_per_contact)},
-            {"ns_per_cluster", number_or_null(result.ns_per_cluster)},
-            {"stages", stages}};
+    return {
+        {"scene", result.scene},
+        {"nodes", result.nodes},
+        {"links", result.links},
+        {"clusters", result.clusters},
+        {"bodies", result.bodies},
+        {"frames", result.frames},
+        {"touching_frames", result.touching_frames},
+        {"touching_ratio", number_or_null(has_ratio && result.touching_frames > 0 ? result.touching_ratio() : -1.0)},
+        {"ratio", number_or_null(has_ratio ? result.ratio() : -1.0)},
+        {"reference_ratio", number_or_null(has_reference ? result.reference_ratio() : -1.0)},
+        {"world_step_ratio", number_or_null(has_ratio ? result.whole_ratio() : -1.0)},
+        {"pliant", to_json(result, result.pliant)},
+        {"reference", to_json(result, result.reference)},
+        {"bullet", to_json(result, result.bullet)},
+        {"ns_per_link", number_or_null(result.ns_per_link)},
+        {"ns_per_contact", number_or_null(result.ns_per_contact)},
+        {"ns_per_cluster", number_or_null(result.ns_per_cluster)},
+        {"stages", stages}};
 }
 
 // ---------------------------------------------------------------------------------------------------------- CSV
@@ -140,10 +150,19 @@ static std::string or_dash(bool is_there, double value, int decimals) {
     return is_there ? report::fixed(value, decimals) : "-";
 }
 
+static std::string predictions_text(const EngineCost& cost) {
+    std::string text;
+    for (const double speedup : cost.predicted_speedups) {
+        text += (text.empty() ? "" : "/") + report::fixed(speedup, 1);
+    }
+    return text;
+}
+
 static std::string summary_text(const std::vector<BenchResult>& results) {
-    report::Table table({"scene",   "nodes",   "links",        "Pliant ms", "one thread", "work/span",  "predict",
-                         "collide", "solve",   "reference ms", "Bullet ms", "ratio",      "ref. ratio", "world ratio",
-                         "ns/link", "stretch", "Bullet's",     "B/node",    "Bullet's",   "alloc/step", "Bullet's"});
+    report::Table table({"scene",          "nodes",      "links",       "Pliant ms", "one thread",   "work/span",
+                         "4/8/16 threads", "predict",    "collide",     "solve",     "reference ms", "Bullet ms",
+                         "ratio",          "ref. ratio", "world ratio", "ns/link",   "stretch",      "Bullet's",
+                         "B/node",         "Bullet's",   "alloc/step",  "Bullet's"});
     for (const BenchResult& result : results) {
         const bool has_bullet = result.bullet.is_measured, has_reference = result.reference.is_measured;
         const bool has_threads = result.pliant.one_thread_median > 0.0;
@@ -153,6 +172,7 @@ static std::string summary_text(const std::vector<BenchResult>& results) {
                    report::fixed(result.pliant.median, 4),
                    or_dash(has_threads, result.pliant.one_thread_median, 4),
                    or_dash(has_threads, result.pliant.work_over_span, 1),
+                   has_threads ? predictions_text(result.pliant) : "-",
                    report::fixed(result.pliant.parts[0], 4),
                    report::fixed(result.pliant.parts[1], 4),
                    report::fixed(result.pliant.parts[2], 4),
@@ -194,7 +214,8 @@ static void print_text(const std::vector<BenchResult>& results) {
         << "\nms: median over the frames of what the soft bodies take of a step. ratio: Bullet ms / Pliant ms; "
            "world ratio: of whole steps,\nrigid bodies included. stretch: root mean square of the links in "
            "the last second of 15 s. alloc/step: over the second half of the frames.\n"
-           "work/span: how many times as fast as on one thread a step is at most, however many threads there are.\n";
+           "work/span: how many times as fast as on one thread a step is at most, however many threads there are; "
+           "4/8/16 threads: predicted\nfrom the times of parts, without the cost of handing them over.\n";
 }
 
 // ------------------------------------------------------------------------------------------------------ command
@@ -219,17 +240,16 @@ static std::vector<BenchResult> bench_scenes(const BenchOptions& options) {
 }
 
 static std::vector<BenchResult> bench_sizes(const BenchOptions& options) {
-    const std::vector<demos::BenchSeries>& all = demos::bench_series();
-    const auto series =
-        std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == options.series; });
+    const demos::BenchSeries& series = demos::find_bench_series(options.series);
     std::vector<BenchResult> results;
     Progress progress(options.json);
-    for (const scene& which : series->sizes) {
-        const std::unique_ptr<demos::Description> description = demos::Description::build(which, {});
-        demos::BenchOptions bench = demos::series_options(*description, options.is_quick);
+    for (const demos::BenchSize& size : series.sizes) {
+        const std::unique_ptr<demos::Description> description =
+            demos::Description::build(size.which, size.scene_options);
+        demos::BenchOptions bench = demos::series_options(series, size, *description, options.is_quick);
         if (options.frames > 0) { bench.frames = options.frames; }
         bench.threads = options.threads;
-        progress.start(which.name);
+        progress.start(size.which.name);
         results.push_back(
             demos::bench_scene(*description, bench, [&](int frame, int frames) { progress.show(frame, frames); }));
     }
@@ -257,8 +277,11 @@ int run_bench(const BenchOptions& options) {
     }
     const double mean = mean_ratio(results, &BenchResult::ratio, &BenchResult::pliant);
     const double reference_mean = mean_ratio(results, &BenchResult::reference_ratio, &BenchResult::reference);
+    const double touching_mean = mean_ratio(results, &BenchResult::touching_ratio, &BenchResult::pliant, true);
     std::cout << nlohmann::ordered_json{{"scenes", rows},
                                         {"geometric_mean", number_or_null(mean > 0.0 ? mean : -1.0)},
+                                        {"touching_geometric_mean",
+                                         number_or_null(touching_mean > 0.0 ? touching_mean : -1.0)},
                                         {"reference_geometric_mean",
                                          number_or_null(reference_mean > 0.0 ? reference_mean : -1.0)}}
                      .dump(2)

@@ -121,6 +121,7 @@ static json speed_of(const ReportPlan& plan, const fs::path& data) {
     BenchOptions options;
     options.scenes = plan.scenes;
     options.is_quick = options.json = true;
+    options.frames = 300; // until what falls has landed
     return document_of([&] { run_bench(options); }, data / "bench.json");
 }
 

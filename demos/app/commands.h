@@ -16,12 +16,13 @@ struct ListOptions {
     bool json = false;
 };
 
-// --solver, --substeps, --iterations, --dt and --threads as they were given; empty: not given.
+// --solver, --substeps, --iterations, --dt, --threads and --simd as they were given; empty: not given.
 struct StepOptions {
     std::optional<std::string> solver;
     std::optional<int> substeps, iterations;
     std::optional<double> seconds;
     int threads = 1;
+    std::string simd = "best";
 };
 
 demos::EngineOptions engine_options(const StepOptions& options);
@@ -106,6 +107,11 @@ struct WorkprecOptions {
     bool json = false;
 };
 
+struct ServeOptions {
+    std::string folder = "build/web";
+    int port = 8000; // 0: any that is free
+};
+
 struct ReportOptions {
     std::vector<std::string> parts; // none: all
     std::string folder = "pliant-report";
@@ -115,6 +121,7 @@ struct ReportOptions {
 int run_list(const ListOptions& options);
 int run_report(const ReportOptions& options);
 int run_scene(const RunOptions& options);
+int run_serve(const ServeOptions& options);
 int run_compare(const CompareOptions& options);
 int run_compare_snapshots(const CompareOptions& options);
 int run_bench(const BenchOptions& options);

@@ -21,6 +21,7 @@ using app::DemoOptions;
 using app::ListOptions;
 using app::ReportOptions;
 using app::RunOptions;
+using app::ServeOptions;
 using app::SoakOptions;
 using app::StabilityOptions;
 using app::ViewOptions;
@@ -72,6 +73,12 @@ static void add_step(CLI::App* command, app::StepOptions& options) {
             ""))
         ->type_name("S");
     add_threads(command, options.threads);
+    command
+        ->add_option("--simd", options.simd,
+                     "Instructions of Pliant: best of this processor (default) or portable, those of every one of its "
+                     "kind; results do not depend on it")
+        ->check(CLI::IsMember({"best", "portable"}).description(""))
+        ->type_name("NAME");
 }
 
 // "N" or "NxM"; the text is checked here and read by scene_options.
@@ -175,8 +182,14 @@ static void add_compare(CLI::App& program, CompareOptions& options, std::functio
 static void add_bench(CLI::App& program, BenchOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("bench", "Measure what soft bodies cost, in Pliant and in btSoftBody");
     command->add_option("scenes", options.scenes, "Names of scenes, or all of Bullet's demo")->type_name("SCENE");
-    command->add_option("--series", options.series, "Scenes of growing size instead: sheet, sphere or bodies")
-        ->check(CLI::IsMember({"sheet", "sphere", "bodies"}).description(""))
+    command
+        ->add_option(
+            "--series", options.series,
+            "Scenes of growing size instead: sheet, sphere or bodies; or those for threads: crowd, crowd-xpbd, "
+            "flags, tori, fold, jacobi, gradients, drape")
+        ->check(CLI::IsMember({"sheet", "sphere", "bodies", "crowd", "crowd-xpbd", "flags", "tori", "fold", "jacobi",
+                               "gradients", "drape"})
+                    .description(""))
         ->type_name("NAME");
     add_frames(command, options.frames, "Frames of 1/60 s (default: 300, or 60 with --quick)");
     command->add_flag("--quick", options.is_quick, "Fewer frames, and each only once");
@@ -285,6 +298,15 @@ static void add_report(CLI::App& program, ReportOptions& options, std::function<
     command->callback([&] { chosen = [&] { return app::run_report(options); }; });
 }
 
+static void add_serve(CLI::App& program, ServeOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("serve", "Serve the page of the scenes to browsers of this machine");
+    command->add_option("folder", options.folder, "What is served (default: build/web)")->type_name("DIR");
+    command->add_option("--port", options.port, "0: any that is free (default: 8000)")
+        ->check(CLI::Range(0, 65535).description(""))
+        ->type_name("N");
+    command->callback([&] { chosen = [&] { return app::run_serve(options); }; });
+}
+
 static int fail(const std::string& reason, int status) {
     std::cout.flush();
     const std::string line = reason.substr(0, reason.find('\n'));
@@ -313,6 +335,7 @@ static int run_program(int argument_count, char** arguments) {
     SoakOptions soak;
     WorkprecOptions workprec;
     ReportOptions report;
+    ServeOptions serve;
     std::function<int()> chosen;
     CLI::App program("Soft bodies of Pliant beside those of Bullet, on the same scenes.", "pliant");
     program.set_version_flag("--version", "pliant " APP_VERSION);
@@ -326,6 +349,7 @@ static int run_program(int argument_count, char** arguments) {
     add_stability(program, stability, soak, chosen);
     add_workprec(program, workprec, chosen);
     add_report(program, report, chosen);
+    add_serve(program, serve, chosen);
     try {
         program.parse(argument_count, arguments);
     } catch (const CLI::Success& request) { // --help, --version

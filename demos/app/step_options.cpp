@@ -15,6 +15,7 @@ demos::EngineOptions engine_options(const StepOptions& options) {
     result.solver.iterations = options.iterations;
     if (options.seconds.has_value()) { result.step_seconds = static_cast<float>(*options.seconds); }
     result.threads = options.threads;
+    if (options.simd == "portable") { result.simd = PLI_SIMD_PORTABLE; }
     return result;
 }
 

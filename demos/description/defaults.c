@@ -32,7 +32,7 @@ scene_soft_def scene_soft_def_default(void) {
     const pli_body_def body = pli_body_def_default();
     return (scene_soft_def){
         .name = "soft",
-        .collision_margin = body.collision_margin,
+        .collision_margin = 0.25f, /* Bullet's: scenes are the same on btSoftBody */
         .solver = body.solver,
         .rigid_contacts = pli_rigid_contacts_def_default(),
         .has_rigid_contacts = true,

@@ -300,6 +300,11 @@ void BulletEngine::set_wind(int soft, pli_vec3 wind) {
     body(soft).setWindVelocity(to_bullet(wind));
 }
 
+void BulletEngine::set_gravity(pli_vec3 gravity) {
+    Engine::set_gravity(gravity);
+    info_.m_gravity = to_bullet(gravity);
+}
+
 size_t BulletEngine::soft_bytes() const {
     // The cells of the sampled distances do not go through Bullet's allocator.
     const auto cells = static_cast<size_t>(info_.m_sparsesdf.ncells) * sizeof(btSparseSdf<3>::Cell);

@@ -29,6 +29,7 @@ public:
     scene_self_collision self_collision() const override { return SCENE_SELF_NONE; }
     std::optional<int> crossings() const override { return std::nullopt; }
     void set_wind(int soft, pli_vec3 wind) override;
+    void set_gravity(pli_vec3 gravity) override;
 
     RigidWorld& rigids() override { return rigids_; }
     const RigidWorld& rigids() const override { return rigids_; }

@@ -176,6 +176,9 @@ public:
     // Pairs of faces of one soft body that cross each other now; not set where the engine does not count them.
     virtual std::optional<int> crossings() const = 0;
 
+    // m/s^2, of soft and rigid bodies; the next step has it.
+    virtual void set_gravity(pli_vec3 gravity);
+
     // Clamped to the range of the control. Throws Error when the engine cannot follow.
     void set_control(int index, float value);
     float control(int index) const;

@@ -41,6 +41,10 @@ void Engine::shoot(pli_vec3 from, pli_vec3 velocity, float radius, float mass) {
     rigids().add_ball(from, velocity, radius, mass);
 }
 
+void Engine::set_gravity(pli_vec3 gravity) {
+    rigids().set_gravity(gravity);
+}
+
 void Engine::prepare_step() {
     for (const ControlEvent& event : description().control_events) {
         if (clock_.begins(event.frame)) { set_control(event.control, event.value); }

@@ -88,11 +88,11 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     pli_body* body = nullptr;
     check(bridge_->add_body(record.mesh.get(), &def, &body));
     bodies_.push_back(body);
-    enable_features(body, definition_for_solver(record, run_));
-    enable_solver(body, record, run_);
     const bool in_bullet_order = options_.reference || options_.solver.in_mesh_order ||
                                  run_.kind != SolverKind::position_based || record.def.velocity_links;
-    if (!in_bullet_order) { check(pli_body_enable_colored_links(body)); }
+    if (in_bullet_order) { check(pli_body_disable_colored_links(body)); }
+    enable_features(body, definition_for_solver(record, run_));
+    enable_solver(body, record, run_);
     if (!options_.reference) { enable_self_collision(body, record.def, run_); }
     check(pli_body_add_velocity(body, record.velocity));
     for (const FirstForce& force : record.first_forces) {

@@ -48,6 +48,13 @@ void RigidWorld::adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 g
     world_->setGravity(to_bullet(gravity));
 }
 
+void RigidWorld::set_gravity(pli_vec3 gravity) {
+    for (const auto& object : objects_) { // Bullet leaves bodies at rest out
+        if (!object->isStaticOrKinematicObject()) { object->activate(true); }
+    }
+    world_->setGravity(to_bullet(gravity));
+}
+
 void RigidWorld::add(const RigidRecord& record) {
     btCollisionShape* collision_shape = shape(record.shape);
     const btTransform pose = to_bullet(record.pose);

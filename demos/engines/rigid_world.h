@@ -21,6 +21,8 @@ public:
 
     // To be set once, before bodies are added.
     void adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 gravity);
+    // Wakes all bodies.
+    void set_gravity(pli_vec3 gravity);
     void add(const RigidRecord& record); // which must outlive this
     void add_ball(pli_vec3 center, pli_vec3 velocity, float radius, float mass);
     // Puts kinematic bodies where they are `seconds` after the start; before a step, where its end finds them.

@@ -3,8 +3,10 @@
 #include <pliant/pliant.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
 
 static pli_context* context;
+static double step_us; // processor time of the last run, mean
 
 static void check(pli_status status) {
     if (status == PLI_OK) { return; }
@@ -26,11 +28,18 @@ static pli_world* make_world(void) {
     return world;
 }
 
+// Of all threads together.
+static double now_us(void) {
+    return 1e6 * (double)clock() / CLOCKS_PER_SEC;
+}
+
 static void run(pli_world* world, float seconds) {
     const int steps = (int)(seconds * 60);
+    const double begin = now_us();
     for (int i = 0; i < steps; ++i) {
         check(pli_world_step(world, 1.0f / 60.0f));
     }
+    step_us = (now_us() - begin) / steps;
 }
 
 // A rope of 2 m that hangs from its first node, with a weight of 5 kg at the other end.
@@ -194,10 +203,15 @@ static void print_body(const char* name, const pli_body* body) {
            (double)bounds.max.y, 100.0 * (double)pli_body_max_stretch(body), (double)speed);
 }
 
-int main(void) {
-    // Two threads; without this everything is on one, with the same results.
+static void print_cost(const pli_body* body) {
+    printf("          %d nodes, %.0f us a step\n", pli_body_get_view(body).node_count, step_us);
+}
+
+int main(int argument_count, char** arguments) {
+    const int thread_count = argument_count > 1 ? atoi(arguments[1]) : 2;
+    // Without this everything is on one thread, with the same results.
     pli_threads* threads;
-    check(pli_threads_create(2, &threads));
+    check(pli_threads_create(thread_count, &threads));
     pli_context_def def = pli_context_def_default();
     def.parallel_for = pli_threads_parallel_for;
     def.parallel_user = threads;
@@ -207,15 +221,19 @@ int main(void) {
     const pli_body* rope = make_rope(world);
     run(world, 10);
     print_body("rope", rope);
+    print_cost(rope);
     pli_world_destroy(world);
 
     world = make_world();
     pli_body* cape = make_cape(world);
+    const double begin = now_us();
     for (int step = 0; step < 180; ++step) {
         lead_cape(cape, fminf((float)step, 120) / 60); // 1 m/s for two seconds
         check(pli_world_step(world, 1.0f / 60.0f));
     }
+    step_us = (now_us() - begin) / 180;
     print_body("cape", cape);
+    print_cost(cape);
     pli_world_destroy(world);
 
     world = make_world();
@@ -223,6 +241,7 @@ int main(void) {
     const float volume = pli_body_volume(balloon);
     run(world, 5);
     print_body("balloon", balloon);
+    print_cost(balloon);
     printf("          holds %.2f times its volume\n", (double)(pli_body_volume(balloon) / volume));
     pli_world_destroy(world);
 
@@ -230,6 +249,7 @@ int main(void) {
     const pli_body* solid = make_solid(world);
     run(world, 5);
     print_body("solid", solid);
+    print_cost(solid);
     pli_world_destroy(world);
 
     world = make_world();
@@ -237,6 +257,7 @@ int main(void) {
     const uint64_t before = pli_context_allocation_count(context);
     run(world, 5);
     print_body("clustered", clustered);
+    print_cost(clustered);
     printf("          %.0f kB, %llu allocations in 300 steps\n", (double)pli_body_bytes(clustered) / 1000,
            (unsigned long long)(pli_context_allocation_count(context) - before));
     pli_world_destroy(world);

@@ -31,6 +31,7 @@ public:
         cost_.is_measured = true;
         const auto count = static_cast<size_t>(options.frames);
         sums_.resize(count);
+        touches_.resize(count);
         wholes_.resize(count);
         for (std::vector<double>& times : parts_) {
             times.resize(count);
@@ -50,6 +51,7 @@ public:
             const uint64_t before = engine_->soft_allocations();
             engine_->step();
             const uint64_t made = engine_->soft_allocations() - before;
+            if (round_ == 0) { touches_[static_cast<size_t>(frame)] = is_touching(); }
             if (round_ == 0 && made > 0) { cost_.last_allocating_frame = frame + 1; }
             if (round_ == 0 && is_steady(*description_, frame)) {
                 steady_allocations_ += made;
@@ -74,8 +76,15 @@ public:
         return measures;
     }
 
-    void sum_up() {
+    const std::vector<bool>& touches() const { return touches_; }
+
+    void sum_up(const std::vector<bool>& touches) {
         cost_.median = median(sums_);
+        std::vector<double> touching;
+        for (size_t frame = 0; frame < sums_.size(); ++frame) {
+            if (touches[frame]) { touching.push_back(sums_[frame]); }
+        }
+        if (!touching.empty()) { cost_.touching_median = median(touching); }
         cost_.minimum = *std::min_element(sums_.begin(), sums_.end());
         for (const double time : sums_) {
             cost_.mean += time / static_cast<double>(sums_.size());
@@ -111,6 +120,13 @@ private:
         cost_.rms_speed = std::sqrt(speed);
     }
 
+    bool is_touching() const {
+        for (int i = 0; i < engine_->soft_count(); ++i) {
+            if (!engine_->contacts(i).empty()) { return true; }
+        }
+        return false;
+    }
+
     // The runs of a scene are equal from round to round, so a longer time is a disturbance.
     void keep(std::vector<double>& times, int frame, double time) const {
         double& kept = times[static_cast<size_t>(frame)];
@@ -126,6 +142,7 @@ private:
     int round_ = 0;
     uint64_t steady_allocations_ = 0, steady_steps_ = 0;
     std::vector<double> sums_, wholes_;
+    std::vector<bool> touches_; // by frame
     std::array<std::vector<double>, soft_part_count> parts_;
 };
 
@@ -134,6 +151,7 @@ private:
 EngineOptions pliant_options(const BenchOptions& options) {
     EngineOptions result;
     result.threads = options.threads;
+    result.solver = options.solver;
     return result;
 }
 
@@ -222,22 +240,33 @@ void profile_stages(const Description& description, const BenchOptions& options,
 void measure_span(const Description& description, const BenchOptions& options, EngineCost& cost) {
     constexpr int least_rounds = 3; // a disturbance within the longest part counts as a whole
     const int rounds = std::max(options.rounds, least_rounds);
-    std::vector<double> works(static_cast<size_t>(options.frames)), spans(works.size());
+    const auto frames = static_cast<size_t>(options.frames);
+    std::vector<double> works(frames), spans(frames);
+    std::array<std::vector<double>, predicted_threads.size()> shares; // with so many threads
+    shares.fill(std::vector<double>(frames));
+    const ProcessorTime processor_time; // all is done by one thread
     for (int round = 0; round < rounds; ++round) {
         SpanClock clock;
         EngineOptions engine_options = pliant_options(options);
         engine_options.parallel_for = SpanClock::parallel_for;
         engine_options.parallel_user = &clock;
         PliantEngine engine(description, engine_options);
-        for (int frame = 0; frame < options.frames; ++frame) {
+        for (size_t frame = 0; frame < frames; ++frame) {
             engine.step();
-            const double work = engine.step_times().sum(), span = work - clock.take();
-            double &kept_work = works[static_cast<size_t>(frame)], &kept_span = spans[static_cast<size_t>(frame)];
-            kept_work = round == 0 ? work : std::min(kept_work, work);
-            kept_span = round == 0 ? span : std::min(kept_span, span);
+            const SpanClock::Savings saved = clock.take();
+            const double work = engine.step_times().sum() - saved.own;
+            const auto keep = [&](double& kept, double time) { kept = round == 0 ? time : std::min(kept, time); };
+            keep(works[frame], work);
+            keep(spans[frame], work - saved.of_all);
+            for (size_t i = 0; i < shares.size(); ++i) {
+                keep(shares[i][frame], work - saved.of_threads[i]);
+            }
         }
     }
     cost.work_over_span = median(works) / median(spans);
+    for (size_t i = 0; i < shares.size(); ++i) {
+        cost.predicted_speedups[i] = median(works) / median(shares[i]);
+    }
 }
 
 } // namespace
@@ -262,7 +291,11 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
     BenchOptions unsettled = options;
     unsettled.settled_frames = 0;
     EngineCost one_thread;
-    if (options.threads > 1) { runners.emplace_back(EngineKind::pliant, EngineOptions{}, one_thread, unsettled); }
+    if (options.threads > 1) {
+        EngineOptions alone = pliant_options(options);
+        alone.threads = 1;
+        runners.emplace_back(EngineKind::pliant, alone, one_thread, unsettled);
+    }
     if (options.with_bullet) { runners.emplace_back(EngineKind::bullet, EngineOptions{}, result.bullet, options); }
     const int steps = 2 * options.frames * options.rounds;
     for (int round = 0; round < options.rounds; ++round) {
@@ -284,8 +317,11 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
             result.clusters = measures.clusters;
         }
     }
+    const std::vector<bool> touches = runners.front().touches();
+    result.frames = options.frames;
+    result.touching_frames = static_cast<int>(std::count(touches.begin(), touches.end(), true));
     for (Runner& runner : runners) {
-        runner.sum_up();
+        runner.sum_up(touches);
     }
     const auto rest = [&](int frame, int) { progress(options.rounds * options.frames + frame, steps); };
     profile_stages(description, options, rest, result);

@@ -101,6 +101,10 @@ void calls_step_in_parts(calls* c) {
         if ((parts & 2) != 0 && a->body != NULL && b->body != NULL) {
             STEP_CALL(c, world->home, pli_world_collide_bodies(world->world, a->body, b->body));
         }
+        if ((parts & 64) != 0 && a->body != NULL && b->body != NULL) {
+            const pli_body_pair pairs[2] = {{a->body, b->body}, {b->body, a->body}};
+            STEP_CALL(c, world->home, pli_world_collide_body_pairs(world->world, pairs, parts % 3));
+        }
         if ((parts & 12) == 12 && a->body != NULL) { turn_around(c, a); }
         if ((parts & 16) != 0) {
             c->report->steps += STEP_CALL(c, world->home, pli_world_solve(world->world)) == PLI_OK;

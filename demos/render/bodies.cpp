@@ -77,6 +77,17 @@ bool is_ground(const Extent::Rigid& rigid, const Box& soft) {
     return rigid.is_static && std::min(size.x, size.z) > 2.5f * std::max(soft.diagonal(), 1.0f);
 }
 
+float ground_height(const std::vector<Extent>& extents) {
+    float height = -1e30f;
+    for (const Extent& extent : extents) {
+        for (const Extent::Rigid& rigid : extent.rigids) {
+            const bool is_below = rigid.bounds.max.y <= extent.soft.max.y;
+            if (is_below && is_ground(rigid, extent.soft)) { height = std::max(height, rigid.bounds.max.y); }
+        }
+    }
+    return height;
+}
+
 // ----------------------------------------------------------------------------------------------- soft bodies
 
 std::vector<int> tetra_surface(const demos::SoftState& soft) {

@@ -30,6 +30,8 @@ std::vector<int> tetra_surface(const demos::SoftState& soft);
 
 // A static body much larger than the soft bodies, drawn as ground.
 bool is_ground(const Extent::Rigid& rigid, const Box& soft);
+// Of the ground under the soft bodies, m; far below everything where there is none.
+float ground_height(const std::vector<Extent>& extents);
 
 // `soft`: bounds of all soft bodies that the picture shows; `pixel`: size of a pixel of the final picture at the
 // middle of the scene, m, below which nothing is drawn thin.

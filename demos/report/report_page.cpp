@@ -1,5 +1,6 @@
 #include "report_page.h"
 
+#include "conclusions.h"
 #include "html.h"
 #include "svg.h"
 
@@ -19,13 +20,21 @@ tr:nth-child(even) td { background: #f5f7f9; }
 figure { margin: .6rem 0 1.4rem; }
 figcaption { font-size: .9rem; }
 svg { width: 100%; height: auto; display: block; }
+.plot { overflow-x: auto; }
+.plot svg { min-width: 760px; }
 .figures { display: flex; flex-wrap: wrap; gap: .8rem; margin: 1rem 0; padding: 0; list-style: none; }
 .figures li { flex: 1 1 200px; background: #f0f4f8; border-radius: 6px; padding: .6rem .9rem; font-size: .85rem; }
 .figures strong { display: block; font-size: 1.5rem; }
 details { margin: .3rem 0; }
 summary { cursor: pointer; }
-.costs th:last-child, .costs td:last-child { text-align: left; white-space: normal; }
+.costs th:last-child, .costs td:last-child { text-align: left; white-space: normal; min-width: 17rem; }
 .facts td { text-align: left; white-space: normal; }
+.facts td:first-child { white-space: nowrap; }
+.wide th:first-child, .wide td:first-child { position: sticky; left: 0; background: #fff; }
+.wide tr:nth-child(even) td:first-child { background: #f5f7f9; }
+.conclusions li { margin: .25rem 0; }
+.side { display: none; font-size: .85rem; color: #666; }
+@media (max-width: 800px) { .side { display: block; } }
 )";
 
 // ---------------------------------------------------------------------------------------------- cells of tables
@@ -38,12 +47,22 @@ static std::string error_cell(const json& value) {
     return value.is_number() ? short_error(value.get<double>()) : "-";
 }
 
+static std::string percent_cell(const json& share) {
+    return share.is_number() ? fixed(100.0 * share.get<double>(), 2) : "-";
+}
+
 static std::string count_cell(const json& value) {
     return value.is_number() ? std::to_string(value.get<long long>()) : "-";
 }
 
 static std::string percent(double share) {
     return fixed(100.0 * share, 1) + " %";
+}
+
+static const char* const to_the_side = "<p class=\"side\">Wider than the screen: move it to the side.</p>\n";
+
+static std::string wide_table(const Table& table) {
+    return to_the_side + table_html(table);
 }
 
 static std::string paragraph(const std::string& text) {
@@ -68,7 +87,9 @@ static std::string pictures_part(const ReportContent& content) {
     std::string html = heading("scenes", "Scenes");
     if (!content.picture_problem.empty()) { return html + paragraph("No pictures: " + content.picture_problem); }
     html +=
-        paragraph("Pliant on the left, btSoftBody on the right, after the same number of steps from the same start.");
+        paragraph("Pliant on the left, btSoftBody on the right, after the same number of steps from the same start. "
+                  "None of them is in reference mode, in which both would show the same: Pliant runs as it does by "
+                  "default, with coloured links and exact distances.");
     for (const ReportPicture& each : content.pictures) {
         html += "<figure><h3>" + escaped(each.scene) + "</h3>\n<img src=\"" + png_uri(each.png) + "\" alt=\"" +
                 escaped(each.scene) + " on Pliant and on btSoftBody\">\n<figcaption>" + escaped(each.summary) +
@@ -78,8 +99,10 @@ static std::string pictures_part(const ReportContent& content) {
 }
 
 static std::string comparison_part(const json& document) {
-    Table table({"scene", "nodes", "median", "p99", "maximum", "bit-equal", "lone", "above", "unexplained", "free 30",
-                 "free 60", "free 300", "Bullet ms", "Pliant ms", "ratio"});
+    Table table({"scene", "nodes", "median, of the size", "p99, of the size", "maximum, of the size",
+                 "bit-equal, of the nodes", "lone, frames", "above, frames", "unexplained, frames",
+                 "free 30, of the size", "free 60, of the size", "free 300, of the size", "Bullet, ms", "Pliant, ms",
+                 "Bullet / Pliant"});
     for (const json& each : document.at("scenes")) {
         const json &step = each.at("one_step"), &free_run = each.at("free_run");
         table.add({each.at("scene"), count_cell(each.at("nodes")), error_cell(step.at("median")),
@@ -90,29 +113,38 @@ static std::string comparison_part(const json& document) {
                    error_cell(free_run.at("error_300")), fixed_cell(each.at("bullet_ms"), 3),
                    fixed_cell(each.at("pliant_ms"), 3), fixed_cell(each.at("time_ratio"), 2)});
     }
-    return heading("comparison", "How near Pliant is to btSoftBody") + table_html(table) +
-           paragraph("Reference mode. median, p99, maximum: error of one step from the same state, as a share of the "
+    return heading("comparison", "How near Pliant is to btSoftBody") + wide_table(table) +
+           paragraph("All of this table is in reference mode. median, p99, maximum: error of one step from the same "
+                     "state, as a share of the "
                      "size of the soft bodies. lone: frames with a contact that only one engine made; above: frames "
                      "with an error above 1e-5; unexplained: those of them without such a contact. free: error after "
                      "so many frames from the same start. ms: whole step, in the free run.");
 }
 
 static std::string speed_part(const json& document) {
-    Table table({"scene", "nodes", "links", "Pliant ms", "predict", "collide", "solve", "reference ms", "Bullet ms",
-                 "ratio", "ratio of whole steps", "stretch", "stretch of Bullet", "B/node", "B/node of Bullet"});
+    Table table({"scene", "nodes", "links", "frames that touch", "Pliant, ms", "reference mode, ms", "Bullet, ms",
+                 "Bullet / Pliant", "all frames: Pliant, ms", "predict, ms", "collide, ms", "solve, ms", "Bullet, ms",
+                 "Bullet / Pliant", "whole steps: Bullet / Pliant", "stretch, %", "stretch of Bullet, %",
+                 "memory, B per node", "of Bullet, B per node"});
     for (const json& each : document.at("scenes")) {
         const json &pliant = each.at("pliant"), &reference = each.at("reference"), &bullet = each.at("bullet");
         table.add({each.at("scene"), count_cell(each.at("nodes")), count_cell(each.at("links")),
+                   count_cell(each.at("touching_frames")) + " of " + count_cell(each.at("frames")),
+                   fixed_cell(pliant.at("touching_median_ms"), 4), fixed_cell(reference.at("touching_median_ms"), 4),
+                   fixed_cell(bullet.at("touching_median_ms"), 4), fixed_cell(each.at("touching_ratio"), 2),
                    fixed_cell(pliant.at("median_ms"), 4), fixed_cell(pliant.at("predict_ms"), 4),
                    fixed_cell(pliant.at("collide_ms"), 4), fixed_cell(pliant.at("solve_ms"), 4),
-                   fixed_cell(reference.at("median_ms"), 4), fixed_cell(bullet.at("median_ms"), 4),
-                   fixed_cell(each.at("ratio"), 2), fixed_cell(each.at("world_step_ratio"), 2),
-                   fixed_cell(pliant.at("rms_stretch"), 4), fixed_cell(bullet.at("rms_stretch"), 4),
-                   fixed_cell(pliant.at("bytes_per_node"), 0), fixed_cell(bullet.at("bytes_per_node"), 0)});
+                   fixed_cell(bullet.at("median_ms"), 4), fixed_cell(each.at("ratio"), 2),
+                   fixed_cell(each.at("world_step_ratio"), 2), percent_cell(pliant.at("rms_stretch")),
+                   percent_cell(bullet.at("rms_stretch")), fixed_cell(pliant.at("bytes_per_node"), 0),
+                   fixed_cell(bullet.at("bytes_per_node"), 0)});
     }
-    return heading("speed", "Time of a step") + table_html(table) +
-           paragraph("Median over 60 frames of what the soft bodies take of a step, one thread. ratio: time of "
-                     "btSoftBody over that of Pliant. stretch: root mean square over the links at the end.");
+    return heading("speed", "Time of a step") + wide_table(table) +
+           paragraph(
+               "Medians of what the soft bodies take of a step, one thread; Bullet is btSoftBody. The first columns "
+               "count the frames in which soft bodies touch something, in which the first columns of times are "
+               "taken too; of scenes in which nothing touches there are none. stretch: root mean square over the "
+               "links at the end.");
 }
 
 static std::string precision_part(const ReportContent& content) {
@@ -124,7 +156,7 @@ static std::string precision_part(const ReportContent& content) {
     for (const ReportPlot& plot : content.plots) {
         if (plot.scene != scene) { html += "<h3>" + escaped(plot.scene) + "</h3>\n"; }
         scene = plot.scene;
-        html += "<figure>" + plot.svg + "</figure>\n";
+        html += to_the_side + std::string("<figure class=\"plot\">") + plot.svg + "</figure>\n";
     }
     return html;
 }
@@ -134,7 +166,7 @@ static std::string stability_part(const ReportContent& content) {
            paragraph("Extreme cases with btSoftBody and with every solver of Pliant, each in a process of its own. A "
                      "case that is refused with a clear message, where that is right, counts as survived. The mouse "
                      "shows why a cell is not green.") +
-           "<figure>" + content.stability_svg + "</figure>\n";
+           to_the_side + "<figure class=\"plot\">" + content.stability_svg + "</figure>\n";
 }
 
 // "links 11.4 µs; normals 0.2 µs, 8.4 kB": dearest first.
@@ -183,12 +215,25 @@ std::string costs_markdown(const std::vector<json>& costs) {
 }
 
 static std::string costs_part(const std::vector<json>& costs) {
-    return heading("costs", "What scenes pay for") + "<div class=\"costs\">" + table_html(costs_table(costs)) +
+    return heading("costs", "What scenes pay for") + "<div class=\"costs\">" + wide_table(costs_table(costs)) +
            "</div>" +
            paragraph("Mean over the steps up to the scene's picture, with clocks in it; µs/step holds the step's own "
                      "work too. linked: bytes of the core in a program with these features. off: features that no soft "
                      "body has; they take neither time nor memory, and no code "
                      "of theirs is linked by a program that does not name them.");
+}
+
+static std::string conclusions_part(const std::vector<ConclusionGroup>& groups) {
+    std::string html = heading("conclusions", "Conclusions") +
+                       paragraph("From the figures above, as they were measured on this machine.");
+    for (const ConclusionGroup& group : groups) {
+        html += "<h3>" + escaped(group.heading) + "</h3>\n<ul class=\"conclusions\">\n";
+        for (const std::string& sentence : group.sentences) {
+            html += "<li>" + escaped(sentence) + "</li>\n";
+        }
+        html += "</ul>\n";
+    }
+    return html;
 }
 
 // --------------------------------------------------------------------------------------------- figures at the top
@@ -216,9 +261,9 @@ static std::string figures_part(const ReportContent& content) {
         unexplained += each.at("one_step").at("unexplained_frames").get<int>();
     }
     return "<ul class=\"figures\">\n" +
-           figure_item(fixed_cell(content.speed.at("geometric_mean"), 2) + " ×",
-                       "speed of btSoftBody, geometric mean of " + std::to_string(content.speed.at("scenes").size()) +
-                           " scenes, one thread") +
+           figure_item(fixed_cell(content.speed.at("touching_geometric_mean"), 2) + " ×",
+                       "speed of btSoftBody in frames in which bodies touch, geometric mean of the scenes, one "
+                       "thread") +
            figure_item(std::to_string(unexplained) + " of " + std::to_string(frames),
                        "frames in which one step differs from btSoftBody by more than 1e-5 without a contact that "
                        "only one engine made") +
@@ -235,7 +280,7 @@ std::string report_page(const ReportContent& content) {
     html += "<h1>Pliant: report</h1>\n<p>Soft bodies of Pliant beside those of Bullet (btSoftBody), on the same "
             "scenes: looks, agreement, speed, precision, stability and costs, measured on this machine.";
     html += content.is_quick ? " The quick form: some of the scenes and settings.</p>\n" : "</p>\n";
-    std::string links = "<a href=\"#machine\">Machine</a>", parts = facts_part(content);
+    std::string links, parts;
     const auto add = [&](bool is_there, const char* id, const char* name, const auto& part) {
         if (!is_there) { return; }
         links += std::string("<a href=\"#") + id + "\">" + name + "</a>";
@@ -248,6 +293,9 @@ std::string report_page(const ReportContent& content) {
     add(!content.precision.is_null(), "precision", "Error against run time", [&] { return precision_part(content); });
     add(!content.stability.is_null(), "stability", "Stability", [&] { return stability_part(content); });
     add(!content.costs.empty(), "costs", "Costs", [&] { return costs_part(content.costs); });
+    const std::vector<ConclusionGroup> groups = conclusions(content);
+    add(!groups.empty(), "conclusions", "Conclusions", [&] { return conclusions_part(groups); });
+    add(true, "machine", "Machine", [&] { return facts_part(content); });
     return html + "<nav>" + links + "</nav>\n" + figures_part(content) + parts + page_end();
 }
 

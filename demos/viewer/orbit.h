@@ -13,6 +13,8 @@ struct Ray {
 
 class Orbit {
 public:
+    // The camera stays above this height, m: it turns no further down than there.
+    void stay_above(float ground) { ground_ = ground; }
     // From where a picture would be taken.
     void look_from(const render::Camera& camera);
 
@@ -20,13 +22,16 @@ public:
     void turn(float right, float down);
     void pan(float right, float down, int height);
     void zoom(float steps); // > 0: nearer
-    void shift(pli_vec3 way) { target_ = pli_vec3_add(target_, way); }
+    void shift(pli_vec3 way);
 
     render::Camera camera(float aspect) const;
 
 private:
+    void rise();
+
     pli_vec3 target_{};
     float distance_ = 10, yaw_ = 0, pitch_ = 0; // degrees
+    float ground_ = -1e30f;
 };
 
 // Through a place of the viewport, -1 to 1 from left to right and from bottom to top.

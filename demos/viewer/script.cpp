@@ -135,16 +135,16 @@ std::vector<Command> read_script(const std::string& path) {
     std::vector<Command> commands;
     std::string line;
     for (int number = 1; std::getline(file, line); ++number) {
+        const std::string source = path + ":" + std::to_string(number);
         try {
             Words words(line);
             if (words.is_empty()) { continue; }
             commands.push_back(read_command(words));
+            commands.back().source = source;
             if (commands.size() > 1 && commands[commands.size() - 2].frame > commands.back().frame) {
                 throw demos::Error("frames must not go back");
             }
-        } catch (const demos::Error& error) {
-            throw demos::Error(path + ":" + std::to_string(number) + ": " + error.what());
-        }
+        } catch (const demos::Error& error) { throw demos::Error(source + ": " + error.what()); }
     }
     if (!file.eof()) { throw demos::Error(path + ": " + std::strerror(errno == 0 ? EIO : errno)); }
     return commands;

@@ -29,6 +29,7 @@ struct Command {
     float value = 0; // of a wheel or a control
     int index = 0;   // of a control, or the number of steps
     std::string name;
+    std::string source; // file and line, as in messages
 };
 
 // Commands in the order of frames. Throws demos::Error with the file and the line.

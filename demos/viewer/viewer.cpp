@@ -72,6 +72,7 @@ void Viewer::frame_scene() {
     const render::View seen = view_of(*session_, extents);
     const Viewport viewport = viewports().front();
     const float aspect = static_cast<float>(viewport.width) / static_cast<float>(viewport.height);
+    orbit_.stay_above(render::ground_height(extents));
     orbit_.look_from(render::choose_camera(session_->description(), seen, aspect));
     center_ = seen.soft.center();
 }
@@ -300,7 +301,10 @@ void Viewer::perform(const Command& command) {
 
 void Viewer::run_script() {
     while (next_command_ < options_.script.size() && options_.script[next_command_].frame <= drawn_) {
-        perform(options_.script[next_command_++]);
+        const Command& command = options_.script[next_command_++];
+        try {
+            perform(command);
+        } catch (const demos::Error& error) { throw demos::Error(command.source + ": " + error.what()); }
     }
 }
 

@@ -22,11 +22,11 @@ struct Scene {
 
 struct Material {
     pli_vec3 front, back;
-    float wire, gloss, grid, has_shadow;
+    float wire, gloss, grid, has_shadow, hollow, is_on_top;
     uint32_t vertices, vertex_count; // address and number
 };
 
-static_assert(sizeof(Scene) == 58 * sizeof(float) && sizeof(Material) == 12 * sizeof(float));
+static_assert(sizeof(Scene) == 58 * sizeof(float) && sizeof(Material) == 14 * sizeof(float));
 static_assert(sizeof(render::Vertex) == 9 * sizeof(float));
 
 struct Frame {
@@ -41,12 +41,13 @@ Frame frame;
 
 extern "C" {
 
-// Makes the frame for a canvas of that height in pixels; the number of materials.
-EMSCRIPTEN_KEEPALIVE int web_make_frame(float aspect, int height) {
-    const render::Snapshot& snapshot = web::run().snapshot;
+// Makes the frame of a run for a place of that height in pixels; the number of materials.
+EMSCRIPTEN_KEEPALIVE int web_make_frame(int run, float aspect, int height) {
+    const render::Snapshot& snapshot = web::run(run).snapshot;
     const render::Camera camera = web::page().orbit.camera(aspect);
-    const render::Extent extent = render::measure_extent(snapshot);
-    const render::View view = render::make_view({extent});
+    std::vector<render::Extent> extents;
+    const render::View view = web::view_of_all(extents);
+    const render::Extent& extent = extents.at(static_cast<size_t>(run));
     const render::Light light = render::make_light(camera, view, shadow_size);
     const float size = std::max(view.focus.diagonal(), 0.1f);
     frame.scene = {camera.view_projection(0.02f * camera.distance, 200.0f * camera.distance),
@@ -61,13 +62,14 @@ EMSCRIPTEN_KEEPALIVE int web_make_frame(float aspect, int height) {
                    view.focus.center(),
                    3.0f * std::max(size, camera.distance),
                    3.0f * light.texel + 0.002f * size};
-    frame.batches = render::make_batches(snapshot, extent, view.soft, camera.pixel_size(height), {});
+    frame.batches = render::make_batches(snapshot, extent, view.soft, camera.pixel_size(height), web::page().look);
     frame.materials.clear();
     for (const render::Batch& batch : frame.batches) {
         const bool is_ground = batch.surface == render::Surface::ground;
         frame.materials.push_back({batch.front, batch.back, batch.wire, batch.gloss,
                                    is_ground ? render::round_spacing(0.1f * camera.distance) : 0.0f,
-                                   batch.has_shadow && !is_ground ? 1.0f : 0.0f,
+                                   batch.has_shadow && !is_ground ? 1.0f : 0.0f, batch.is_hollow ? 1.0f : 0.0f,
+                                   batch.is_on_top ? 1.0f : 0.0f,
                                    static_cast<uint32_t>(reinterpret_cast<uintptr_t>(batch.vertices.data())),
                                    static_cast<uint32_t>(batch.vertices.size())});
     }

@@ -19,14 +19,24 @@ const char* answer(const std::string& text) {
     return page().text.c_str();
 }
 
-static void set_camera(float aspect) {
-    const render::Extent extent = render::measure_extent(run().snapshot);
-    page().orbit.look_from(render::choose_camera(page().session->description(), render::make_view({extent}), aspect));
+render::View view_of_all(std::vector<render::Extent>& extents) {
+    for (const viewer::Run& run : page().session->runs()) {
+        extents.push_back(render::measure_extent(run.snapshot));
+    }
+    return render::make_view(extents);
 }
 
-static viewer::SessionOptions read_options(const std::string& solver, int substeps, int iterations) {
+static void set_camera(float aspect) {
+    std::vector<render::Extent> extents;
+    const render::View view = view_of_all(extents);
+    page().orbit.look_from(render::choose_camera(page().session->description(), view, aspect));
+}
+
+static viewer::SessionOptions read_options(const std::string& solver, int substeps, int iterations, bool is_beside) {
     viewer::SessionOptions options;
-    options.engines = solver == "btSoftBody" ? viewer::Engines::bullet : viewer::Engines::pliant;
+    options.engines = solver == "btSoftBody" ? viewer::Engines::bullet
+                      : is_beside            ? viewer::Engines::both
+                                             : viewer::Engines::pliant;
     for (const demos::SolverKind kind :
          {demos::SolverKind::position_based, demos::SolverKind::implicit, demos::SolverKind::xpbd}) {
         if (solver == demos::solver_name(kind)) { options.engine.solver.kind = kind; }
@@ -36,20 +46,39 @@ static viewer::SessionOptions read_options(const std::string& solver, int subste
     return options;
 }
 
+static demos::SceneOptions read_scene_options(const std::string& self_collision, int columns) {
+    static constexpr struct {
+        const char* name;
+        scene_self_collision kind;
+    } kinds[] = {{"off", SCENE_SELF_NONE},
+                 {"nodes", SCENE_SELF_NODES},
+                 {"grids", SCENE_SELF_GRIDS},
+                 {"faces", SCENE_SELF_FACES}};
+    demos::SceneOptions options;
+    for (const auto& kind : kinds) {
+        if (self_collision == kind.name) { options.self_collision = kind.kind; }
+    }
+    options.resolution.columns = columns;
+    return options;
+}
+
 } // namespace web
 
 extern "C" {
 
-// `solver`: a name of demos::solver_name, btSoftBody, or empty for the scene's own; 0 substeps or iterations: its own.
+// `solver`: a name of demos::solver_name, btSoftBody, or empty for the scene's own; 0 substeps, iterations or columns
+// and an empty self-collision: its own. `is_beside`: btSoftBody beside Pliant.
 EMSCRIPTEN_KEEPALIVE const char* web_open(const char* name, const char* solver, int substeps, int iterations,
-                                          float aspect) {
+                                          const char* self_collision, int columns, int is_beside, float aspect) {
     using namespace web;
     try {
-        auto opened = std::make_unique<viewer::Session>(demos::choose_scene(name), demos::SceneOptions{},
-                                                        read_options(solver, substeps, iterations));
+        auto opened =
+            std::make_unique<viewer::Session>(demos::choose_scene(name), read_scene_options(self_collision, columns),
+                                              read_options(solver, substeps, iterations, is_beside != 0));
         page().drag = {};
         page().cut = {};
         page().session = std::move(opened);
+        page().session->take_snapshots(page().look);
         set_camera(aspect);
     } catch (const std::exception& error) { return answer(error.what()); }
     return answer("");
@@ -74,6 +103,20 @@ EMSCRIPTEN_KEEPALIVE void web_pan(float right, float down, int height) {
 
 EMSCRIPTEN_KEEPALIVE void web_zoom(float steps) {
     web::page().orbit.zoom(steps);
+}
+
+// m/s^2, downwards.
+EMSCRIPTEN_KEEPALIVE void web_set_gravity(float gravity) {
+    web::page().session->for_each(
+        [&](demos::Engine& engine, size_t) { engine.set_gravity(pli_vec3_make(0, -gravity, 0)); });
+}
+
+EMSCRIPTEN_KEEPALIVE void web_set_look(int wireframe, int contacts, int clusters) {
+    render::Look& look = web::page().look;
+    look.wireframe = wireframe != 0;
+    look.contacts = contacts != 0;
+    look.clusters = clusters != 0;
+    if (web::page().session != nullptr) { web::page().session->take_snapshots(look); }
 }
 
 // Places of the pointer are -1 to 1 from left to right and from bottom to top.
@@ -123,7 +166,7 @@ EMSCRIPTEN_KEEPALIVE void web_set_control(int index, float value) {
 
 // Where the camera sees a node; 0: behind itself.
 EMSCRIPTEN_KEEPALIVE int web_node_place(int soft, int node, float aspect, float* place) {
-    const pli_vec3 at = web::run().engine->node_position(soft, node);
+    const pli_vec3 at = web::run(0).engine->node_position(soft, node);
     return viewer::place_of(web::page().orbit.camera(aspect), at, place[0], place[1]) ? 1 : 0;
 }
 }

@@ -20,7 +20,7 @@ try:
             page.open({ scene: scene.name });
             page.runFrames(scene.picture_frame || 300);
             page.engine.showAll(1.6);
-            page.renderer.draw(page.engine.frame(page.renderer.resize(), 500));
+            page.draw();
             const small = document.createElement('canvas');
             small.width = 480;
             small.height = 300;

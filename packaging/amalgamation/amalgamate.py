@@ -61,17 +61,18 @@ def rename(text, new_names):
     return "".join(parts + [rename_words(text[last:])])
 
 
-class Core:
-    def __init__(self, root):
-        self.core = root / "core"
-        self.seen = []  # headers, in the order in which they are needed
+class Sources:
+    """A library: its public headers in include/, the rest in src/."""
+
+    def __init__(self, folder):
+        self.folder = folder
 
     def find(self, name):
         for folder in ("include", "src"):
-            path = self.core / folder / name
+            path = self.folder / folder / name
             if path.exists():
                 return path
-        sys.exit(f'amalgamate.py: "{name}" is neither in core/include nor in core/src')
+        sys.exit(f'amalgamate.py: "{name}" is neither in {self.folder}/include nor in {self.folder}/src')
 
     def expand(self, path, once):
         """The text of a file with the headers that `once` does not have yet in it; .inl files each time."""
@@ -93,8 +94,8 @@ class Core:
 
 def public_header(core):
     once = []
-    text = core.expand(core.core / "include/pliant/pliant.h", once)
-    for path in sorted((core.core / "include/pliant").glob("*.h")):
+    text = core.expand(core.folder / "include/pliant/pliant.h", once)
+    for path in sorted((core.folder / "include/pliant").glob("*.h")):
         if path not in once and path.name != "pliant.h":
             once.append(path)
             text += core.expand(path, once)
@@ -107,12 +108,12 @@ def switch_of(name):
     return found[0] if found else None
 
 
-def listed_sources(root):
-    text = (root / "core/CMakeLists.txt").read_text()
-    names = list(dict.fromkeys(re.findall(r"\bsrc/[\w/]+\.c\b", text)))
-    present = {str(p.relative_to(root / "core")) for p in (root / "core/src").rglob("*.c")}
+def listed_sources(folder, ending):
+    text = (folder / "CMakeLists.txt").read_text()
+    names = list(dict.fromkeys(re.findall(rf"\bsrc/[\w/]+\.{ending}\b", text)))
+    present = {str(p.relative_to(folder)) for p in (folder / "src").rglob(f"*.{ending}")}
     if set(names) != present:
-        sys.exit(f"amalgamate.py: core/CMakeLists.txt and core/src differ in {set(names) ^ present}")
+        sys.exit(f"amalgamate.py: {folder}/CMakeLists.txt and its sources differ in {set(names) ^ present}")
     return names
 
 
@@ -139,14 +140,14 @@ HEAD = """/* Pliant, soft-body dynamics, in one file. Made of core/ by packaging
 
 def main():
     root, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
-    core = Core(root)
+    core = Sources(root / "core")
     header, once = public_header(core)
-    names = listed_sources(root)
+    names = listed_sources(root / "core", "c")
     plain = [n for n in names if not n.endswith("_avx2.c")]
     texts, headers = {}, ""
     for name in plain:  # headers first: none may lie inside of a switch
-        for included in INCLUDE.findall((core.core / name).read_text()):
-            beside = (core.core / name).parent / included
+        for included in INCLUDE.findall((core.folder / name).read_text()):
+            beside = (core.folder / name).parent / included
             path = beside if beside.exists() else core.find(included)
             if path.suffix == ".inl":
                 for inner in INCLUDE.findall(path.read_text()):
@@ -158,20 +159,20 @@ def main():
                 once.append(path)
                 headers += core.expand(path, once)
     for name in plain:
-        texts[name] = core.expand(core.core / name, once)
+        texts[name] = core.expand(core.folder / name, once)
     resolve(texts)
 
-    wide = core.core / "src/math/simd_float8.h"
+    wide = core.folder / "src/math/simd_float8.h"
     kernels = {}
     for name in (n for n in names if n.endswith("_avx2.c")):
-        kernels[name] = core.expand(core.core / name, once)
+        kernels[name] = core.expand(core.folder / name, once)
     wide_text = wide.read_text().replace("#pragma once\n", "").replace("defined(__AVX2__)", "1")
     wide_text = "#undef PLII_SIMD_LARGE\n" + INCLUDE.sub("", wide_text)
     switches = "".join(
         f"#ifndef {switch}\n#define {switch} {0 if switch == 'PLIANT_WITH_CCD' else 1}\n#endif\n"
         for switch in SWITCHES.values()
     )
-    result = HEAD + (core.core.parent / "packaging/amalgamation/head.inc").read_text() + switches
+    result = HEAD + (root / "packaging/amalgamation/head.inc").read_text() + switches
     result += '#include "pliant.h"\n' + headers.replace("defined(__AVX2__)", "0")
 
     def gated(name, text):
@@ -195,4 +196,5 @@ def main():
     (out / "pliant.c").write_text(result)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-# Debian packages by CPack: libpliant0, libpliant-dev and pliant-tools. build.sh sets PLIANT_DEBIAN_PACKAGES and what goes
+# Debian packages by CPack: libpliant0, libpliant-dev, pliant-tools and python3-pliant. build.sh sets PLIANT_DEBIAN_PACKAGES and what goes
 # with it.
 set(PLIANT_PACKAGE_CONTACT "Pliant maintainers <maintainers@pliant.example>" CACHE STRING "Maintainer that packages name")
 set(CPACK_GENERATOR DEB)
@@ -9,7 +9,7 @@ set(CPACK_PACKAGE_DESCRIPTION "Cloth, ropes, balloons and soft solids by three s
 in C with a bridge to the Bullet physics engine.")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL runtime development tools)
+set(CPACK_COMPONENTS_ALL runtime development tools python)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
@@ -35,6 +35,15 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "libpliant0 (= ${version})")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION
     "${CPACK_PACKAGE_DESCRIPTION}\nThis package has the program pliant, which runs and measures scenes.")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-pliant)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "libpliant0 (>= ${PROJECT_VERSION}), python3:any, python3-cffi, python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/debian/python3/postinst
+    ${PROJECT_SOURCE_DIR}/packaging/debian/python3/prerm)
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+    "${CPACK_PACKAGE_DESCRIPTION}\nThis package has the module for Python 3, with NumPy arrays.")
 
 # install_compressed(COMPONENT FOLDER NAME TEXT)
 function(install_compressed component folder name text)

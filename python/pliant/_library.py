@@ -10,7 +10,9 @@ declarations = (_here / "declarations.h").read_text()
 
 ffi = FFI()
 ffi.cdef(declarations)
-lib = ffi.dlopen(str(_here / "libpliant.so"))
+_name = re.match(r"// library (\S+)\n", declarations)[1]
+# Beside this file, or else where the system has its libraries.
+lib = ffi.dlopen(str(_here / _name) if (_here / _name).exists() else _name)
 
 constants = {
     name: float(value) if re.search("[.e]", value) else int(value)

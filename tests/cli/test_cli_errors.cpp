@@ -30,7 +30,7 @@ static void test_cli_subcommands(void**) {
     expect_failure("compare", 2, "scenes is required (see pliant compare --help)");
     expect_failure("bench", 1, "bench takes either names of scenes or --series");
     expect_failure("bench Bunny --series sheet", 1, "bench takes either names of scenes or --series");
-    expect_failure("bench --series cube", 2, "--series: cube not in {sheet,sphere,bodies}");
+    expect_failure("bench --series cube", 2, "--series: cube not in {sheet,sphere,bodies,");
 }
 
 static void test_cli_scene_names(void**) {

@@ -238,6 +238,8 @@ static void test_cli_view_failures(void**) {
     expect_failure("Bunny --frames 1", 1, "a window needs a display", "env -u DISPLAY -u WAYLAND_DISPLAY");
     expect_failure("Bunny --png x.png", 1, "--png and --json need --frames", screen->environment());
     expect_failure("Bunnny", 1, "did you mean Bunny?", screen->environment());
+    expect_failure("Cloth --mesh " PLIANT_DATA_DIR "/bunny.obj", 1, "scene Cloth has no triangle mesh", screen->environment());
+    expect_failure("Bunny --resolution 20", 2, "--resolution", screen->environment());
     expect_failure("--engine physx", 2, "physx not in {pliant,bullet,both}", screen->environment());
     expect_failure("--width 5", 2, "--width", screen->environment());
     const std::string file = scratch("script.txt");
@@ -250,10 +252,10 @@ static void test_cli_view_failures(void**) {
         {"-1 report", ":1: the frame is no whole number"},
         {"1 key n extra", ":1: there is more than expected: extra"},
         {"2 report\n1 report", ":2: frames must not go back"},
-        {"0 set 0 1", "the scene has no control 0"},
-        {"0 press left node 0 100000", "there is no node 100000"},
-        {"0 press left node 7 0", "the scene has no soft body 7"},
-        {"0 scene Bunnny", "did you mean Bunny?"},
+        {"# comment\n0 set 0 1", "script.txt:2: the scene has no control 0"},
+        {"0 press left node 0 100000", "script.txt:1: there is no node 100000"},
+        {"0 report\n2 press left node 7 0", "script.txt:2: the scene has no soft body 7"},
+        {"0 scene Bunnny", "script.txt:1: there is no scene named Bunnny; did you mean Bunny?"},
     };
     for (const auto& [script, message] : wrong) {
         cli::write_file(file, script);

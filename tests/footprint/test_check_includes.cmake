@@ -48,8 +48,8 @@ plant("circle of headers" "demos: circle: report/[a-z]+ -> report/[a-z]+ -> repo
 plant("circle by a source" "demos: circle: report/[a-z]+ -> report/[a-z]+ -> report/[a-z]+"
     demos/report/svg.cpp "#include \"table.h\""
     demos/report/table.h "#include \"svg.h\"")
-plant("circle in the bridge" "bullet_bridge: circle: src/[a-z_]+ -> src/[a-z_]+"
-    bullet_bridge/src/convert.h "#include \"triangle_copy.h\"")
+plant("circle in the bridge" "bullet_bridge: circle: src/[a-z_/]+ -> src/[a-z_/]+"
+    bullet_bridge/src/convert.h "#include \"shapes/triangle_copy.h\"")
 plant("circle in the core" "core/src: circle: "
     core/src/math/vec.h "#include \"planted.h\""
     core/src/math/planted.h "#include \"vec.h\"")

@@ -134,6 +134,7 @@ public:
         made.bullet->m_cfg.piterations = position_iterations;
         made.bullet->m_cfg.collisions = 0;
         pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.25f; // Bullet's
         def.solver.position_iterations = position_iterations;
         assert_int_equal(pli_body_create(m_world, mesh, &def, &made.pliant), PLI_OK);
         pli_mesh_destroy(mesh);

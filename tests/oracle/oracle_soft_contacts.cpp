@@ -36,6 +36,7 @@ public:
         pair_member& member = m_members[m_count++];
         member.soft = twin::make_soft_body(m_info, mesh);
         pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.25f; // Bullet's
         def.solver.position_iterations = iterations;
         assert_int_equal(pli_body_create(m_world, mesh, &def, &member.body), PLI_OK);
         pli_mesh_destroy(mesh);

@@ -293,6 +293,9 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_mesh_create_from_triangles, CONTEXT, CHANGES,                                                                \
       CALL_STATUS(                                                                                                     \
           pli_mesh_create_from_triangles(h->context, 4, call_points, 4, call_indices, true, (pli_mesh*[]){NULL})))     \
+    X(pli_mesh_create_from_vertices, CONTEXT, CHANGES,                                                                 \
+      CALL_STATUS(pli_mesh_create_from_vertices(h->context, 4, call_points, 4, call_indices, (int[4]){0},              \
+                                                (pli_mesh*[]){NULL})))                                                 \
     X(pli_mesh_create_from_tetras, CONTEXT, CHANGES,                                                                   \
       CALL_STATUS(pli_mesh_create_from_tetras(h->context, 4, call_points, 1, call_indices, (pli_mesh*[]){NULL})))      \
     X(pli_body_enable_implicit, BODY, CHANGES_IDLE,                                                                    \
@@ -441,6 +444,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_world_collide_rigid, WORLD, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))      \
     X(pli_world_collide_rigid, BODY, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))       \
     X(pli_world_collide_rigid, RIGID, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))      \
+    X(pli_world_collide_body_pairs, WORLD, CHANGES,                                                                    \
+      CALL_STATUS(pli_world_collide_body_pairs(h->world, (const pli_body_pair[]){{h->body, h->other}}, 1)))            \
     X(pli_world_collide_bodies, WORLD, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))    \
     X(pli_world_collide_bodies, BODY, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))     \
     X(pli_world_collide_bodies, OTHER, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))    \

@@ -377,6 +377,53 @@ static void test_a_body_and_its_shape_may_be_deleted_by_callbacks_of_the_bridge(
     }
 }
 
+// Both tick callbacks are outside of the bridge's step; actions that come before the bridge's are inside of it, those
+// after it are not.
+static void test_soft_bodies_come_and_go_in_ticks_and_actions(void**) {
+    enum { before_tick, after_tick, earlier_action, later_action, moment_count };
+    for (int moment = 0; moment < moment_count; ++moment) {
+        StockWorld stock(btVector3(0, 0, 0));
+        std::optional<Action> early;
+        early.emplace(stock);
+        pliant::BridgeDef def;
+        def.gravity = pli_vec3_make(0, -10, 0);
+        pliant::Bridge bridge(*stock.world, def);
+        Action late(stock);
+        btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 10, 0));
+        pli_body* kept = add_sheet(bridge, 1, 5, 4);
+        pli_body* leaves = add_sheet(bridge, 1, 3, 4);
+        pli_body* comes = nullptr;
+        const bool is_refused = moment == earlier_action;
+        std::function<void()> change = [&] {
+            assert_int_equal(bridge.remove_body(leaves), is_refused ? PLI_ERROR_WRONG_STATE : PLI_OK);
+            comes = add_sheet(bridge, 1, 1, 4);
+            assert_int_equal(comes == nullptr, is_refused);
+            pli_anchor_def anchor = pli_anchor_def_default();
+            anchor.rigid = bridge.rigid(box);
+            assert_int_equal(anchor.rigid == nullptr, is_refused);
+            if (!is_refused) { assert_int_equal(pli_body_add_anchor(comes, &anchor, nullptr), PLI_OK); }
+        };
+        stock.step(1);
+        if (moment <= after_tick) {
+            const auto tick = [](btDynamicsWorld* world, btScalar) {
+                call_once(*static_cast<std::function<void()>*>(world->getWorldUserInfo()));
+            };
+            stock.world->setInternalTickCallback(tick, &change, moment == before_tick);
+        } else {
+            (moment == earlier_action ? *early : late).call = change;
+        }
+        stock.step(1);
+        assert_int_equal(pli_world_body_count(bridge.world()), 2);
+        check_near(falling_speed(kept), 2 * 10.0 / 60, 1e-3);
+        if (is_refused) { check_near(falling_speed(leaves), 2 * 10.0 / 60, 1e-3); }
+        // What came before the step has made it already.
+        if (!is_refused) { assert_int_equal(falling_speed(comes) > 0, moment == before_tick); }
+        stock.step(1);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        if (!is_refused) { assert_true(pli_rigid_was_touched(bridge.rigid(box))); }
+    }
+}
+
 // ---------------------------------------------------------------------------------------------------- the Bullet world
 
 namespace {
@@ -482,6 +529,7 @@ int main() {
         cmocka_unit_test(test_a_forgotten_floor_carries_on),
         cmocka_unit_test(test_a_body_deleted_in_a_tick_callback_takes_its_anchors),
         cmocka_unit_test(test_a_body_and_its_shape_may_be_deleted_by_callbacks_of_the_bridge),
+        cmocka_unit_test(test_soft_bodies_come_and_go_in_ticks_and_actions),
         cmocka_unit_test(test_a_bullet_world_may_go_before_a_bridge_without_bodies),
         cmocka_unit_test(test_a_bridge_without_bodies_may_go_before_its_bullet_world),
         cmocka_unit_test(test_a_bridge_whose_bullet_world_has_gone_answers_calls),

@@ -482,6 +482,28 @@ static void test_soft_bodies_fall_by_the_gravity_of_the_bullet_world(void**) {
     check_near(pli_world_get_gravity(other.world()).y, -3, 0);
 }
 
+static bool has_coloured_links(const pli_body* body) {
+    pli_feature_cost features[32];
+    const int count = pli_body_get_features(body, 32, features);
+    return std::any_of(features, features + count,
+                       [](const pli_feature_cost& each) { return std::strcmp(each.name, "colored links") == 0; });
+}
+
+static void test_links_are_coloured_outside_of_reference_mode(void**) {
+    for (const auto mode : {pliant::CollisionMode::exact, pliant::CollisionMode::reference}) {
+        StockWorld stock;
+        pliant::BridgeDef def;
+        def.mode = mode;
+        pliant::Bridge bridge(*stock.world, def);
+        pli_body* sheet = add_sheet(bridge, 1, 0, 9);
+        assert_int_equal(has_coloured_links(sheet), mode == pliant::CollisionMode::exact);
+        assert_int_equal(pli_body_disable_colored_links(sheet), PLI_OK);
+        assert_false(has_coloured_links(sheet));
+        stock.step(1);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+    }
+}
+
 // A soft and a rigid body fall side by side, and are drawn between fixed steps.
 static void test_interpolated_bodies_fall_beside_motion_states(void**) {
     for (const bool is_late : {true, false}) {
@@ -534,6 +556,7 @@ int main() {
         cmocka_unit_test(test_bridge_and_world_may_go_in_any_order),
         cmocka_unit_test(test_a_parallel_dispatcher_works_and_is_deterministic),
         cmocka_unit_test(test_soft_bodies_fall_by_the_gravity_of_the_bullet_world),
+        cmocka_unit_test(test_links_are_coloured_outside_of_reference_mode),
         cmocka_unit_test(test_interpolated_bodies_fall_beside_motion_states),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -170,6 +170,57 @@ static void test_bad_buffers_are_refused_and_stay_as_they_are(void** state) {
     assert_memory_equal(vertices, before, sizeof before);
 }
 
+/* A cylinder without caps as a renderer has it: the seam is there twice, and each quad has four vertices of its own. */
+static void test_doubled_vertices_become_one_node(void** state) {
+    (void)state;
+    enum { AROUND = 12, ALONG = 5, QUADS = AROUND * ALONG, VERTICES = 4 * QUADS };
+    static pli_vec3 vertices[VERTICES];
+    static int triangles[6 * QUADS], nodes[VERTICES];
+    for (int q = 0; q < QUADS; ++q) {
+        for (int k = 0; k < 4; ++k) {
+            const float angle = 6.2831853f / AROUND * (float)((q % AROUND + k % 2) % AROUND);
+            vertices[4 * q + k] = pli_vec3_make(cosf(angle), 0.3f * (float)(q / AROUND + k / 2), sinf(angle));
+            nodes[4 * q + k] = -7;
+        }
+        const int corners[6] = {0, 2, 1, 1, 2, 3};
+        for (int k = 0; k < 6; ++k) {
+            triangles[6 * q + k] = 4 * q + corners[k];
+        }
+    }
+    vertices[0].z = -0.0f; /* the same place as 0 */
+    pli_mesh* mesh = NULL;
+    triangles[7] = VERTICES;
+    check_refused(pli_mesh_create_from_vertices(context, VERTICES, vertices, 2 * QUADS, triangles, nodes, &mesh),
+                  PLI_ERROR_INDEX_OUT_OF_RANGE, "triangle 2 names vertex 240");
+    assert_int_equal(nodes[5], -7);
+    triangles[7] = 6;
+    check_refused(pli_mesh_create_from_vertices(context, VERTICES, vertices, 2 * QUADS, triangles, NULL, &mesh),
+                  PLI_ERROR_NULL_ARGUMENT, "vertex_nodes is null");
+    assert_int_equal(pli_mesh_create_from_vertices(context, VERTICES, vertices, 2 * QUADS, triangles, nodes, &mesh),
+                     PLI_OK);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    const pli_body_view view = pli_body_get_view(body);
+    assert_int_equal(view.node_count, AROUND * (ALONG + 1));
+    assert_int_equal(view.face_count, 2 * QUADS);
+    assert_int_equal(view.link_count, AROUND * (ALONG + 1) + AROUND * ALONG + QUADS); /* around, along, diagonals */
+    /* Written back, all vertices are where they were, and those at one place have one normal. */
+    assert_int_equal(pli_body_enable_normals(body), PLI_OK);
+    static vertex written[VERTICES];
+    pli_vertex_buffer_def buffer = buffer_of(written, VERTICES);
+    buffer.vertex_nodes = nodes;
+    assert_int_equal(pli_body_write_vertices(body, &buffer, 1), PLI_OK);
+    for (int i = 0; i < VERTICES; ++i) {
+        check_near(written[i].position[0], vertices[i].x, 0);
+        check_near(written[i].position[1], vertices[i].y, 0);
+        check_near(written[i].position[2], vertices[i].z, 0);
+        /* Outwards or inwards, but along the radius. */
+        const float along = written[i].normal[0] * vertices[i].x + written[i].normal[2] * vertices[i].z;
+        check_near(fabsf(along), 1, 0.04);
+    }
+}
+
 // --------------------------------------------------------------------------------------------------------- changes
 
 static float ring(pli_vec3 point, void* user) {
@@ -266,6 +317,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_interpolation_takes_the_jitter_away, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bad_buffers_are_refused_and_stay_as_they_are, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_doubled_vertices_become_one_node, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_texture_coordinates_follow_cuts, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -22,6 +22,47 @@ static void step_many(int steps, float dt) {
     }
 }
 
+static float margin_of(pli_mesh* mesh, bool in_reference) {
+    pli_world* in = world;
+    pli_world_def def = pli_world_def_default();
+    def.reference_mode = true;
+    if (in_reference) { assert_int_equal(pli_world_create(context, &def, &in), PLI_OK); }
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(in, mesh, NULL, &body), PLI_OK);
+    const float margin = pli_body_get_collision_margin(body);
+    pli_body_destroy(body);
+    if (in_reference) { pli_world_destroy(in); }
+    pli_mesh_destroy(mesh);
+    return margin;
+}
+
+static pli_mesh* make_chain(float spacing) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(
+        pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(4 * spacing, 0, 0), 3, 0, &mesh), PLI_OK);
+    return mesh;
+}
+
+static void test_the_default_margin_suits_the_mesh(void** unused) {
+    (void)unused;
+    check_near(margin_of(make_chain(0.1f), false), 0.05, 1e-6);
+    check_near(margin_of(make_chain(0.1f), true), 0.25, 0);
+    check_near(margin_of(make_chain(3), false), 0.25, 0);
+    pli_mesh* stiff = make_chain(0.1f);
+    assert_int_equal(pli_mesh_append_bending_links(stiff, 2, 0, NULL), PLI_OK);
+    check_near(margin_of(stiff, false), 0.05, 1e-6);
+    pli_mesh* faces = NULL; /* of 3, 4 and 5 decimetres, without links; then without faces */
+    assert_int_equal(pli_mesh_create(context, &faces), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(faces, pli_vec3_make(0, 0, 0), 1, NULL), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(faces, pli_vec3_make(0.3f, 0, 0), 1, NULL), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(faces, pli_vec3_make(0, 0, 0.4f), 1, NULL), PLI_OK);
+    assert_int_equal(pli_mesh_append_face(faces, 0, 2, 1, 0, NULL), PLI_OK);
+    check_near(margin_of(faces, false), 0.2, 1e-6);
+    assert_int_equal(pli_mesh_create(context, &faces), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(faces, pli_vec3_make(0, 0, 0), 1, NULL), PLI_OK);
+    check_near(margin_of(faces, false), 0.25, 0);
+}
+
 static void test_free_fall_follows_the_symplectic_sum(void** unused) {
     (void)unused;
     pli_body* body = make_rope(pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 6, 0, 1.0f, 4);
@@ -283,6 +324,7 @@ static void test_profile_names_what_a_step_does(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_the_default_margin_suits_the_mesh, setup_world, teardown_world),
         DYNAMICS_TEST(test_free_fall_follows_the_symplectic_sum),
         DYNAMICS_TEST(test_pendulum_swings_with_its_period),
         DYNAMICS_TEST(test_spring_hangs_at_its_fixed_point),

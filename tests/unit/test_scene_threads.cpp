@@ -50,21 +50,19 @@ void expect_equal_bits(const demos::Description& description, EngineOptions opti
     }
 }
 
-const scene& series_scene(const std::string& series, const std::string& name) {
-    for (const demos::BenchSeries& one : demos::bench_series()) {
-        for (const scene& size : one.sizes) {
-            if (one.name == series && size.name == name) { return size; }
-        }
+std::unique_ptr<demos::Description> describe_size(const demos::BenchSeries& series, const std::string& name) {
+    for (const demos::BenchSize& size : series.sizes) {
+        if (size.which.name == name) { return demos::Description::build(size.which, size.scene_options); }
     }
-    fail_msg("no scene %s in series %s", name.c_str(), series.c_str());
-    abort();
+    fail_msg("no scene %s in series %s", name.c_str(), series.name.c_str());
+    return nullptr;
 }
 
 } // namespace
 
 static void scenes_have_equal_bits(void**) {
-    for (const char* name : {"Cloth", "Pressure", "Volume", "Collide2", "Aero2", "TorusMatch", "Cutting1",
-                             "ClusterStackMixed", "TetraBunny", "Friction"}) {
+    for (const char* name : {"Cloth", "Pressure", "Volume", "Collide2", "Aero", "Aero2", "Sticks", "TorusMatch",
+                             "Cutting1", "ClusterStackSoft", "ClusterStackMixed", "TetraBunny", "Friction"}) {
         expect_equal_bits(*describe(name), {}, 30);
     }
 }
@@ -81,9 +79,9 @@ static void solvers_have_equal_bits(void**) {
 
 // Large enough that threads get parts.
 static void large_bodies_have_equal_bits(void**) {
-    const auto sheet = demos::Description::build(series_scene("sheet", "sheet 128"), {});
-    const auto large_sheet = demos::Description::build(series_scene("sheet", "sheet 256"), {});
-    const auto ball = demos::Description::build(series_scene("sphere", "sphere 20000"), {});
+    const auto sheet = describe_size(demos::find_bench_series("sheet"), "sheet 128");
+    const auto large_sheet = describe_size(demos::find_bench_series("sheet"), "sheet 256");
+    const auto ball = describe_size(demos::find_bench_series("sphere"), "sphere 20000");
     expect_equal_bits(*sheet, {}, 3);
     expect_equal_bits(*large_sheet, {}, 2);
     expect_equal_bits(*ball, {}, 2);
@@ -91,6 +89,27 @@ static void large_bodies_have_equal_bits(void**) {
     xpbd.solver.kind = SolverKind::xpbd;
     xpbd.solver.substeps = 3;
     expect_equal_bits(*sheet, xpbd, 2);
+}
+
+// What docs/benchmarks.md has figures of.
+static void series_have_equal_bits(void**) {
+    const std::pair<const char*, int> series[] = {{"crowd", 2},  {"crowd-xpbd", 1}, {"flags", 3}, {"tori", 6},
+                                                  {"jacobi", 3}, {"gradients", 2},  {"drape", 2}, {"fold", 2}};
+    for (const auto& [name, frames] : series) {
+        const demos::BenchSeries& all = demos::find_bench_series(name);
+        for (const demos::BenchSize& size : all.sizes) {
+            const auto description = demos::Description::build(size.which, size.scene_options);
+            EngineOptions options;
+            options.solver = all.solver;
+            const uint64_t expected = hash_after(*description, options, frames);
+            for (const int threads : {2, 3, 8}) {
+                options.threads = threads;
+                if (hash_after(*description, options, frames) != expected) {
+                    fail_msg("%s: other bits with %d threads", size.which.name, threads);
+                }
+            }
+        }
+    }
 }
 
 // -------------------------------------------------------------------------------------------------------- the pool
@@ -160,11 +179,9 @@ static void a_pool_may_be_asked_from_within_a_range(void**) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(scenes_have_equal_bits),
-        cmocka_unit_test(solvers_have_equal_bits),
-        cmocka_unit_test(large_bodies_have_equal_bits),
-        cmocka_unit_test(a_pool_does_each_index_once),
-        cmocka_unit_test(a_pool_may_be_asked_from_within_a_range),
+        cmocka_unit_test(scenes_have_equal_bits),       cmocka_unit_test(solvers_have_equal_bits),
+        cmocka_unit_test(large_bodies_have_equal_bits), cmocka_unit_test(series_have_equal_bits),
+        cmocka_unit_test(a_pool_does_each_index_once),  cmocka_unit_test(a_pool_may_be_asked_from_within_a_range),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

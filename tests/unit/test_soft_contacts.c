@@ -87,12 +87,34 @@ static double brute_distance(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return best;
 }
 
-enum { MOST_PER_NODE = 3 };
+enum { MOST_PER_NODE = 3, MOST_NODES = 1024 };
+
+/* Where nodes were predicted, and how far from there they ended. */
+typedef struct prediction {
+    pli_vec3 predicted[MOST_NODES];
+    double missed[MOST_NODES];
+} prediction;
+
+static void note_predicted(prediction* p, const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    assert_true(view.node_count <= MOST_NODES);
+    for (int i = 0; i < view.node_count; ++i) {
+        p->predicted[i] = xyz(view.positions[i]);
+    }
+}
+
+static void note_missed(prediction* p, const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    for (int i = 0; i < view.node_count; ++i) {
+        p->missed[i] = (double)pli_vec3_length(pli_vec3_sub(xyz(view.positions[i]), p->predicted[i]));
+    }
+}
 
 /* Checks the contacts of the nodes of one body with the faces of another against all pairs: nodes with a face in reach
    have one to three; the first one is the nearest face, unless it holds the node on the side that it came from. Returns
    how many there are, and adds those that hold. */
-static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float margins, int* holding) {
+static int check_all_pairs(const pli_body* nodes, const prediction* before, const pli_body* faces, float margins,
+                           int* holding) {
     const pli_body_view a = pli_body_get_view(nodes), b = pli_body_get_view(faces);
     const int count = pli_body_get_soft_contacts(nodes, 0, NULL);
     pli_soft_contact* contacts = calloc((size_t)count + 1, sizeof *contacts);
@@ -109,7 +131,9 @@ static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float m
         for (; next < count && contacts[next].node == i; ++next) {}
         const pli_vec3 p = xyz(a.positions[i]);
         const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(p, xyz(a.previous[i])), common);
-        const double reach = (double)margins + 2 * (double)pli_vec3_length(motion);
+        const double held = (double)margins + 2 * (double)pli_vec3_length(motion);
+        const double slack = 0.25 * (double)margins + 2 * before->missed[i];
+        const double reach = held + fmin(slack, 4 * (double)margins);
         double nearest = 1e30;
         for (int k = 0; k < b.face_count; ++k) {
             const int* face = &b.face_nodes[3 * k];
@@ -132,7 +156,7 @@ static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float m
             *holding += holds;
             check_near(w[0] + w[1] + w[2], 1, 1e-5);
             check_near(pli_vec3_length(contact->normal), 1, 1e-5);
-            assert_true((double)contact->margin >= (double)margins - 1e-6 && (double)contact->margin <= reach + 1e-6);
+            assert_true((double)contact->margin >= (double)margins - 1e-6 && (double)contact->margin <= held + 1e-6);
             assert_ptr_equal(contact->face_body, faces);
             if (holds) { continue; }
             check_near(pli_vec3_dot(offset, contact->normal), pli_vec3_length(offset), 2e-5);
@@ -151,20 +175,23 @@ static void test_soft_contacts_finds_all_pairs(void** state) {
     pli_body_add_velocity(a, pli_vec3_make(5, 1, 0));
     pli_body_add_velocity(b, pli_vec3_make(-9, 0, 2));
     int contacts = 0, holding = 0;
+    static prediction of_a, of_b;
     for (int i = 0; i < 10; ++i) {
         assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+        note_predicted(&of_a, a);
+        note_predicted(&of_b, b);
         assert_int_equal(pli_world_collide_bodies(f->world, a, b), PLI_OK);
-        contacts += check_all_pairs(a, b, 0.13f, &holding);
-        contacts += check_all_pairs(b, a, 0.13f, &holding);
+        contacts += check_all_pairs(a, &of_a, b, 0.13f, &holding);
+        contacts += check_all_pairs(b, &of_b, a, 0.13f, &holding);
         assert_int_equal(pli_world_solve(f->world), PLI_OK);
+        note_missed(&of_a, a);
+        note_missed(&of_b, b);
     }
     print_message("%d contacts, %d hold\n", contacts, holding);
     assert_true(contacts > 500);
-    assert_true(holding > 10);
+    assert_true(holding > 5);
 }
 
-/* Bodies are solved one after the other. As in Bullet, what a contact does to a body that was solved before moves its
-   nodes but does not enter their velocities; so momentum is kept when the body of the node is solved first. */
 static void test_soft_contacts_keep_momentum(void** state) {
     fixture* f = *state;
     pli_body* node = make_node(f, pli_vec3_make(0.2f, 0.15f, -0.1f), 1, 0.1f, false);
@@ -240,28 +267,30 @@ static void test_soft_contacts_share_by_mass(void** state) {
     assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
     const float y = 0.1f - dt; /* it goes by dt; half of the margins overlap from before, and go at 1 m/s */
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-    /* At the centroid the face counts with the mean inverse mass 0.5 of its nodes. */
+    /* At the centroid the face has the mass of its nodes, 6 kg. */
     const pli_body_view n = pli_body_get_view(node), t = pli_body_get_view(triangle);
-    check_near(n.positions[0].y, y + 2 * dt * (1.0f / 1.5f), 1e-6);
+    check_near(n.positions[0].y, y + 2 * dt * (6.0f / 7), 1e-6);
     for (int i = 0; i < 3; ++i) {
-        check_near(t.positions[i].y, -2 * dt * (0.5f / 1.5f) / 3, 1e-6);
+        check_near(t.positions[i].y, -2 * dt * (1.0f / 7), 1e-6);
     }
 }
 
-/* One pinned node makes the whole face immovable. */
-static void test_soft_contacts_with_a_pinned_face(void** state) {
+/* A pinned corner stays, the others yield. */
+static void test_soft_contacts_with_a_pinned_corner(void** state) {
     fixture* f = *state;
     pli_body* triangle = make_triangle(f, 1, 2, 0.1f, false);
     assert_int_equal(pli_body_set_node_mass(triangle, 2, 0), PLI_OK);
     pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, -1.0f / 3), 1, 0.1f, false);
     assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-    check_near(pli_body_get_view(node).positions[0].y, 0.1f - dt + 2 * dt, 1e-6);
+    check_near(pli_body_get_view(node).positions[0].y, 0.1f - dt + 2 * dt * 0.9f, 1e-6);
     for (int i = 0; i < 3; ++i) {
-        check_near(pli_body_get_view(triangle).positions[i].y, 0, 0);
+        check_near(pli_body_get_view(triangle).positions[i].y, i == 2 ? 0.0f : -2 * dt * 0.9f * (0.5f / 3), 1e-6);
     }
     /* Two that are both pinned have no contact. */
     assert_int_equal(pli_body_set_node_mass(node, 0, 0), PLI_OK);
+    assert_int_equal(pli_body_set_node_mass(triangle, 0, 0), PLI_OK);
+    assert_int_equal(pli_body_set_node_mass(triangle, 1, 0), PLI_OK);
     assert_int_equal(pli_body_set_node_position(node, 0, pli_vec3_make(0, 0.1f, 0)), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
@@ -562,7 +591,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_face, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_corner, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_common_motion_makes_no_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_steps_with_soft_contacts_allocate_nothing, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown_fixture),

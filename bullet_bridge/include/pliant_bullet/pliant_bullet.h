@@ -69,8 +69,9 @@ public:
     pli_world* world() const;
 
     /// Makes a body from a mesh and adds its collision object to the Bullet world. Do not destroy it by
-    /// pli_body_destroy, but by remove_body.
-    /// @param def   null for the defaults
+    /// pli_body_destroy, but by remove_body. Outside of reference mode it has coloured links
+    /// (pli_body_enable_colored_links); pli_body_disable_colored_links takes the order of the mesh, as btSoftBody does.
+    /// @param def   null for the defaults, which suit the mesh (PLI_MARGIN_OF_MESH)
     /// @param group, mask  Bullet's collision filter; the defaults are DefaultFilter and AllFilter
     /// @return the errors of pli_body_create; PLI_ERROR_WRONG_STATE after detach(), and when the Bullet world has gone
     ///         with a body of this bridge in it

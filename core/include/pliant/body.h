@@ -26,10 +26,15 @@ typedef struct pli_solver_settings {
     float time_scale; ///< PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale
 } pli_solver_settings;
 
+/// pli_body_def::collision_margin: half the mean length of the links at rest, of faces' edges where there are no links,
+/// without bending links and at most 0.25 m, so that contacts of nodes leave no wide gaps. Of single nodes, and of all
+/// bodies of worlds with pli_world_def::reference_mode, 0.25 m as in Bullet.
+#define PLI_MARGIN_OF_MESH (-1.0f)
+
 /// How a body is made from a mesh.
 typedef struct pli_body_def {
-    float collision_margin;     ///< m, 0 to PLI_MAX_COORDINATE, default 0.25: distance that contacts with rigid bodies
-                                ///< keep; also grows the bounds
+    float collision_margin;     ///< m, 0 to PLI_MAX_COORDINATE, default PLI_MARGIN_OF_MESH: distance that contacts with
+                                ///< rigid bodies keep; also grows the bounds
     pli_solver_settings solver; ///< defaults as named there
     void* user_data;            ///< of the caller, default NULL; see pli_body_get_user_data
     uint32_t cookie;            ///< set by the default function

@@ -107,8 +107,10 @@ typedef struct pli_soft_contacts_def {
     /// 0 to PLI_MAX_FACTOR, default 0.2; the larger of the two bodies counts. Coulomb's coefficient; with
     /// `bullet_boxes` the share of the sliding that a contact takes away. Bullet name: kDF
     float friction;
-    float hardness; ///< [0, 1], default 1: share of the overlap removed per iteration, not with XPBD. Bullet name: kSHR
-    float compliance; ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid), of this body's nodes. XPBD only
+    /// [0, 1], default 1: share of the overlap removed per sweep; the smaller of the two bodies' counts, with
+    /// `bullet_boxes` each one's own. Bullet name: kSHR
+    float hardness;
+    float compliance; ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid), of own nodes. Not with `bullet_boxes`
     /// m/s, 0 to PLI_MAX_SPEED: an overlap from before the step, with XPBD from before the substep, goes at this speed
     /// at most and leaves none. 0 (default): 1 m/s; with `bullet_boxes` at once, leaving its depth per step as a
     /// speed, as in btSoftBody.

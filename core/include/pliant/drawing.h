@@ -32,7 +32,8 @@ typedef struct pli_vertex_buffer_def {
     int position_offset;     ///< B from the begin of a vertex, >= 0, default 0; a multiple of 4
     int normal_offset;       ///< the same, default 12; negative: no normals
     const int* vertex_nodes; ///< [vertex_count] the node of each vertex, for meshes whose vertices are doubled where
-                             ///< textures or normals end; NULL, the default: vertex i is node i
+                             ///< textures or normals end (pli_mesh_create_from_vertices makes it); NULL, the
+                             ///< default: vertex i is node i
     uint32_t cookie;         ///< set by the default function
 } pli_vertex_buffer_def;
 

@@ -91,6 +91,17 @@ PLI_API pli_status pli_mesh_create_from_triangles(pli_context* context, int poin
                                                   int triangle_count, const int* triangles, bool shuffle,
                                                   pli_mesh** mesh);
 
+/// Makes a surface mesh, as pli_mesh_create_from_triangles, from the vertices of a renderer, which are there more than
+/// once where textures or normals end: vertices at the same place become one node, so that the surface hangs together.
+/// @param vertices     [vertex_count], 1 or more
+/// @param triangles    [3 * triangle_count] indices of vertices; faces keep their order
+/// @param vertex_nodes [vertex_count] receives the node of each vertex, for pli_vertex_buffer_def::vertex_nodes; not
+///                     touched on failure
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE (triangles)
+PLI_API pli_status pli_mesh_create_from_vertices(pli_context* context, int vertex_count, const pli_vec3* vertices,
+                                                 int triangle_count, const int* triangles, int* vertex_nodes,
+                                                 pli_mesh** mesh);
+
 /// Makes a tetrahedral mesh with a link per edge and no faces.
 /// @param points [point_count], 1 or more
 /// @param tetras [4 * tetra_count] indices of points

@@ -98,6 +98,19 @@ PLI_API pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pa
 /// @return the same, PLI_ERROR_INVALID_VALUE also for a body with itself
 PLI_API pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b);
 
+/// Two soft bodies whose bounds overlap.
+typedef struct pli_body_pair {
+    pli_body* body_a; ///< the first
+    pli_body* body_b; ///< the second
+} pli_body_pair;
+
+/// Makes the contacts of many pairs of soft bodies, as pli_world_collide_bodies does for one after the other, side by
+/// side on the threads that there are: contacts are the same, in the same order.
+/// @param pairs [count]
+/// @return as pli_world_collide_bodies; nothing is done when a pair is wrong, PLI_ERROR_OUT_OF_MEMORY: contacts are
+///         missing
+PLI_API pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* pairs, int count);
+
 /// Last part of a step: joints, constraints and contacts, velocities, and what follows from them.
 /// @return PLI_ERROR_WRONG_STATE when called out of order, PLI_ERROR_OUT_OF_MEMORY, as of pli_world_step: something was
 ///         missing anywhere in the step, which has been done

@@ -83,12 +83,18 @@ static void parallel_range(int begin, int end, void* data) {
     plii_walk_end(&walk);
 }
 
+bool plii_has_threads(const pli_context* context) {
+    const plii_walk* walk = plii_thread.walk;
+    while (walk != NULL && (walk->kind != PLII_WALK_PARALLEL || walk->context != context)) {
+        walk = walk->outer;
+    }
+    return context->parallel_for != NULL && walk == NULL;
+}
+
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
-    for (const plii_walk* walk = plii_thread.walk; walk != NULL; walk = walk->outer) {
-        if (walk->kind == PLII_WALK_PARALLEL && walk->context == context) {
-            range(0, count, task);
-            return;
-        }
+    if (!plii_has_threads(context)) {
+        range(0, count, task);
+        return;
     }
     parallel_task parallel = {context, range, task, plii_thread.pass};
     plii_walk walk;

@@ -163,6 +163,9 @@ void plii_context_unlock(pli_context* context, bool was_locked);
 #define PLII_LOAD(place) __atomic_load_n(place, __ATOMIC_RELAXED)
 #define PLII_STORE(place, value) __atomic_store_n(place, value, __ATOMIC_RELAXED)
 
+/* Whether a range would be parted: there is a hook, and the thread is in no part of another range. */
+bool plii_has_threads(const pli_context* context);
+
 /* Through the hook. Within a part of another range everything is one part. */
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain);
 

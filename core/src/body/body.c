@@ -52,7 +52,7 @@ static const plii_field solver_fields[] = {
 
 pli_body_def pli_body_def_default(void) {
     return (pli_body_def){
-        .collision_margin = 0.25f,
+        .collision_margin = PLI_MARGIN_OF_MESH,
         .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
         .cookie = PLII_DEF_COOKIE,
     };
@@ -101,6 +101,29 @@ static pli_status body_allocate(pli_body* body, pli_mesh* mesh) {
     return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
+static double mesh_distance(const pli_mesh* mesh, int a, int b) {
+    return (double)pli_vec3_length(pli_vec3_sub(mesh->positions[a], mesh->positions[b]));
+}
+
+/* See PLI_MARGIN_OF_MESH. */
+static float body_margin_of_mesh(const pli_world* world, const pli_mesh* mesh) {
+    const float most = 0.25f;
+    double sum = 0;
+    int count = 0;
+    for (int i = 0; i < mesh->link_count; ++i) {
+        if (mesh->links[i].is_bending) { continue; }
+        sum += mesh_distance(mesh, mesh->links[i].nodes[0], mesh->links[i].nodes[1]);
+        ++count;
+    }
+    for (int i = 0; i < mesh->face_count && mesh->link_count == 0; ++i) {
+        const int* nodes = mesh->faces[i].nodes;
+        sum += mesh_distance(mesh, nodes[0], nodes[1]) + mesh_distance(mesh, nodes[1], nodes[2]) +
+               mesh_distance(mesh, nodes[2], nodes[0]);
+        count += 3;
+    }
+    return count > 0 && !world->def.reference_mode ? fminf((float)(0.5 * sum / count), most) : most;
+}
+
 static void body_cook(pli_body* body, const pli_mesh* mesh) {
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 p = mesh->positions[i];
@@ -127,8 +150,10 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     const pli_body_def used = def != NULL ? *def : pli_body_def_default();
     PLII_TRY(PLII_CHECK_MADE(context, pli_body_def, &used, __func__));
     PLII_TRY(PLII_CHECK_FIELDS(context, &used.solver, solver_fields, __func__));
-    PLII_TRY(
-        plii_check_between(context, used.collision_margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", __func__));
+    if (used.collision_margin != PLI_MARGIN_OF_MESH) {
+        PLII_TRY(plii_check_between(context, used.collision_margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin",
+                                    __func__));
+    }
     if (mesh->node_count == 0) { return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has no nodes"); }
     if (mesh->material_count > PLII_MAX_MATERIALS) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has %d materials, at most %d are possible",
@@ -140,7 +165,8 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     made->world = world;
     made->context = context;
     made->user_data = used.user_data;
-    made->collision_margin = used.collision_margin;
+    made->collision_margin =
+        used.collision_margin != PLI_MARGIN_OF_MESH ? used.collision_margin : body_margin_of_mesh(world, mesh);
     made->solver_class = &plii_position_solver;
     made->solver = used.solver;
     made->sweep_links = plii_links_sweep;

@@ -16,16 +16,23 @@ typedef struct plii_link {
 typedef uint16_t plii_link_tag;
 #define PLII_LINK_TAG_BENDING 0x8000
 
+/* How often a solver sweeps in a step. */
+typedef struct plii_solver_pace {
+    int substeps, sweeps; /* 1 without substeps; in each of them */
+} plii_solver_pace;
+
 /* How a body is stepped. One is chosen at a time; those other than the position-based one come with a feature. */
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    /* The solve: begin -> sweep*n -> end; n: the position iterations, with substeps 1. Bodies that touch each other go
-       through it side by side where they can (world/islands.h). */
-    void (*begin)(pli_body* body); /* optional */
+    /* The solve: begin -> (sweep -> couple)*n -> end. Bodies that touch each other go through it side by side where
+       they can (world/islands.h). */
+    plii_solver_pace (*pace)(const pli_body* body);
+    void (*begin)(pli_body* body);
     void (*sweep)(pli_body* body);
-    void (*end)(pli_body* body); /* optional */
-    bool has_substeps;           /* runs the substeps of features instead of PREPARE and POSITION */
+    void (*couple)(pli_body* body);
+    void (*end)(pli_body* body);
+    bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the collision margin: contacts with rigid bodies that are not solved in sweeps are looked for so much further
        out. */
     float contact_reach;
@@ -87,6 +94,10 @@ struct pli_body {
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
     uint32_t collide_call; /* the last one of many pairs that it was in */
+    /* Of its pairs with other bodies in this step (world/collide_bodies.c): all, the last that it leads, and the last
+       whose order matters; -1: none. */
+    uint64_t pair_waves;
+    int led_wave, ordered_wave;
     /* Of the feature that lets bodies sleep. */
     bool can_sleep;
     bool is_resting;       /* for its time */
@@ -95,7 +106,8 @@ struct pli_body {
     bool is_group_resting; /* of the first one of bodies that touch each other */
     uint32_t sleep_group;  /* what fell asleep together, bodies and rigid bodies; 0: awake */
     int lost_node;
-    bool is_solved; /* in this step, while others are */
+    bool is_solved;                     /* in this step, while others are */
+    const struct plii_substep* substep; /* in it; NULL outside of substeps */
     /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
     pli_body *island, *island_next;
     pli_rigid* followed_rigids;                      /* list by path.next, see body/substep_rigid.h */
@@ -146,6 +158,8 @@ float plii_body_volume(const pli_body* body);
 
 /* Bullet's: what every body starts with. */
 extern const plii_solver_class plii_position_solver;
+/* By `position_iterations`. */
+plii_solver_pace plii_solver_iterations(const pli_body* body);
 
 /* PLI_OK when an idle body may start or stop to be stepped by `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);

@@ -7,7 +7,7 @@
        per body    FORCES -> (integrate) -> UPDATE            pli_world_predict
        per pair    collide_rigid, collide_body                pli_world_collide_*
        all bodies  JOINT_PREPARE -> JOINT_SOLVE*n -> JOINT_FINISH           pli_world_solve
-       per body    PREPARE -> VELOCITY*n -> POSITION*n -> DRIFT*n -> FINISH   pli_world_solve
+       per body    PREPARE -> VELOCITY*n -> (POSITION -> COUPLE)*n -> DRIFT*n -> FINISH   pli_world_solve
        per body    REFRESH, after all bodies are solved
 
    These are btSoftBody's stages, so that results can be compared one by one. A feature is one file, or a few of one
@@ -34,6 +34,7 @@ typedef enum plii_stage {
     PLII_STAGE_PREPARE,  /* once before the iterations */
     PLII_STAGE_VELOCITY, /* each velocity iteration */
     PLII_STAGE_POSITION, /* each position iteration */
+    PLII_STAGE_COUPLE,   /* the same, after POSITION of all bodies that are solved side by side */
     PLII_STAGE_DRIFT,    /* each drift iteration */
     PLII_STAGE_FINISH,   /* once after the iterations */
     PLII_STAGE_REFRESH,  /* what the next step and the user read: normals */
@@ -182,6 +183,8 @@ typedef struct plii_feature_class {
     pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
+    /* It makes contacts of `body` alone; what it writes to `other` is the same in whatever order pairs come. */
+    bool keeps_pairs_with_first;
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
     int (*list_constraints)(const pli_body* body, const void* state, int capacity,
                             struct plii_node_constraint* constraints);

@@ -252,6 +252,7 @@ static void feature_run_profiled(pli_body* body, plii_stage stage) {
         [PLII_STAGE_PREPARE] = "prepare",
         [PLII_STAGE_VELOCITY] = "velocity",
         [PLII_STAGE_POSITION] = "position",
+        [PLII_STAGE_COUPLE] = "couple",
         [PLII_STAGE_DRIFT] = "drift",
         [PLII_STAGE_FINISH] = "finish",
         [PLII_STAGE_REFRESH] = "refresh",

@@ -24,6 +24,7 @@ typedef struct plii_substep_limits {
    substep is. */
 struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
+    float remaining;                    /* s, of the step after it */
     int index;                          /* of the substep in the step */
     bool is_absolute;                   /* displacements are positions, as positions are where nodes are */
     bool has_new_positions;             /* since the substep before, or the first one */

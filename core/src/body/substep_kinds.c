@@ -91,7 +91,7 @@ static void iterated_sweeps_prepare(pli_body* body, void* data) {
 
 static void iterated_sweeps_iterate(pli_body* body, void* data) {
     iterated_sweeps* state = data;
-    if (state->kinds.count == 0) { return; }
+    if (state->kinds.count == 0 || body->substep != NULL) { return; }
     state->substep.is_first_sweep = state->done == 0;
     state->substep.is_last_sweep = ++state->done == body->solver.position_iterations;
     plii_substep_kinds_sweep(body, &state->kinds, &state->substep);
@@ -111,5 +111,5 @@ const plii_feature_class plii_iterated_sweeps_class = {
     .state_size = sizeof(iterated_sweeps),
     .state_parts = iterated_sweeps_parts,
     .stages = {[PLII_STAGE_PREPARE] = {iterated_sweeps_prepare, ITERATED_SWEEPS_ORDER},
-               [PLII_STAGE_POSITION] = {iterated_sweeps_iterate, ITERATED_SWEEPS_ORDER}},
+               [PLII_STAGE_COUPLE] = {iterated_sweeps_iterate, ITERATED_SWEEPS_ORDER}},
 };

@@ -19,6 +19,12 @@ void plii_substep_follow_rigid(pli_body* body, pli_rigid* rigid) {
     body->finish_rigids = plii_substep_rigids_finish;
 }
 
+void plii_substep_rigid_pivot_turn(plii_substep_rigid_pivot* pivot) {
+    const pli_vec3 none = pli_vec3_make(0, 0, 0), turn = pivot->point.rigid->path.moved.angular;
+    const pli_transform turned = plii_rigid_advance(pli_transform_identity(), none, turn, 1.0f);
+    pivot->point.offset = pli_mat3_mul_vec3(turned.rotation, pivot->start_offset);
+}
+
 static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt) {
     plii_rigid_path* path = &rigid->path;
     const float rate = body->step.inverse_dt;

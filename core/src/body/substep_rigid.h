@@ -19,10 +19,18 @@ typedef struct plii_substep_rigid_point {
     pli_vec3 offset; /* from the centre of mass, world axes */
 } plii_substep_rigid_point;
 
+/* A point that turns with the rigid body from substep to substep. What hangs from an arm that stays as it was at the
+   start of the step is righted half a step late, and swings up by itself. */
+typedef struct plii_substep_rigid_pivot {
+    plii_substep_rigid_point point;
+    pli_vec3 start_offset; /* at the start of the step */
+} plii_substep_rigid_pivot;
+
+/* At the start of every substep. */
+void plii_substep_rigid_pivot_turn(plii_substep_rigid_pivot* pivot);
 /* m, in the substeps before this one */
-static inline pli_vec3 plii_substep_rigid_point_moved(const plii_substep_rigid_point* point) {
-    const plii_twist moved = point->rigid->path.moved;
-    return pli_vec3_add(moved.linear, pli_vec3_cross(moved.angular, point->offset));
+static inline pli_vec3 plii_substep_rigid_pivot_moved(const plii_substep_rigid_pivot* pivot) {
+    return pli_vec3_add(pivot->point.rigid->path.moved.linear, pli_vec3_sub(pivot->point.offset, pivot->start_offset));
 }
 /* m/s and rad/s, of the substep */
 static inline plii_twist plii_substep_rigid_velocity(const pli_rigid* rigid) {

@@ -24,6 +24,9 @@ struct pli_world {
     int body_count, body_capacity;
     pli_body** sweep; /* [body_count] sorted by the lower x bound */
     int sweep_capacity;
+    pli_body_pair* pairs; /* that overlap, in a step */
+    int* pair_orders;     /* [2 * pairs] their order in waves, and their waves */
+    int pair_capacity, pair_order_capacity;
     int* islands; /* [body_count] parents of disjoint sets (union_find.h) of bodies that touch, when there are some */
     int island_capacity;
     bool has_islands; /* in this step, or the last one */

@@ -250,6 +250,7 @@ const plii_feature_class plii_cluster_contacts_class = {
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
+    .keeps_pairs_with_first = true,
     .on_rigid_removed = cluster_contacts_on_rigid_removed,
     .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body_removed,
                 [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_clusters_removed,

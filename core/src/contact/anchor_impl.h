@@ -24,7 +24,7 @@ typedef struct plii_anchor {
             pli_vec4 matrix[3];   /* columns of the impulse matrix */
         } step;
         struct {
-            plii_substep_rigid_point point;
+            plii_substep_rigid_pivot pivot;
             pli_vec3 goal;        /* of the node, at the start of the step */
             pli_vec3 goal_motion; /* in the step, of a rigid body that takes no impulses */
             pli_mat3 inverse;     /* of the sum of both inverse masses and the compliance */

@@ -11,8 +11,8 @@ static void anchor_substeps_begin(pli_body* body, void* data) {
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
         anchor->substeps.goal = anchor->start;
-        anchor->substeps.point = (plii_substep_rigid_point){
-            .rigid = rigid, .offset = pli_mat3_mul_vec3(rigid->path.begin.rotation, anchor->pivot)};
+        const pli_vec3 offset = pli_mat3_mul_vec3(rigid->path.begin.rotation, anchor->pivot);
+        anchor->substeps.pivot = (plii_substep_rigid_pivot){{rigid, offset}, offset};
         if (rigid->kind != PLI_RIGID_DYNAMIC) {
             const pli_vec3 end = pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot);
             anchor->substeps.goal_motion = pli_vec3_sub(end, anchor->start);
@@ -33,7 +33,8 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
         plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
         const pli_rigid* rigid = anchor->rigid;
-        const plii_substep_rigid_point* point = &anchor->substeps.point;
+        if (rigid->kind == PLI_RIGID_DYNAMIC) { plii_substep_rigid_pivot_turn(&anchor->substeps.pivot); }
+        const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
         anchor->substeps.multiplier = pli_vec3_make(0, 0, 0);
         anchor->substeps.inverse =
             plii_effective_mass(1.0f, substep->displacements[anchor->node].w + anchor_alpha(anchor, substep),
@@ -47,9 +48,9 @@ static pli_vec3 anchor_goal(const pli_body* body, const plii_anchor* anchor, con
         const float time = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
         return pli_vec3_add(anchor->substeps.goal, pli_vec3_scale(anchor->substeps.goal_motion, time));
     }
-    const plii_substep_rigid_point* point = &anchor->substeps.point;
-    return pli_vec3_add(pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_point_moved(point)),
-                        plii_substep_rigid_point_motion(point, substep));
+    const plii_substep_rigid_pivot* pivot = &anchor->substeps.pivot;
+    return pli_vec3_add(pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(pivot)),
+                        plii_substep_rigid_point_motion(&pivot->point, substep));
 }
 
 static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
@@ -57,7 +58,7 @@ static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep*
     for (int i = 0; i < anchors->item_count; ++i) {
         plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
-        const plii_substep_rigid_point* point = &anchor->substeps.point;
+        const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
         const pli_vec3 goal = anchor_goal(body, anchor, substep);
         const pli_vec3 error = pli_vec3_add(pli_vec3_sub(plii_substep_position(body, substep, anchor->node), goal),
                                             pli_vec3_scale(anchor->substeps.multiplier, anchor_alpha(anchor, substep)));

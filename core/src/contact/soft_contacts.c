@@ -46,10 +46,24 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
     }
 }
 
+static void soft_contacts_note_predicted(const pli_body* body, plii_soft_contacts_state* state) {
+    for (int i = 0; i < body->node_count; ++i) {
+        state->predicted[i] = plii_xyz(body->positions[i]);
+    }
+}
+
+static void soft_contacts_refresh(pli_body* body, void* data) {
+    plii_soft_contacts_state* state = data;
+    for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
+        state->missed[i] = pli_vec3_length(pli_vec3_sub(plii_xyz(body->positions[i]), state->predicted[i]));
+    }
+}
+
 static void soft_contacts_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->impulse_count = state->met_count = 0;
-    state->step += 1;
+    state->has_coupled = false;
+    if (state->is_sweeping) { soft_contacts_note_predicted(body, state); }
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
     soft_contacts_update_boxes(body, state);
@@ -82,7 +96,6 @@ static void soft_contacts_disable(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     body->sweeping_features -= state->is_sweeping;
     body->soft_node_boxes = NULL;
-    plii_soft_substeps_release(body, state);
     plii_bvh_free(body->context, &state->tree);
     plii_bvh4_free(body->context, &state->near);
 }
@@ -90,11 +103,12 @@ static void soft_contacts_disable(pli_body* body, void* data) {
 static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
     (void)body;
-    return plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near) + plii_soft_substeps_bytes(&state->substeps);
+    return plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near);
 }
 
 static const plii_feature_array soft_contacts_arrays[] = {
-    {PLII_MEMBER(plii_soft_contacts_state, sides), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, .snapshot = PLII_SAVED},
     {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_SAVED},
     {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, .snapshot = PLII_SAVED},
     {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity), PLII_COUNTED_BY(plii_soft_contacts_state, count),
@@ -131,8 +145,7 @@ enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
 static const plii_state_part soft_contacts_parts[] = {
     PLII_STATE(plii_soft_contacts_state, def, PLII_SAVED),
     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
-    PLII_STATE(plii_soft_contacts_state, substeps, PLII_LEFT),
-    PLII_STATE(plii_soft_contacts_state, step, PLII_SAVED),
+    PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
     PLII_STATE(plii_soft_contacts_state, is_sweeping, PLII_SAVED),
     PLII_STATE(plii_soft_contacts_state, has_boxes, PLII_SAVED),
     PLII_STATE(plii_soft_contacts_state, tree, PLII_LEFT),
@@ -146,9 +159,10 @@ const plii_feature_class plii_soft_contacts_class = {
     .state_parts = soft_contacts_parts,
     .arrays = soft_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
-               [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, SOFT_CONTACTS_ORDER},
-               [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},
-    .substepped = &plii_soft_contacts_substepped,
+               [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_POSITION] = {plii_soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_COUPLE] = {plii_soft_contacts_couple, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_REFRESH] = {soft_contacts_refresh, SOFT_CONTACTS_ORDER}},
     .disable = soft_contacts_disable,
     .collide_body = plii_soft_contacts_collide,
     .on_body =

@@ -19,11 +19,22 @@
 
 // ------------------------------------------------------------------------------------------------------- one candidate
 
-/* How far a node looks for faces. */
-static float soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
-    const pli_vec3 motion =
-        pli_vec3_sub(plii_soft_contacts_position(pass->node_body, node), plii_xyz(pass->node_body->previous[node]));
-    return pass->margin + pli_vec3_length(pli_vec3_sub(motion, pass->common_motion)) * 2.0f;
+/* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. */
+#define SOFT_CONTACTS_SLACK 0.25f
+#define SOFT_CONTACTS_MOST_SLACK 4.0f
+
+/* How far a node looks for faces. What moves it within the step beside its velocity is not known yet; in the step
+   before it was so much. */
+static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
+    const pli_body* body = pass->node_body;
+    const pli_vec3 motion = pli_vec3_sub(plii_soft_contacts_position(body, node), plii_xyz(body->previous[node]));
+    const float reach = pass->margin + pli_vec3_length(pli_vec3_sub(motion, pass->common_motion)) * 2.0f;
+    if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach}; }
+    const float slack = SOFT_CONTACTS_SLACK * pass->margin + 2.0f * pass->node_state->missed[node];
+    /* What is fast is stopped before it is there, and so stays on its side. What gravity does in a step to a body at
+       rest does not count. */
+    return (plii_soft_contacts_node){node, reach + plii_min(slack, SOFT_CONTACTS_MOST_SLACK * pass->margin),
+                                     plii_max(pass->margin, reach - 2.0f * pass->fall)};
 }
 
 /* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
@@ -44,17 +55,21 @@ pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int
     return is_opposite ? pli_vec3_neg(normal) : normal;
 }
 
+/* Inverse of the mass that the face shows at a point, 1/kg. In Bullet the mean of its nodes, and one pinned node makes
+   the whole face immovable. */
+static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights) {
+    const pli_vec4* positions = pass->face_body->positions;
+    const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
+    if (!pass->use_boxes) { return plii_soft_contacts_face_weight(pass->face_body, face, weights); }
+    const bool is_pinned = w.x <= 0.0f || w.y <= 0.0f || w.z <= 0.0f;
+    return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
+}
+
 pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
-    const pli_body* face_body = pass->face_body;
-    const int* face = face_body->topology->faces[contact.face];
     const pli_vec3 weights = contact.weights;
-    const float node_response = pass->node_body->positions[contact.node].w;
-    const float w[3] = {face_body->positions[face[0]].w, face_body->positions[face[1]].w,
-                        face_body->positions[face[2]].w};
-    /* One pinned node makes the whole face immovable. */
-    const bool is_pinned = w[0] <= 0.0f || w[1] <= 0.0f || w[2] <= 0.0f;
-    const float face_response = is_pinned ? 0.0f : w[0] * weights.x + w[1] * weights.y + w[2] * weights.z;
-    const float sum = node_response + face_response;
+    const float node_weight = pass->node_body->positions[contact.node].w;
+    const float face_weight = soft_contacts_face_weight(pass, pass->face_body->topology->faces[contact.face], weights);
+    const float sum = node_weight + face_weight;
     if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;
     if (!PLII_RESERVE(pass->node_body->context, &state->contacts, &state->capacity, state->count + 1) ||
@@ -63,9 +78,14 @@ pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_s
     }
     contact.face_body = pass->face_body;
     contact.friction = plii_max(state->def.friction, pass->face_state->def.friction);
-    contact.node_share = node_response / sum * state->def.hardness;
-    contact.face_share = face_response / sum * pass->face_state->def.hardness;
     contact.is_bullet = pass->use_boxes;
+    if (contact.is_bullet) {
+        contact.node_share = node_weight / sum * state->def.hardness;
+        contact.face_share = face_weight / sum * pass->face_state->def.hardness;
+    } else {
+        contact.hardness = plii_min(state->def.hardness, pass->face_state->def.hardness);
+        contact.weight = sum;
+    }
     state->contacts[state->count++] = contact;
     return PLI_OK;
 }
@@ -102,7 +122,7 @@ static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
     for (int i = 0; i < pass->node_body->node_count; ++i) {
         const pli_bounds box = pass->node_state->node_boxes[i];
         if (!plii_soft_contacts_box_is_finite(box)) { continue; }
-        search->nodes[search->node_count++] = (plii_soft_contacts_node){i, soft_contacts_reach(pass, i)};
+        search->nodes[search->node_count++] = soft_contacts_reach(pass, i);
         all.min = plii_vec3_min(all.min, box.min);
         all.max = plii_vec3_max(all.max, box.max);
     }
@@ -123,13 +143,13 @@ static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
     const plii_float4 body_high = plii_lanes_from_vec3(&face_body->bounds.max);
     plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < node_body->node_count; ++i) {
-        const float reach = soft_contacts_reach(pass, i);
+        const plii_soft_contacts_node near = soft_contacts_reach(pass, i);
         /* A little more, for what rounding takes away. */
-        const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(reach * 1.0001f);
+        const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(near.reach * 1.0001f);
         const plii_float4 from = x - wide, to = x + wide;
         const plii_mask4 is_near = (from <= body_high) & (body_low <= to);
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
-        search->nodes[search->node_count++] = (plii_soft_contacts_node){i, reach};
+        search->nodes[search->node_count++] = near;
         low = plii_lanes_min(from, low);
         high = plii_lanes_max(to, high);
     }

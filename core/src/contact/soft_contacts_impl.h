@@ -1,8 +1,8 @@
 #pragma once
 
 /* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
-   (soft_contacts_find.c, soft_contacts_nearest.c), the solve (soft_contacts_solve.c) and the part in substeps
-   (soft_contacts_substep.c). */
+   (soft_contacts_find.c, soft_contacts_nearest.c), the solve (soft_contacts_couple.c) and that of reference mode
+   (soft_contacts_bullet.c). */
 
 #include "body/contact_report.h"
 #include "body/substep.h"
@@ -16,28 +16,23 @@ typedef struct plii_soft_contact {
     pli_vec3 weights;
     pli_vec3 normal; /* from the face to the node */
     float margin, friction;
-    bool is_bullet;               /* of Bullet's boxes: every face in reach, which is the margin */
-    float node_share, face_share; /* of the correction. Bullet: cfm */
+    bool is_bullet; /* of Bullet's boxes: every face in reach, which is the margin */
+    union {
+        struct { /* of Bullet's, shares of the correction (cfm) */
+            float node_share, face_share;
+        };
+        struct {                    /* of others */
+            float hardness, weight; /* 1/kg, of node and face together */
+            float multiplier;       /* kg m, in this step or substep */
+            pli_vec3 friction_push; /* kg m */
+        };
+    };
 } plii_soft_contact;
 
 typedef struct plii_soft_contacts_node {
     int node;
-    float reach; /* how far it looks for faces; m */
+    float reach, margin; /* how far it looks for faces, how far it is held off them; m */
 } plii_soft_contacts_node;
-
-/* On which side of which body a node was. */
-typedef struct plii_soft_side {
-    const pli_body* face_body; /* compared only: it may be gone */
-    unsigned step;             /* plii_soft_contacts_state.step, then */
-    int side;                  /* 1: faces looked at it along their normals, -1: away */
-} plii_soft_side;
-
-/* The contacts of a step as substeps solve them; empty while another solver steps the body. */
-typedef struct plii_soft_substep_contact plii_soft_substep_contact;
-typedef struct plii_soft_substeps {
-    plii_soft_substep_contact* contacts;
-    int count, capacity;
-} plii_soft_substeps;
 
 typedef struct plii_soft_contacts_state {
     pli_soft_contacts_def def;
@@ -48,10 +43,10 @@ typedef struct plii_soft_contacts_state {
     int impulse_count;
     pli_body** met;
     int met_count, met_capacity;
-    plii_soft_substeps substeps;
-    plii_soft_side* sides; /* [node_count] */
-    unsigned step;         /* counts */
-    bool is_sweeping;      /* the body counts it among its sweeping features */
+    pli_vec3* predicted; /* [node_count] m */
+    float* missed;       /* [node_count] m, how far from there the nodes ended in the step before */
+    bool is_sweeping;    /* the body counts it among its sweeping features */
+    bool has_coupled;    /* in this step */
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
     pli_bounds* face_boxes; /* [face_count] */
@@ -72,7 +67,6 @@ typedef struct plii_soft_contacts_state {
 } plii_soft_contacts_state;
 
 extern const plii_feature_class plii_soft_contacts_class;
-extern const plii_substep_class plii_soft_contacts_substepped;
 
 static inline pli_vec3 plii_soft_contacts_position(const pli_body* body, int node) {
     return plii_xyz(body->positions[node]);
@@ -83,6 +77,14 @@ static inline pli_vec3 plii_soft_contacts_blend(const pli_vec4* values, const in
     return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
                                      pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
                         pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
+}
+
+/* Inverse of the mass that a face shows at a point, 1/kg. */
+static inline float plii_soft_contacts_face_weight(const pli_body* body, const int* face, pli_vec3 weights) {
+    if (plii_body_is_idle(body)) { return 0.0f; }
+    const pli_vec4* positions = body->positions;
+    return positions[face[0]].w * (weights.x * weights.x) + positions[face[1]].w * (weights.y * weights.y) +
+           positions[face[2]].w * (weights.z * weights.z);
 }
 
 static inline pli_bounds plii_soft_contacts_face_bounds(const pli_vec4* positions, const int* face) {
@@ -128,17 +130,13 @@ void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state*
 /* Two bodies have met. */
 bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
                                     plii_soft_contacts_state* other_state);
-/* A contact has moved its node and face apart by shares of `correction`, m; only of contacts below impulse_count. */
+/* A contact of Bullet's has moved its node and face apart by shares of `correction`, m; only of contacts below
+   impulse_count. */
 void plii_soft_contacts_note(const pli_body* body, const plii_soft_contacts_state* state, int index,
                              pli_vec3 correction);
 void plii_soft_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user);
 
-/* Once per step: parts what overlaps already, where that must not give speed. */
-void plii_soft_contacts_recover(pli_body* body, void* data);
-void plii_soft_contacts_solve(pli_body* body, void* data);
-
-/* Room for the contacts of a step. */
-bool plii_soft_substeps_reserve(pli_body* body, plii_soft_substeps* substeps, int count);
-size_t plii_soft_substeps_bytes(const plii_soft_substeps* substeps);
-/* `data`: plii_soft_contacts_state */
-void plii_soft_substeps_release(pli_body* body, void* data);
+void plii_soft_contacts_couple(pli_body* body, void* data);
+/* Bullet's: once per step, what overlaps already and must not get speed; and each iteration. */
+void plii_soft_contacts_recover_bullet(pli_body* body, void* data);
+void plii_soft_contacts_solve_bullet(pli_body* body, void* data);

@@ -19,7 +19,6 @@ enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
 typedef struct soft_contacts_pick {
     plii_soft_contact contact;
     float distance, time; /* m; share of the step at which it crosses */
-    int side;             /* see plii_soft_side */
 } soft_contacts_pick;
 
 /* Corners of a face as the node sees them. */
@@ -83,7 +82,6 @@ static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, int node,
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
     pick->contact.weights = closest.weights;
     pick->contact.normal = from > 0.0f ? size->normal : pli_vec3_neg(size->normal);
-    pick->side = from > 0.0f ? 1 : -1;
     return true;
 }
 
@@ -109,55 +107,28 @@ static bool soft_contacts_is_alike(const soft_contacts_pick* kept, int count, co
     return false;
 }
 
-/* The side that the node had in the step before; 0: not known. */
-static int soft_contacts_side_before(const plii_soft_contacts_pass* pass, int node) {
-    const plii_soft_side* known = &pass->node_state->sides[node];
-    const bool is_known = known->face_body == pass->face_body && known->step + 1 == pass->node_state->step;
-    return is_known ? known->side : 0;
-}
-
-static pli_status soft_contacts_take(const plii_soft_contacts_pass* pass, const soft_contacts_pick* pick) {
-    const plii_soft_side side = {pass->face_body, pass->node_state->step, pick->side};
-    pass->node_state->sides[pick->contact.node] = side;
-    return plii_soft_contacts_append(pass, pick->contact);
-}
-
-/* What is fast is stopped before it is there, and so stays on its side. What gravity does in a step to a body at rest
-   does not count. */
-static float soft_contacts_margin(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
-    return plii_max(pass->margin, near.reach - 2.0f * pass->fall);
-}
-
 /* The faces of one node and one other body. */
 typedef struct soft_contacts_picks {
-    soft_contacts_pick crossed, behind, nearest; /* INFINITY as time or distance: none */
+    soft_contacts_pick crossed, nearest; /* INFINITY as time or distance: none */
     soft_contacts_pick inside[SOFT_CONTACTS_MOST_NEAREST];
     int inside_count;
 } soft_contacts_picks;
 
-static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int side,
-                                  int face_index, soft_contacts_picks* picks) {
+static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int face_index,
+                                  soft_contacts_picks* picks) {
     const int* face = pass->face_body->topology->faces[face_index];
     const soft_contacts_corners now =
         soft_contacts_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
     const plii_triangle_size size = soft_contacts_size(&now);
     const float height = -pli_vec3_dot(now.at[0], size.normal);
     if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
-    soft_contacts_pick pick = {
-        .contact = {.node = near.node, .face = face_index, .margin = soft_contacts_margin(pass, near)}};
-    if (soft_contacts_crosses(pass, near.node, face, &now, &size, &pick) && pick.side * side >= 0) {
+    soft_contacts_pick pick = {.contact = {.node = near.node, .face = face_index, .margin = near.margin}};
+    if (soft_contacts_crosses(pass, near.node, face, &now, &size, &pick)) {
         if (pick.time < picks->crossed.time) { picks->crossed = pick; }
         return;
     }
     plii_triangle_feature feature;
     if (!soft_contacts_is_near(pass, near, face, &now, &pick, &feature)) { return; }
-    pick.side = pli_vec3_dot(pick.contact.normal, size.normal) < 0.0f ? -1 : 1;
-    if (feature == PLII_TRIANGLE_FACE && pick.side * side < 0) {
-        pick.side = side;
-        pick.contact.normal = pli_vec3_neg(pick.contact.normal);
-        if (pick.distance < picks->behind.distance) { picks->behind = pick; }
-        return;
-    }
     if (pick.distance < picks->nearest.distance) { picks->nearest = pick; }
     if (feature == PLII_TRIANGLE_FACE) {
         picks->inside_count = soft_contacts_keep(picks->inside, picks->inside_count, &pick);
@@ -174,7 +145,7 @@ typedef struct soft_contacts_rim {
 #define SOFT_CONTACTS_COARSE 1e3f
 
 /* Looks at four faces from afar, and closer at those that the node may cross or whose nearest point lies inside. */
-static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int side,
+static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
                                        const int* face_indices, int count, soft_contacts_picks* picks,
                                        soft_contacts_rim* rim) {
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
@@ -197,7 +168,7 @@ static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii
     const int looked_at = wanted & (crossed | (close & distance.inside) | is_coarse);
     for (int k = 0; k < count; ++k) {
         if (looked_at >> k & 1) {
-            soft_contacts_look_at(pass, near, side, face_indices[k], picks);
+            soft_contacts_look_at(pass, near, face_indices[k], picks);
         } else if ((wanted & close) >> k & 1 && squared[k] < rim->squared) {
             *rim = (soft_contacts_rim){squared[k], face_indices[k]};
         }
@@ -208,25 +179,23 @@ static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii
 static soft_contacts_picks soft_contacts_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     const plii_soft_contacts_state* search = pass->search;
     soft_contacts_picks picks; /* what is not set is not read */
-    picks.crossed.time = picks.behind.distance = picks.nearest.distance = INFINITY;
+    picks.crossed.time = picks.nearest.distance = INFINITY;
     picks.inside_count = 0;
-    const int side = soft_contacts_side_before(pass, near.node);
     soft_contacts_rim rim = {INFINITY, -1};
     for (int i = 0; i < search->hit_count; i += 4) {
         const int left = search->hit_count - i;
-        soft_contacts_look_at_four(pass, near, side, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
+        soft_contacts_look_at_four(pass, near, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
     }
-    if (rim.face_index >= 0) { soft_contacts_look_at(pass, near, side, rim.face_index, &picks); }
+    if (rim.face_index >= 0) { soft_contacts_look_at(pass, near, rim.face_index, &picks); }
     return picks;
 }
 
 pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     if (pass->search->hit_count == 0) { return PLI_OK; }
     const soft_contacts_picks picks = soft_contacts_look(pass, near);
-    if (picks.crossed.time < INFINITY) { return soft_contacts_take(pass, &picks.crossed); }
-    if (picks.behind.distance < picks.nearest.distance) { return soft_contacts_take(pass, &picks.behind); }
+    if (picks.crossed.time < INFINITY) { return plii_soft_contacts_append(pass, picks.crossed.contact); }
     if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
-    PLII_TRY(soft_contacts_take(pass, &picks.nearest));
+    PLII_TRY(plii_soft_contacts_append(pass, picks.nearest.contact));
     if (picks.inside_count == 0) { return PLI_OK; }
     soft_contacts_pick added[SOFT_CONTACTS_MOST_NEAREST] = {picks.nearest};
     int count = 1;

@@ -101,15 +101,22 @@ static bool sleep_holds(const pli_body* body, const pli_body* other, const pli_r
     return search.is_found;
 }
 
+/* Of the margin. What lies on a body is a margin away from it, but for rounding and what moves below `speed`. */
+#define SLEEP_NEAR 0.1f
+
+static pli_bounds sleep_bounds(const pli_body* body) {
+    return plii_bounds_grow(body->bounds, SLEEP_NEAR * body->collision_margin);
+}
+
 static bool sleep_touches_rigid(const pli_body* body, const pli_rigid* rigid, pli_bounds bounds) {
     if (rigid->is_absent || rigid->is_sensor) { return false; }
-    const bool overlaps = plii_bounds_overlap(body->bounds, bounds) && !plii_body_ignores_rigid(body, rigid);
+    const bool overlaps = plii_bounds_overlap(sleep_bounds(body), bounds) && !plii_body_ignores_rigid(body, rigid);
     return overlaps || sleep_holds(body, NULL, rigid);
 }
 
 static bool sleep_touches_body(const pli_body* body, const pli_body* other) {
-    const bool overlaps =
-        body->collides_with_bodies && other->collides_with_bodies && plii_bounds_overlap(body->bounds, other->bounds);
+    const bool overlaps = body->collides_with_bodies && other->collides_with_bodies &&
+                          plii_bounds_overlap(sleep_bounds(body), sleep_bounds(other));
     return overlaps || sleep_holds(body, other, NULL) || sleep_holds(other, body, NULL);
 }
 

@@ -18,7 +18,7 @@
 typedef struct tether_load {
     int node;
     pli_vec3 goal; /* at the start of the step */
-    plii_substep_rigid_point point;
+    plii_substep_rigid_pivot pivot;
     float limit; /* m, in this substep */
 } tether_load;
 
@@ -138,8 +138,8 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
             body->solver_class->has_substeps ? constraint->rigid->path.begin : constraint->rigid->state.pose;
         tether_load* load = &state->loads[state->load_count++];
         *load = (tether_load){.node = constraint->node, .goal = pli_transform_point(pose, constraint->pivot)};
-        load->point.rigid = constraint->rigid;
-        load->point.offset = pli_mat3_mul_vec3(pose.rotation, constraint->pivot);
+        const pli_vec3 offset = pli_mat3_mul_vec3(pose.rotation, constraint->pivot);
+        load->pivot = (plii_substep_rigid_pivot){{constraint->rigid, offset}, offset};
         plii_rigid_touch(constraint->rigid);
         if (body->solver_class->has_substeps) { plii_substep_follow_rigid(body, constraint->rigid); }
     }
@@ -166,13 +166,13 @@ static void tether_apply_load(const pli_body* body, const tether_state* state, c
     const float distance = pli_vec3_length(apart);
     if (!(distance > 0.0f)) { return; }
     const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
-    const pli_vec3 relative = pli_vec3_sub(plii_rigid_velocity_at(load->point.rigid, load->point.offset),
+    const pli_vec3 relative = pli_vec3_sub(plii_rigid_velocity_at(load->pivot.point.rigid, load->pivot.point.offset),
                                            plii_xyz(body->velocities[tether->origin]));
     const float allowed = (tether_limit(state, tether, distance, body->step.dt) - distance) * body->step.inverse_dt;
     const float excess = pli_vec3_dot(unit, relative) - allowed;
-    const float weight = plii_substep_rigid_point_weight(&load->point, unit);
+    const float weight = plii_substep_rigid_point_weight(&load->pivot.point, unit);
     if (!(excess > 0.0f) || !(weight > 0.0f) || !plii_is_finite(excess / weight)) { return; }
-    plii_rigid_apply_impulse(load->point.rigid, pli_vec3_scale(unit, -excess / weight), load->point.offset);
+    plii_rigid_apply_impulse(load->pivot.point.rigid, pli_vec3_scale(unit, -excess / weight), load->pivot.point.offset);
 }
 
 static void tether_solve(pli_body* body, void* data) {
@@ -204,13 +204,14 @@ static void tether_solve(pli_body* body, void* data) {
 // -------------------------------------------------------------------------------------------- solving, substeps
 
 static pli_vec3 tether_load_position(const tether_load* load) {
-    return pli_vec3_add(load->goal, plii_substep_rigid_point_moved(&load->point));
+    return pli_vec3_add(load->goal, plii_substep_rigid_pivot_moved(&load->pivot));
 }
 
 static void tether_restart(pli_body* body, void* data, const plii_substep* substep) {
     const tether_state* state = data;
     for (int i = 0; i < state->load_count; ++i) {
         tether_load* load = &state->loads[i];
+        plii_substep_rigid_pivot_turn(&load->pivot);
         const pli_tether* tether = &state->tethers[load->node];
         const int origin = tether->origin;
         const pli_vec3 start = plii_substep_place(body, substep, substep->start_displacements, origin);
@@ -221,7 +222,7 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
             load->limit = distance + plii_substep_braked(load->limit - distance, substep);
         } else { /* comes back by a shift, which leaves no speed */
             const pli_vec3 back = pli_vec3_scale(apart, distance > 0.0f ? load->limit / distance - 1.0f : 0.0f);
-            plii_substep_rigid_point_shift(&load->point, back);
+            plii_substep_rigid_point_shift(&load->pivot.point, back);
         }
     }
 }
@@ -260,15 +261,15 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
     for (int i = 0; i < state->load_count; ++i) {
         const tether_load* load = &state->loads[i];
         const pli_vec3 place =
-            pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->point, substep));
+            pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->pivot.point, substep));
         const int origin = state->tethers[load->node].origin;
         const pli_vec3 apart = pli_vec3_sub(place, plii_substep_position(body, substep, origin));
         const float distance = pli_vec3_length(apart), excess = distance - load->limit;
         if (!(excess > 0.0f)) { continue; }
         const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
-        const float push = -excess / plii_substep_rigid_point_weight(&load->point, unit);
+        const float push = -excess / plii_substep_rigid_point_weight(&load->pivot.point, unit);
         if (!plii_is_finite(push)) { continue; }
-        plii_substep_rigid_point_push(&load->point, pli_vec3_scale(unit, push), substep);
+        plii_substep_rigid_point_push(&load->pivot.point, pli_vec3_scale(unit, push), substep);
     }
 }
 

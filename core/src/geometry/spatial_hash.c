@@ -7,6 +7,7 @@
 #include "geometry/spatial_hash.h"
 
 #include "base/csr.h"
+#include "base/ranges.h"
 
 static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_origin) {
     const float cell = from_origin * hash->inverse_cell_size;
@@ -86,12 +87,43 @@ static void spatial_hash_choose_axes(plii_spatial_hash* hash, int count, const p
     hash->axes[2] = last;
 }
 
-static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_vec3* positions, float cell_size,
-                                  float shift, unsigned most) {
+/* Of passes over the points. */
+typedef struct spatial_hash_points {
+    plii_spatial_hash* hash;
+    const pli_vec3* positions;
+    pli_vec3 lows[PLII_MOST_BLOCKS], highs[PLII_MOST_BLOCKS];
+} spatial_hash_points;
+
+static void spatial_hash_bound_block(int begin, int end, int block, void* data) {
+    spatial_hash_points* points = data;
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    for (int i = 0; i < count; ++i) {
-        low = plii_vec3_min(positions[i], low);
-        high = plii_vec3_max(positions[i], high);
+    for (int i = begin; i < end; ++i) {
+        low = plii_vec3_min(points->positions[i], low);
+        high = plii_vec3_max(points->positions[i], high);
+    }
+    points->lows[block] = low;
+    points->highs[block] = high;
+}
+
+static void spatial_hash_cell_range(int begin, int end, void* data) {
+    const spatial_hash_points* points = data;
+    for (int i = begin; i < end; ++i) {
+        points->hash->cells[i] = spatial_hash_cell_of(points->hash, points->positions[i]);
+    }
+}
+
+enum { SPATIAL_HASH_POINT_NS = 3 };
+
+static void spatial_hash_set_grid(pli_context* context, spatial_hash_points* points, int count, float cell_size,
+                                  float shift, unsigned most) {
+    plii_spatial_hash* hash = points->hash;
+    const pli_vec3* positions = points->positions;
+    const plii_blocks blocks = plii_blocks_of(count, plii_grain(SPATIAL_HASH_POINT_NS), PLII_MOST_BLOCKS);
+    plii_run_blocks(context, blocks, count, spatial_hash_bound_block, points);
+    pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    for (int b = 0; b < blocks.count; ++b) {
+        low = plii_vec3_min(points->lows[b], low);
+        high = plii_vec3_max(points->highs[b], high);
     }
     const pli_vec3 extent = pli_vec3_sub(high, low);
     const bool is_finite = plii_vec3_is_finite(extent) && plii_vec3_is_finite(low);
@@ -131,14 +163,17 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     hash->count = 0;
     if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
-    spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
+    spatial_hash_points points;
+    points.hash = hash;
+    points.positions = positions;
+    spatial_hash_set_grid(context, &points, count, cell_size, shift, most);
 
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {
         hash->starts[i] = 0;
     }
+    plii_parallel_for(context, spatial_hash_cell_range, &points, count, plii_grain(SPATIAL_HASH_POINT_NS));
     for (int i = 0; i < count; ++i) {
-        hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
         ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
     }
     (void)plii_csr_sum((int)size, hash->starts);

@@ -55,14 +55,20 @@ static void self_faces_begin_substeps(pli_body* body, void* data) {
     plii_self_faces_begin(body, data);
 }
 
+static void self_faces_motion_block(int begin, int end, int block, void* data) {
+    plii_self_faces_motions* motions = data;
+    float squared = 0.0f;
+    for (int i = begin; i < end; ++i) {
+        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(motions->nodes, i)));
+    }
+    motions->squared[block] = squared;
+}
+
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
     plii_self_faces_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    float squared = 0.0f;
-    for (int i = 0; i < body->node_count; ++i) {
-        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(&nodes, i)));
-    }
-    const float motion = 1.25f * sqrtf(squared) + SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
+    const float largest = plii_self_faces_largest(body, state, &nodes, self_faces_motion_block);
+    const float motion = 1.25f * largest + SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
     plii_self_faces_restart(body, state, &nodes, plii_min(motion, state->travel));
 }
 
@@ -107,6 +113,15 @@ static pli_status self_faces_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
+static void self_faces_disable(pli_body* body, void* data) {
+    plii_self_faces_release_hits(body->context, data);
+}
+
+static size_t self_faces_bytes(const pli_body* body, const void* data) {
+    (void)body;
+    return plii_self_faces_hit_bytes(data);
+}
+
 static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     plii_self_faces_state* state = data;
     (void)blocks;
@@ -138,6 +153,7 @@ static const plii_state_part self_faces_parts[] = {
     PLII_STATE(plii_self_faces_state, mean_edge_length, PLII_LEFT),
     PLII_STATE(plii_self_faces_state, edge_count, PLII_LEFT),
     PLII_STATE(plii_self_faces_state, tree, PLII_LEFT),
+    PLII_STATE(plii_self_faces_state, hits, PLII_LEFT),
     PLII_STATE(plii_self_faces_state, report, PLII_SAVED),
     {0},
 };
@@ -152,6 +168,8 @@ static const plii_feature_class self_faces_class = {
     .substepped = &self_faces_kind,
     .arrays = self_faces_arrays,
     .enable = self_faces_enable,
+    .disable = self_faces_disable,
+    .bytes = self_faces_bytes,
     .topology_commit = self_faces_topology_commit,
 };
 

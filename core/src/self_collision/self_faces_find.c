@@ -6,6 +6,8 @@
 #include "math/range.h"
 #include "self_collision/self_faces_impl.h"
 
+#include <string.h>
+
 /* Of the thickness: what rounding may take from a distance. */
 #define SELF_FACES_SLACK 0.01f
 
@@ -109,86 +111,222 @@ static float self_faces_box_distance(const pli_bounds* a, const pli_bounds* b) {
 typedef struct self_faces_search {
     pli_body* body;
     plii_self_faces_state* state;
-    pli_bounds box; /* of the item */
-    int item;       /* node or edge that is looked for */
     bool is_edges;
-    bool has_memory;
+    int begin[PLII_MOST_BLOCKS]; /* of its pairs */
 } self_faces_search;
 
-static void self_faces_hit(int item, void* user) {
-    self_faces_search* search = user;
-    plii_self_faces_state* state = search->state;
-    const pli_body* body = search->body;
-    plii_self_faces_pair pair = {.is_edges = search->is_edges, .target = -1.0f};
-    if (search->is_edges) {
-        if (item <= search->item) { return; }
-        const int *a = state->edges[search->item], *b = state->edges[item];
-        if (a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]) { return; }
-        pair.nodes[0] = a[0], pair.nodes[1] = a[1], pair.nodes[2] = b[0], pair.nodes[3] = b[1];
-    } else {
-        const int* face = body->topology->faces[item];
-        if (face[0] == search->item || face[1] == search->item || face[2] == search->item) { return; }
-        pair.nodes[0] = search->item, pair.nodes[1] = face[0], pair.nodes[2] = face[1], pair.nodes[3] = face[2];
-    }
-    float mobility = 0.0f;
-    for (int k = 0; k < 4; ++k) {
-        mobility += body->positions[pair.nodes[k]].w;
-    }
-    const float distance = self_faces_box_distance(&search->box, &state->boxes[item]);
-    if (!(mobility > 0.0f) || !(distance <= state->reach)) { return; }
-    if (!PLII_RESERVE(body->context, &state->pairs, &state->pair_capacity, state->pair_count + 1) ||
-        !PLII_RESERVE(body->context, &state->due, &state->due_capacity, state->pair_count + 1)) {
-        search->has_memory = false;
-        return;
-    }
-    state->due[state->pair_count] = 0.5f * (distance - state->def.thickness);
-    state->pairs[state->pair_count++] = pair;
+/* Of one item. */
+typedef struct self_faces_query {
+    const self_faces_search* search;
+    plii_self_faces_hits* hits;
+    pli_bounds box;
+    int item; /* node or edge that is looked for */
+} self_faces_query;
+
+static void self_faces_set_nodes(const self_faces_search* search, int item, int other, int nodes[4]) {
+    const int *a = search->state->edges[item], *b = search->state->edges[other];
+    const int* face = search->body->topology->faces[other];
+    nodes[0] = search->is_edges ? a[0] : item;
+    nodes[1] = search->is_edges ? a[1] : face[0];
+    nodes[2] = search->is_edges ? b[0] : face[1];
+    nodes[3] = search->is_edges ? b[1] : face[2];
 }
 
-static void self_faces_search_run(self_faces_search* search) {
-    pli_body* body = search->body;
-    plii_self_faces_state* state = search->state;
-    const int targets = search->is_edges ? state->edge_count : body->topology->face_count;
-    if (!PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, targets)) {
-        search->has_memory = false;
+static void self_faces_hit(int other, void* user) {
+    self_faces_query* query = user;
+    const self_faces_search* search = query->search;
+    const plii_self_faces_state* state = search->state;
+    const pli_body* body = search->body;
+    int nodes[4];
+    if (search->is_edges) {
+        if (other <= query->item) { return; }
+        const int *a = state->edges[query->item], *b = state->edges[other];
+        if (a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]) { return; }
+    } else {
+        const int* face = body->topology->faces[other];
+        if (face[0] == query->item || face[1] == query->item || face[2] == query->item) { return; }
+    }
+    const float distance = self_faces_box_distance(&query->box, &state->boxes[other]);
+    if (!(distance <= state->reach)) { return; }
+    self_faces_set_nodes(search, query->item, other, nodes);
+    float mobility = 0.0f;
+    for (int k = 0; k < 4; ++k) {
+        mobility += body->positions[nodes[k]].w;
+    }
+    if (!(mobility > 0.0f)) { return; }
+    plii_self_faces_hits* hits = query->hits;
+    if (!PLII_RESERVE(body->context, &hits->items, &hits->capacity, hits->count + 1)) {
+        hits->is_truncated = true;
         return;
     }
-    for (int i = 0; i < targets; ++i) {
+    hits->items[hits->count++] = (plii_self_faces_hit){query->item, other, distance};
+}
+
+static void self_faces_search_items(const self_faces_search* search, int begin, int end, plii_self_faces_hits* hits) {
+    const pli_body* body = search->body;
+    const plii_self_faces_state* state = search->state;
+    self_faces_query query = {.search = search, .hits = hits};
+    hits->count = 0;
+    hits->is_truncated = false;
+    for (int i = begin; i < end; ++i) {
+        query.item = i;
+        query.box = search->is_edges ? state->boxes[i] : self_faces_box(body, &i, 1);
+        plii_bvh_overlaps(&state->tree, plii_bounds_grow(query.box, state->reach), self_faces_hit, &query);
+    }
+}
+
+static bool self_faces_reserve_pairs(const self_faces_search* search, int more) {
+    plii_self_faces_state* state = search->state;
+    pli_context* context = search->body->context;
+    return state->pair_count <= INT32_MAX - more &&
+           PLII_RESERVE(context, &state->pairs, &state->pair_capacity, state->pair_count + more) &&
+           PLII_RESERVE(context, &state->due, &state->due_capacity, state->pair_count + more);
+}
+
+/* There is room. */
+static void self_faces_put_pairs(const self_faces_search* search, const plii_self_faces_hits* hits, int begin) {
+    plii_self_faces_state* state = search->state;
+    for (int k = 0; k < hits->count; ++k) {
+        const plii_self_faces_hit hit = hits->items[k];
+        plii_self_faces_pair pair = {.is_edges = search->is_edges, .target = -1.0f};
+        self_faces_set_nodes(search, hit.item, hit.other, pair.nodes);
+        state->due[begin + k] = 0.5f * (hit.distance - state->def.thickness);
+        state->pairs[begin + k] = pair;
+    }
+}
+
+/* Adds what was found to the pairs; false without memory for all of it. */
+static bool self_faces_take_hits(self_faces_search* search, const plii_self_faces_hits* hits) {
+    plii_self_faces_state* state = search->state;
+    if (!self_faces_reserve_pairs(search, hits->count)) { return false; }
+    self_faces_put_pairs(search, hits, state->pair_count);
+    state->pair_count += hits->count;
+    return !hits->is_truncated;
+}
+
+static void self_faces_search_block(int begin, int end, int block, void* data) {
+    const self_faces_search* search = data;
+    self_faces_search_items(search, begin, end, &search->state->hits[block]);
+}
+
+static void self_faces_put_block(int begin, int end, int block, void* data) {
+    const self_faces_search* search = data;
+    (void)begin;
+    (void)end;
+    self_faces_put_pairs(search, &search->state->hits[block], search->begin[block]);
+}
+
+enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_BOX_NS = 10, SELF_FACES_PAIR_NS = 10, SELF_FACES_NODE_NS = 3 };
+
+/* In the order of items, whatever the threads. */
+static bool self_faces_find_pairs(self_faces_search* search, int count) {
+    plii_self_faces_state* state = search->state;
+    pli_context* context = search->body->context;
+    const plii_blocks blocks = plii_blocks_of(count, plii_grain(SELF_FACES_ITEM_NS), PLII_MOST_BLOCKS);
+    bool has_memory = true;
+    if (!plii_has_threads(context)) {
+        for (int b = 0; b < blocks.count; ++b) {
+            const int begin = b * blocks.size, left = count - begin;
+            self_faces_search_items(search, begin, begin + (left < blocks.size ? left : blocks.size), &state->hits[0]);
+            has_memory = self_faces_take_hits(search, &state->hits[0]) && has_memory;
+        }
+        return has_memory;
+    }
+    plii_run_blocks(context, blocks, count, self_faces_search_block, search);
+    int more = 0;
+    for (int b = 0; b < blocks.count && has_memory; ++b) {
+        const plii_self_faces_hits* hits = &state->hits[b];
+        search->begin[b] = state->pair_count + more;
+        has_memory = !hits->is_truncated && more <= INT32_MAX - state->pair_count - hits->count;
+        more += has_memory ? hits->count : 0;
+    }
+    if (!has_memory || !self_faces_reserve_pairs(search, more)) { return false; }
+    plii_run_blocks(context, blocks, count, self_faces_put_block, search);
+    state->pair_count += more;
+    return true;
+}
+
+static void self_faces_box_range(int begin, int end, void* data) {
+    const self_faces_search* search = data;
+    const pli_body* body = search->body;
+    plii_self_faces_state* state = search->state;
+    for (int i = begin; i < end; ++i) {
         state->boxes[i] = search->is_edges ? self_faces_box(body, state->edges[i], 2)
                                            : self_faces_box(body, body->topology->faces[i], 3);
     }
-    if (!plii_bvh_build(body->context, &state->tree, targets, state->boxes)) {
-        search->has_memory = false;
-        return;
-    }
-    const int count = search->is_edges ? state->edge_count : body->node_count;
-    for (int i = 0; i < count; ++i) {
-        search->item = i;
-        search->box = search->is_edges ? self_faces_box(body, state->edges[i], 2) : self_faces_box(body, &i, 1);
-        plii_bvh_overlaps(&state->tree, plii_bounds_grow(search->box, state->reach), self_faces_hit, search);
+}
+
+/* False when there was no memory for all. */
+static bool self_faces_search_run(pli_body* body, plii_self_faces_state* state, bool is_edges) {
+    self_faces_search search = {.body = body, .state = state, .is_edges = is_edges};
+    const int targets = is_edges ? state->edge_count : body->topology->face_count;
+    if (!PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, targets)) { return false; }
+    plii_parallel_for(body->context, self_faces_box_range, &search, targets, plii_grain(SELF_FACES_BOX_NS));
+    if (!plii_bvh_build(body->context, &state->tree, targets, state->boxes)) { return false; }
+    return self_faces_find_pairs(&search, is_edges ? state->edge_count : body->node_count);
+}
+
+void plii_self_faces_release_hits(pli_context* context, plii_self_faces_state* state) {
+    for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
+        PLII_RELEASE(context, state->hits[b].items, state->hits[b].capacity);
     }
 }
 
-/* How far nodes are about to move in this step, with some room for constraints. */
-static float self_faces_wanted_travel(const pli_body* body, const plii_self_faces_state* state) {
+size_t plii_self_faces_hit_bytes(const plii_self_faces_state* state) {
+    size_t bytes = 0;
+    for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
+        bytes += (size_t)state->hits[b].capacity * sizeof *state->hits[b].items;
+    }
+    return bytes;
+}
+
+// ------------------------------------------------------------------------------------------------------------- motions
+
+float plii_self_faces_largest(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes,
+                              plii_block_fn* run) {
+    plii_self_faces_motions motions = {.body = body, .state = state, .nodes = nodes};
+    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_FACES_NODE_NS), PLII_MOST_BLOCKS);
+    plii_run_blocks(body->context, blocks, body->node_count, run, &motions);
     float squared = 0.0f;
-    for (int i = 0; i < body->node_count; ++i) {
+    for (int b = 0; b < blocks.count; ++b) {
+        squared = plii_max(squared, motions.squared[b]);
+    }
+    return sqrtf(squared);
+}
+
+static void self_faces_predicted_block(int begin, int end, int block, void* data) {
+    plii_self_faces_motions* motions = data;
+    const pli_body* body = motions->body;
+    float squared = 0.0f;
+    for (int i = begin; i < end; ++i) {
         const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
         squared = plii_max(squared, pli_vec3_length_squared(motion));
     }
+    motions->squared[block] = squared;
+}
+
+/* How far nodes are about to move in this step, with some room for constraints. */
+static float self_faces_wanted_travel(const pli_body* body, plii_self_faces_state* state) {
+    const float motion = plii_self_faces_largest(body, state, NULL, self_faces_predicted_block);
     const float most = state->def.max_travel > 0.0f ? state->def.max_travel : 0.5f * state->mean_edge_length;
-    return plii_min(most, 1.25f * sqrtf(squared) + 0.5f * state->def.thickness);
+    return plii_min(most, 1.25f * motion + 0.5f * state->def.thickness);
+}
+
+static void self_faces_count_block(int begin, int end, int block, void* data) {
+    plii_self_faces_motions* motions = data;
+    pli_vec3* last = motions->state->last;
+    float squared = 0.0f;
+    for (int i = begin; i < end; ++i) {
+        const pli_vec3 x = plii_self_start(motions->nodes, i);
+        squared = plii_max(squared, pli_vec3_length_squared(pli_vec3_sub(x, last[i])));
+        last[i] = x;
+    }
+    motions->squared[block] = squared;
 }
 
 /* Counts how far nodes have got. What is not finite goes on being so, and is caught elsewhere. */
 static void self_faces_count_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    float squared = 0.0f;
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 x = plii_self_start(nodes, i);
-        squared = plii_max(squared, pli_vec3_length_squared(pli_vec3_sub(x, state->last[i])));
-        state->last[i] = x;
-    }
-    state->moved += sqrtf(squared) * (1.0f + 1e-5f);
+    state->moved += plii_self_faces_largest(body, state, nodes, self_faces_count_block) * (1.0f + 1e-5f);
 }
 
 void plii_self_faces_begin(pli_body* body, plii_self_faces_state* state) {
@@ -201,13 +339,11 @@ void plii_self_faces_begin(pli_body* body, plii_self_faces_state* state) {
     state->reach = state->def.thickness + 2.0f * state->travel;
     state->moved = 0.0f;
     state->pair_count = 0;
-    self_faces_search search = {.body = body, .state = state, .has_memory = true};
-    self_faces_search_run(&search);
-    search.is_edges = true;
-    self_faces_search_run(&search);
-    if (!search.has_memory) { state->reach = 0.0f; }
+    bool has_memory = self_faces_search_run(body, state, false);
+    has_memory = self_faces_search_run(body, state, true) && has_memory;
+    if (!has_memory) { state->reach = 0.0f; }
     state->report.pairs = state->pair_count;
-    state->report.is_truncated = !search.has_memory;
+    state->report.is_truncated = !has_memory;
 }
 
 // ------------------------------------------------------------------------------------------ pairs of a step or substep
@@ -257,16 +393,38 @@ static bool self_faces_activate(plii_self_faces_state* state, int index) {
     return pair->distance > 0.0f;
 }
 
+typedef struct self_faces_restart {
+    plii_self_faces_state* state;
+    int counts[PLII_MOST_BLOCKS];
+} self_faces_restart;
+
+/* Those of a block go to where it begins. */
+static void self_faces_restart_block(int begin, int end, int block, void* data) {
+    self_faces_restart* restart = data;
+    plii_self_faces_state* state = restart->state;
+    int count = begin;
+    for (int i = begin; i < end; ++i) {
+        if (state->due[i] > state->moved + state->motion || !self_faces_activate(state, i)) { continue; }
+        state->active[count++] = i;
+    }
+    restart->counts[block] = count - begin;
+}
+
 void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes, float motion) {
     state->motion = motion;
     self_faces_count_motion(body, state, nodes);
     state->active_count = 0;
-    for (int i = 0; i < state->pair_count; ++i) {
-        if (state->due[i] > state->moved + motion || !self_faces_activate(state, i)) { continue; }
-        if (!PLII_RESERVE(body->context, &state->active, &state->active_capacity, state->active_count + 1)) {
-            state->report.is_truncated = true;
-            return;
-        }
-        state->active[state->active_count++] = i;
+    if (!PLII_RESERVE(body->context, &state->active, &state->active_capacity, state->pair_count)) {
+        state->report.is_truncated = true;
+        return;
+    }
+    const int count = state->pair_count;
+    const plii_blocks blocks = plii_blocks_of(count, plii_grain(SELF_FACES_PAIR_NS), PLII_MOST_BLOCKS);
+    self_faces_restart restart = {.state = state};
+    plii_run_blocks(body->context, blocks, count, self_faces_restart_block, &restart);
+    for (int b = 0; b < blocks.count; ++b) {
+        memmove(&state->active[state->active_count], &state->active[b * blocks.size],
+                (size_t)restart.counts[b] * sizeof *state->active);
+        state->active_count += restart.counts[b];
     }
 }

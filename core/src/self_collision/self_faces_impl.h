@@ -3,6 +3,7 @@
 /* Self-collision of faces: state shared by the feature (self_faces.c), the search for pairs (self_faces_find.c) and
    their solve (self_faces_solve.c). */
 
+#include "base/ranges.h"
 #include "geometry/bvh.h"
 #include "self_collision/self_collision_impl.h"
 
@@ -15,6 +16,17 @@ typedef struct plii_self_faces_pair {
     pli_vec3 normal; /* unit, from the second side to the first */
     float middle;    /* along the normal, from the start of the first node */
 } plii_self_faces_pair;
+
+/* What a block of a search has found: an item with another that is near. */
+typedef struct plii_self_faces_hit {
+    int item, other;
+    float distance; /* m, of their boxes */
+} plii_self_faces_hit;
+typedef struct plii_self_faces_hits {
+    plii_self_faces_hit* items;
+    int count, capacity;
+    bool is_truncated; /* for lack of memory */
+} plii_self_faces_hits;
 
 typedef struct plii_self_faces_state {
     pli_self_faces_def def;
@@ -37,8 +49,23 @@ typedef struct plii_self_faces_state {
     int* active; /* pairs to be solved in this step or substep */
     int box_capacity, pair_count, pair_capacity, due_capacity, active_count, active_capacity;
     plii_bvh tree;
+    plii_self_faces_hits hits[PLII_MOST_BLOCKS]; /* of the last search, by block; the first for all without threads */
     pli_self_faces_report report;
 } plii_self_faces_state;
+
+void plii_self_faces_release_hits(pli_context* context, plii_self_faces_state* state);
+size_t plii_self_faces_hit_bytes(const plii_self_faces_state* state);
+
+/* Of the largest of what blocks of nodes came to. */
+typedef struct plii_self_faces_motions {
+    const pli_body* body;
+    plii_self_faces_state* state;
+    const plii_self_nodes* nodes;
+    float squared[PLII_MOST_BLOCKS];
+} plii_self_faces_motions;
+/* The most that a node moves, m: `run` fills in the squared motion of each block. */
+float plii_self_faces_largest(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes,
+                              plii_block_fn* run);
 
 /* Edges of all faces, each once. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);

@@ -44,22 +44,44 @@ void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* 
 
 // ----------------------------------------------------------------------------------------------- cutting motions short
 
-static void self_faces_limit_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    const pli_vec4* step_starts = body->solver_class->has_substeps ? body->previous : state->starts;
-    for (int i = 0; i < body->node_count; ++i) {
+typedef struct self_faces_limit {
+    plii_self_faces_state* state;
+    const plii_self_nodes* nodes;
+    const pli_vec4* step_starts;
+    int shortened[PLII_MOST_BLOCKS];
+} self_faces_limit;
+
+static void self_faces_limit_block(int begin, int end, int block, void* data) {
+    self_faces_limit* limit = data;
+    const plii_self_faces_state* state = limit->state;
+    const plii_self_nodes* nodes = limit->nodes;
+    int shortened = 0;
+    for (int i = begin; i < end; ++i) {
         if (!(nodes->offsets[i].w > 0.0f)) { continue; }
         const pli_vec3 motion = plii_self_motion(nodes, i);
         const float squared = pli_vec3_length_squared(motion);
         if (squared > state->motion * state->motion) {
             plii_self_move(nodes, i, motion, state->motion / sqrtf(squared) - 1.0f);
-            state->report.shortened += 1;
+            shortened += 1;
         }
-        const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(step_starts[i]));
+        const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(limit->step_starts[i]));
         const float all_squared = pli_vec3_length_squared(moved);
         if (all_squared > state->travel * state->travel) {
             plii_self_move(nodes, i, moved, state->travel / sqrtf(all_squared) - 1.0f);
-            state->report.shortened += 1;
+            shortened += 1;
         }
+    }
+    limit->shortened[block] = shortened;
+}
+
+enum { SELF_FACES_LIMIT_NS = 5 }; /* per node */
+
+static void self_faces_limit_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
+    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_FACES_LIMIT_NS), PLII_MOST_BLOCKS);
+    self_faces_limit limit = {state, nodes, body->solver_class->has_substeps ? body->previous : state->starts, {0}};
+    plii_run_blocks(body->context, blocks, body->node_count, self_faces_limit_block, &limit);
+    for (int b = 0; b < blocks.count; ++b) {
+        state->report.shortened += limit.shortened[b];
     }
 }
 

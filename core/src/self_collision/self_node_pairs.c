@@ -6,6 +6,8 @@
 
 #include "self_collision/self_node_pairs.h"
 
+#include <string.h>
+
 /* Of the thickness: how far a node may stray from its path before it is searched again. */
 #define SELF_NODES_MIN_MARGIN 0.2f
 #define SELF_NODES_MAX_MARGIN 0.5f
@@ -15,9 +17,6 @@
    shorter time. */
 #define SELF_NODES_MAX_REACH 0.75f
 #define SELF_NODES_MAX_REACH_APART 3.0f
-
-/* More than folded cloth has, so that there is room before it folds. */
-#define SELF_NODES_PAIRS_PER_NODE 6
 
 // ------------------------------------------------------------------------------------------------------ paths
 
@@ -61,69 +60,90 @@ static float self_nodes_reach(const plii_self_node_pairs* state, int node) {
 
 // ------------------------------------------------------------------------------------------------------ pairs
 
+/* Who looks for the pairs of single nodes, and where they go. */
+typedef struct self_nodes_finder {
+    const pli_body* body;
+    const plii_link_graph* graph;
+    const plii_self_node_pairs* state;
+    plii_self_search* search;
+    plii_self_pair_list* found;
+    bool is_truncated; /* some are missing */
+} self_nodes_finder;
+
+/* A mark that no node has. */
+static void self_nodes_renew_mark(const pli_body* body, plii_self_search* search) {
+    if (++search->mark != 0) { return; }
+    memset(search->linked, 0, (size_t)body->node_count * sizeof *search->linked);
+    search->mark = 1;
+}
+
 /* Links that only resist bending do not keep a distance. */
-static void self_nodes_mark_linked(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                   int node) {
+static void self_nodes_mark_linked(const self_nodes_finder* finder, int node) {
+    const pli_body* body = finder->body;
+    const plii_link_graph* graph = finder->graph;
+    plii_self_search* search = finder->search;
+    self_nodes_renew_mark(body, search);
     for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
         const plii_half_link half = graph->halves[k];
         const bool is_bending = body->link_tags != NULL && (body->link_tags[half.link] & PLII_LINK_TAG_BENDING) != 0;
-        if (!is_bending) { state->linked_to[half.neighbour] = node; }
+        if (!is_bending) { search->linked[half.neighbour] = search->mark; }
     }
 }
 
-static bool self_nodes_reserve(const pli_body* body, plii_self_node_pairs* state, int more) {
-    if (state->count <= INT32_MAX - more &&
-        PLII_RESERVE(body->context, &state->pairs, &state->capacity, state->count + more)) {
-        return true;
-    }
-    state->is_truncated = true;
-    return false;
+static bool self_nodes_reserve(pli_context* context, plii_self_pair_list* found, int more) {
+    return found->count <= INT32_MAX - more &&
+           PLII_RESERVE(context, &found->items, &found->capacity, found->count + more);
 }
 
 /* Keeps a pair that can touch, where links of `a` have been marked; `half` of the travel is on either side of a moment
    when they are so far from each other. There is room; the pair is written in any case, as hardly predictable branches
    cost more. */
-static void self_nodes_keep(plii_self_node_pairs* state, int a, int b, float distance_squared, float half) {
+static void self_nodes_keep(const self_nodes_finder* finder, int a, int b, float distance_squared, float half) {
+    const plii_self_node_pairs* state = finder->state;
+    plii_self_pair_list* found = finder->found;
     const plii_float4 motion = plii_float4_from(&state->travel[a]), other_travel = plii_float4_from(&state->travel[b]);
     const plii_float4 against = other_travel - motion;
     const float limit =
         state->thickness + (state->travel[a].w + state->travel[b].w) + half * sqrtf(plii_lanes_dot(against, against));
-    state->pairs[state->count] = (plii_self_pair){a, b, state->thickness};
-    state->count += (state->linked_to[b] != a) & (distance_squared < limit * limit);
+    found->items[found->count] = (plii_self_pair){a, b, state->thickness};
+    found->count += (finder->search->linked[b] != finder->search->mark) & (distance_squared < limit * limit);
 }
 
 /* Of pairs from `first` on: the distance to keep. Those that coincide at rest are dropped. */
-static void self_nodes_set_distances(plii_self_node_pairs* state, int first) {
+static void self_nodes_set_distances(const self_nodes_finder* finder, int first) {
+    const plii_self_node_pairs* state = finder->state;
+    plii_self_pair_list* found = finder->found;
     int count = first;
-    for (int k = first; k < state->count; ++k) {
-        plii_self_pair pair = state->pairs[k];
+    for (int k = first; k < found->count; ++k) {
+        plii_self_pair pair = found->items[k];
         pair.distance =
             plii_min(state->thickness, pli_vec3_length(pli_vec3_sub(state->rest[pair.b], state->rest[pair.a])));
-        state->pairs[count] = pair;
+        found->items[count] = pair;
         count += pair.distance > 0.0f;
     }
-    state->count = count;
+    found->count = count;
 }
 
 /* Pairs of a node that is not apart with others that are not. */
-static void self_nodes_find_common(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                   int node) {
-    plii_node_pairs* near = &state->near;
+static void self_nodes_find_common(self_nodes_finder* finder, int node) {
+    const plii_self_node_pairs* state = finder->state;
+    pli_context* context = finder->body->context;
+    plii_node_pairs* near = &finder->search->near;
     const float radius = state->thickness + 2.0f * state->reach;
-    const int first = state->count;
+    const int first = finder->found->count;
     near->count = 0;
-    if (!plii_spatial_hash_find(body->context, &state->hash, node, state->middle[node], radius, near) ||
-        !self_nodes_reserve(body, state, near->count)) {
-        state->is_truncated = true;
+    if (!plii_spatial_hash_find(context, &state->hash, node, state->middle[node], radius, near) ||
+        !self_nodes_reserve(context, finder->found, near->count)) {
+        finder->is_truncated = true;
         return;
     }
-    self_nodes_mark_linked(body, graph, state, node);
+    self_nodes_mark_linked(finder, node);
     for (int k = 0; k < near->count; ++k) {
         const plii_node_pair pair = near->pairs[k];
         if (state->is_apart[pair.other]) { continue; }
-        self_nodes_keep(state, node, pair.other, pair.distance_squared, 0.5f);
+        self_nodes_keep(finder, node, pair.other, pair.distance_squared, 0.5f);
     }
-    self_nodes_set_distances(state, first);
+    self_nodes_set_distances(finder, first);
 }
 
 static pli_vec3 self_nodes_position_at(const plii_self_node_pairs* state, int node, float share) {
@@ -131,8 +151,9 @@ static pli_vec3 self_nodes_position_at(const plii_self_node_pairs* state, int no
 }
 
 /* Pairs of a node apart with all others but those apart that come later in their list, from `share` of the path on. */
-static void self_nodes_find_apart(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                  int index, float share) {
+static void self_nodes_find_apart(self_nodes_finder* finder, int index, float share) {
+    const plii_self_node_pairs* state = finder->state;
+    pli_context* context = finder->body->context;
     const int node = state->apart[index];
     const float moment = 0.5f * (1.0f + share), half = 0.5f * (1.0f - share);
     const pli_vec3 p = self_nodes_position_at(state, node, moment);
@@ -140,27 +161,99 @@ static void self_nodes_find_apart(const pli_body* body, const plii_link_graph* g
     const pli_vec3 centre = pli_vec3_sub(p, pli_vec3_scale(state->drift, moment - 0.5f));
     const float beside = pli_vec3_length(pli_vec3_sub(plii_xyz(state->travel[node]), state->drift));
     const float radius = state->thickness + state->travel[node].w + half * beside + state->reach;
-    plii_node_pairs* near = &state->near;
-    const int first = state->count;
+    plii_node_pairs* near = &finder->search->near;
+    const int first = finder->found->count;
     near->count = 0;
-    if (!plii_spatial_hash_find_near(body->context, &state->hash, centre, radius, near) ||
-        !self_nodes_reserve(body, state, near->count + index)) {
-        state->is_truncated = true;
+    if (!plii_spatial_hash_find_near(context, &state->hash, centre, radius, near) ||
+        !self_nodes_reserve(context, finder->found, near->count + index)) {
+        finder->is_truncated = true;
         return;
     }
-    state->is_truncated = state->is_truncated || near->is_truncated;
-    self_nodes_mark_linked(body, graph, state, node);
+    self_nodes_mark_linked(finder, node);
     for (int k = 0; k < near->count; ++k) {
         const int other = near->pairs[k].other;
         if (state->is_apart[other]) { continue; }
         const pli_vec3 to = pli_vec3_sub(self_nodes_position_at(state, other, moment), p);
-        self_nodes_keep(state, node, other, pli_vec3_length_squared(to), half);
+        self_nodes_keep(finder, node, other, pli_vec3_length_squared(to), half);
     }
     for (int k = 0; k < index; ++k) {
         const pli_vec3 to = pli_vec3_sub(self_nodes_position_at(state, state->apart[k], moment), p);
-        self_nodes_keep(state, node, state->apart[k], pli_vec3_length_squared(to), half);
+        self_nodes_keep(finder, node, state->apart[k], pli_vec3_length_squared(to), half);
     }
-    self_nodes_set_distances(state, first);
+    self_nodes_set_distances(finder, first);
+}
+
+// ---------------------------------------------------------------------------------------------------------- in blocks
+
+/* Of all nodes that are not apart, or of those of the list of nodes apart from `first` on. */
+typedef struct self_nodes_search_task {
+    const pli_body* body;
+    const plii_link_graph* graph;
+    plii_self_node_pairs* state;
+    bool is_apart;
+    int first;
+    float share;
+    int begin[PLII_SELF_SEARCH_PARTS]; /* of the pairs of each block */
+} self_nodes_search_task;
+
+static void self_nodes_find_some(const self_nodes_search_task* task, int begin, int end, self_nodes_finder* finder) {
+    finder->search->near.is_truncated = false;
+    for (int i = begin; i < end; ++i) {
+        if (task->is_apart) {
+            self_nodes_find_apart(finder, task->first + i, task->share);
+        } else if (!task->state->is_apart[i]) {
+            self_nodes_find_common(finder, i);
+        }
+    }
+    finder->is_truncated = finder->is_truncated || finder->search->near.is_truncated;
+}
+
+static void self_nodes_find_block(int begin, int end, int block, void* data) {
+    const self_nodes_search_task* task = data;
+    plii_self_search_part* part = &task->state->parts[block];
+    self_nodes_finder finder = {task->body, task->graph, task->state, &part->search, &part->found, false};
+    part->found.count = 0;
+    self_nodes_find_some(task, begin, end, &finder);
+    part->is_truncated = finder.is_truncated;
+}
+
+static void self_nodes_gather_block(int begin, int end, int block, void* data) {
+    const self_nodes_search_task* task = data;
+    const plii_self_pair_list* found = &task->state->parts[block].found;
+    (void)begin;
+    (void)end;
+    if (found->count == 0) { return; }
+    memcpy(&task->state->found.items[task->begin[block]], found->items, (size_t)found->count * sizeof *found->items);
+}
+
+enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
+
+/* Adds the pairs of so many nodes, in their order, whatever the threads. */
+static void self_nodes_find(self_nodes_search_task* task, int count) {
+    const pli_body* body = task->body;
+    plii_self_node_pairs* state = task->state;
+    const int grain = plii_grain(task->is_apart ? SELF_NODES_APART_NS : SELF_NODES_COMMON_NS);
+    const plii_blocks blocks = plii_blocks_of(count, grain, PLII_SELF_SEARCH_PARTS);
+    if (blocks.count <= 1 || !plii_has_threads(body->context) || !plii_self_node_pairs_reserve(body, state, blocks)) {
+        self_nodes_finder finder = {body, task->graph, state, &state->search, &state->found, false};
+        self_nodes_find_some(task, 0, count, &finder);
+        state->is_truncated = state->is_truncated || finder.is_truncated;
+        return;
+    }
+    plii_run_blocks(body->context, blocks, count, self_nodes_find_block, task);
+    int more = 0;
+    for (int b = 0; b < blocks.count; ++b) {
+        const plii_self_search_part* part = &state->parts[b];
+        task->begin[b] = state->found.count + more;
+        more += part->found.count;
+        state->is_truncated = state->is_truncated || part->is_truncated;
+    }
+    if (!self_nodes_reserve(body->context, &state->found, more)) {
+        state->is_truncated = true;
+        return;
+    }
+    plii_run_blocks(body->context, blocks, count, self_nodes_gather_block, task);
+    state->found.count += more;
 }
 
 // ------------------------------------------------------------------------------------------------------ the search
@@ -171,29 +264,64 @@ static int self_nodes_max_apart(int node_count) {
     return most < 4096 ? most : 4096;
 }
 
-enum { SELF_NODES_BINS = 64 };
+enum { SELF_NODES_BINS = 64, SELF_NODES_PATH_NS = 5 /* per node */ };
 
-/* Of the reaches, the smallest bound that leaves few nodes beyond it; `longest` of all. */
-static float self_nodes_common_reach(const plii_self_node_pairs* state, int node_count, float* longest) {
+typedef struct self_nodes_reaches {
+    const plii_self_node_pairs* state;
+    float low, size; /* of the bins */
+    float lows[PLII_SELF_SEARCH_PARTS], highs[PLII_SELF_SEARCH_PARTS];
+    int bins[PLII_SELF_SEARCH_PARTS][SELF_NODES_BINS];
+} self_nodes_reaches;
+
+static void self_nodes_extremes_block(int begin, int end, int block, void* data) {
+    self_nodes_reaches* all = data;
     float low = FLT_MAX, high = 0.0f;
-    for (int i = 0; i < node_count; ++i) {
-        const float reach = self_nodes_reach(state, i);
+    for (int i = begin; i < end; ++i) {
+        const float reach = self_nodes_reach(all->state, i);
         low = reach < low ? reach : low;
         high = reach > high ? reach : high;
     }
-    *longest = high;
-    if (!(high > 1.01f * low) || !(high < FLT_MAX)) { return high; }
-    int bins[SELF_NODES_BINS] = {0};
-    const float size = (high - low) / SELF_NODES_BINS;
-    for (int i = 0; i < node_count; ++i) {
-        const float at = (self_nodes_reach(state, i) - low) / size; /* may be NaN */
+    all->lows[block] = low;
+    all->highs[block] = high;
+}
+
+static void self_nodes_bins_block(int begin, int end, int block, void* data) {
+    self_nodes_reaches* all = data;
+    int* bins = all->bins[block];
+    memset(bins, 0, sizeof all->bins[block]);
+    for (int i = begin; i < end; ++i) {
+        const float at = (self_nodes_reach(all->state, i) - all->low) / all->size; /* may be NaN */
         ++bins[at < (float)SELF_NODES_BINS ? (int)at : SELF_NODES_BINS - 1];
     }
-    int beyond = 0, bin = SELF_NODES_BINS - 1;
-    while (bin > 0 && beyond + bins[bin] <= self_nodes_max_apart(node_count) / 2) {
-        beyond += bins[bin--];
+}
+
+/* Of the reaches, the smallest bound that leaves few nodes beyond it; `longest` of all. */
+static float self_nodes_common_reach(const pli_body* body, const plii_self_node_pairs* state, float* longest) {
+    const int node_count = body->node_count;
+    const plii_blocks blocks = plii_blocks_of(node_count, plii_grain(SELF_NODES_PATH_NS), PLII_SELF_SEARCH_PARTS);
+    self_nodes_reaches all;
+    all.state = state;
+    plii_run_blocks(body->context, blocks, node_count, self_nodes_extremes_block, &all);
+    float low = FLT_MAX, high = 0.0f;
+    for (int b = 0; b < blocks.count; ++b) {
+        low = all.lows[b] < low ? all.lows[b] : low;
+        high = all.highs[b] > high ? all.highs[b] : high;
     }
-    return low + size * (float)(bin + 1);
+    *longest = high;
+    if (!(high > 1.01f * low) || !(high < FLT_MAX)) { return high; }
+    all.low = low;
+    all.size = (high - low) / SELF_NODES_BINS;
+    plii_run_blocks(body->context, blocks, node_count, self_nodes_bins_block, &all);
+    int beyond = 0, bin = SELF_NODES_BINS - 1;
+    for (; bin > 0; --bin) {
+        int count = 0;
+        for (int b = 0; b < blocks.count; ++b) {
+            count += all.bins[b][bin];
+        }
+        if (beyond + count > self_nodes_max_apart(node_count) / 2) { break; }
+        beyond += count;
+    }
+    return low + all.size * (float)(bin + 1);
 }
 
 static void self_nodes_scale_travel(plii_self_node_pairs* state, int node_count, float scale) {
@@ -205,16 +333,17 @@ static void self_nodes_scale_travel(plii_self_node_pairs* state, int node_count,
 }
 
 /* How long the search is good for, who is apart. */
-static void self_nodes_choose_reach(plii_self_node_pairs* state, int node_count) {
+static void self_nodes_choose_reach(const pli_body* body, plii_self_node_pairs* state) {
+    const int node_count = body->node_count;
     const float most = SELF_NODES_MAX_REACH * state->thickness,
                 most_apart = SELF_NODES_MAX_REACH_APART * state->thickness;
     float longest = 0.0f;
     state->drift = self_nodes_mean_travel(state, node_count);
-    state->reach = self_nodes_common_reach(state, node_count, &longest);
+    state->reach = self_nodes_common_reach(body, state, &longest);
     const float scale = plii_min(1.0f, plii_min(most / state->reach, most_apart / longest));
     if (scale < 1.0f) {
         self_nodes_scale_travel(state, node_count, scale);
-        state->reach = self_nodes_common_reach(state, node_count, &longest);
+        state->reach = self_nodes_common_reach(body, state, &longest);
     }
     const int max_apart = self_nodes_max_apart(node_count);
     state->apart_count = 0;
@@ -233,57 +362,114 @@ void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state) {
     if (state->is_known && !self_nodes_build_hash(body, state)) { state->is_known = false; }
 }
 
+static void self_nodes_start_range(int begin, int end, void* data) {
+    plii_self_node_pairs* state = data;
+    for (int i = begin; i < end; ++i) {
+        state->searched[i] = state->at[i];
+        state->middle[i] = self_nodes_position_at(state, i, 0.5f);
+    }
+}
+
 /* Of all nodes, along `travel`. */
 static void self_nodes_search(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
     const int node_count = body->node_count;
-    self_nodes_choose_reach(state, node_count);
-    for (int i = 0; i < node_count; ++i) {
-        state->searched[i] = state->at[i];
-        state->middle[i] = self_nodes_position_at(state, i, 0.5f);
-        state->linked_to[i] = PLI_NULL_INDEX;
-    }
-    state->count = 0;
+    pli_context* context = body->context;
+    plii_node_pairs* near = &state->search.near;
+    self_nodes_choose_reach(body, state);
+    plii_parallel_for(context, self_nodes_start_range, state, node_count, plii_grain(SELF_NODES_PATH_NS));
+    state->found.count = 0;
     state->searches += 1;
     state->is_known = false;
-    state->near.is_truncated = false;
-    if (!self_nodes_reserve(body, state, SELF_NODES_PAIRS_PER_NODE * node_count) ||
-        !PLII_RESERVE(body->context, &state->near.pairs, &state->near.capacity, PLII_NODE_PAIRS_ROOM) ||
+    if (!self_nodes_reserve(context, &state->found, PLII_SELF_PAIRS_PER_NODE * node_count) ||
+        !PLII_RESERVE(context, &near->pairs, &near->capacity, PLII_NODE_PAIRS_ROOM) ||
         !self_nodes_build_hash(body, state)) {
         state->is_truncated = true;
         return;
     }
-    for (int i = 0; i < node_count; ++i) {
-        if (!state->is_apart[i]) { self_nodes_find_common(body, graph, state, i); }
-    }
-    for (int i = 0; i < state->apart_count; ++i) {
-        self_nodes_find_apart(body, graph, state, i, 0.0f);
-    }
-    state->is_truncated = state->is_truncated || state->near.is_truncated;
+    self_nodes_search_task task = {.body = body, .graph = graph, .state = state};
+    self_nodes_find(&task, node_count);
+    task.is_apart = true;
+    self_nodes_find(&task, state->apart_count);
     state->is_known = !state->is_truncated;
 }
 
-bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
-    if (!state->is_known || state->thickness != thickness) { return false; }
-    int leaving = state->apart_count;
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 end =
+// ------------------------------------------------------------------------------------------------------------- counts
+
+typedef struct self_nodes_counts {
+    const pli_body* body;
+    const plii_self_node_pairs* state;
+    float share;
+    int counts[PLII_MOST_BLOCKS];
+} self_nodes_counts;
+
+static void self_nodes_leaving_block(int begin, int end, int block, void* data) {
+    self_nodes_counts* all = data;
+    const pli_body* body = all->body;
+    const plii_self_node_pairs* state = all->state;
+    int leaving = 0;
+    for (int i = begin; i < end; ++i) {
+        const pli_vec3 to =
             pli_vec3_add(plii_xyz(state->at[i]), pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt));
-        const float squared = pli_vec3_length_squared(pli_vec3_sub(end, self_nodes_position_at(state, i, 1.0f)));
+        const float squared = pli_vec3_length_squared(pli_vec3_sub(to, self_nodes_position_at(state, i, 1.0f)));
         const float margin = state->travel[i].w;
         leaving += !(squared <= margin * margin);
     }
+    all->counts[block] = leaving;
+}
+
+static void self_nodes_strayed_block(int begin, int end, int block, void* data) {
+    self_nodes_counts* all = data;
+    int strayed = 0;
+    for (int i = begin; i < end; ++i) {
+        strayed += self_nodes_has_strayed(all->state, i, all->share);
+    }
+    all->counts[block] = strayed;
+}
+
+static int self_nodes_count(const pli_body* body, const plii_self_node_pairs* state, plii_block_fn* run, float share) {
+    self_nodes_counts all = {.body = body, .state = state, .share = share};
+    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_NODES_PATH_NS), PLII_MOST_BLOCKS);
+    plii_run_blocks(body->context, blocks, body->node_count, run, &all);
+    int count = 0;
+    for (int b = 0; b < blocks.count; ++b) {
+        count += all.counts[b];
+    }
+    return count;
+}
+
+// -------------------------------------------------------------------------------------------------------- of a step
+
+bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
+    if (!state->is_known || state->thickness != thickness) { return false; }
+    const int leaving = state->apart_count + self_nodes_count(body, state, self_nodes_leaving_block, 1.0f);
     if (leaving > self_nodes_max_apart(body->node_count) / 8 * 7) { return false; }
     state->searched_at = state->travel_time = 0.0f; /* nodes are at the ends of their paths */
     return true;
 }
 
-void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                      pli_vec3 shift) {
-    for (int i = 0; i < body->node_count; ++i) {
-        plii_set_xyz(&state->searched[i], pli_vec3_add(plii_xyz(state->searched[i]), shift));
+typedef struct self_nodes_paths {
+    const pli_body* body;
+    plii_self_node_pairs* state;
+    const plii_self_nodes* nodes;
+    pli_vec3 shift;
+    float scale, share; /* of motions; of the travel since the search */
+} self_nodes_paths;
+
+static void self_nodes_step_range(int begin, int end, void* data) {
+    const self_nodes_paths* paths = data;
+    plii_self_node_pairs* state = paths->state;
+    const pli_body* body = paths->body;
+    for (int i = begin; i < end; ++i) {
+        plii_set_xyz(&state->searched[i], pli_vec3_add(plii_xyz(state->searched[i]), paths->shift));
         const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
         self_nodes_set_travel(state, i, motion, 1.0f, SELF_NODES_MARGIN_DECAY);
     }
+}
+
+void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+                                      pli_vec3 shift) {
+    self_nodes_paths paths = {.body = body, .state = state, .shift = shift};
+    plii_parallel_for(body->context, self_nodes_step_range, &paths, body->node_count, plii_grain(SELF_NODES_PATH_NS));
     state->searched_at = 0.0f;
     state->travel_time = body->step.dt;
     self_nodes_search(body, graph, state);
@@ -291,32 +477,51 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
 
 // ------------------------------------------------------------------------------------------------------ later
 
-static int self_nodes_count_strayed(const pli_body* body, const plii_self_node_pairs* state, float share) {
-    int strayed = 0;
-    for (int i = 0; i < body->node_count; ++i) {
-        strayed += self_nodes_has_strayed(state, i, share);
+/* Those of pairs with nodes that have no mark. */
+static void self_nodes_drop_block(int begin, int end, int block, void* data) {
+    self_nodes_counts* all = data;
+    const plii_self_search* search = &all->state->search;
+    plii_self_pair* pairs = all->state->found.items;
+    int count = begin;
+    for (int k = begin; k < end; ++k) {
+        const plii_self_pair pair = pairs[k];
+        pairs[count] = pair;
+        count += (search->linked[pair.a] != search->mark) & (search->linked[pair.b] != search->mark);
     }
-    return strayed;
+    all->counts[block] = count - begin;
+}
+
+enum { SELF_NODES_DROP_NS = 2 }; /* per pair */
+
+static void self_nodes_drop_marked(const pli_body* body, plii_self_node_pairs* state) {
+    plii_self_pair_list* found = &state->found;
+    const plii_blocks blocks = plii_blocks_of(found->count, plii_grain(SELF_NODES_DROP_NS), PLII_MOST_BLOCKS);
+    self_nodes_counts all = {.body = body, .state = state};
+    plii_run_blocks(body->context, blocks, found->count, self_nodes_drop_block, &all);
+    found->count = 0;
+    for (int b = 0; b < blocks.count; ++b) {
+        memmove(&found->items[found->count], &found->items[b * blocks.size],
+                (size_t)all.counts[b] * sizeof *found->items);
+        found->count += all.counts[b];
+    }
 }
 
 /* From the list of nodes apart; it then ends with those that strayed. Returns the index of the first of them. */
 static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* state, float share) {
+    plii_self_search* search = &state->search;
     int kept = 0;
     for (int k = 0; k < state->apart_count; ++k) {
         const int node = state->apart[k];
         if (!self_nodes_has_strayed(state, node, share)) { state->apart[kept++] = node; }
     }
     state->apart_count = kept;
+    self_nodes_renew_mark(body, search);
     for (int i = 0; i < body->node_count; ++i) {
-        if (self_nodes_has_strayed(state, i, share)) { state->apart[state->apart_count++] = i; }
+        if (!self_nodes_has_strayed(state, i, share)) { continue; }
+        state->apart[state->apart_count++] = i;
+        search->linked[i] = search->mark;
     }
-    int pairs = 0;
-    for (int k = 0; k < state->count; ++k) {
-        const plii_self_pair pair = state->pairs[k];
-        if (self_nodes_has_strayed(state, pair.a, share) || self_nodes_has_strayed(state, pair.b, share)) { continue; }
-        state->pairs[pairs++] = pair;
-    }
-    state->count = pairs;
+    self_nodes_drop_marked(body, state);
     return kept;
 }
 
@@ -331,17 +536,24 @@ static void self_nodes_set_path(plii_self_node_pairs* state, int node, pli_vec3 
     plii_set_xyz(&state->searched[node], begin);
 }
 
+static void self_nodes_update_range(int begin, int end, void* data) {
+    const self_nodes_paths* paths = data;
+    for (int i = begin; i < end; ++i) {
+        const pli_vec3 motion = pli_vec3_scale(plii_self_motion(paths->nodes, i), paths->scale);
+        self_nodes_set_travel(paths->state, i, motion, paths->share, 1.0f);
+    }
+}
+
 void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                  const plii_self_nodes* nodes, float rate, float now, float left) {
     const float since = now - state->searched_at;
     const float share = since < state->travel_time ? since / state->travel_time : 1.0f;
-    const int strayed = self_nodes_count_strayed(body, state, share);
+    const int strayed = self_nodes_count(body, state, self_nodes_strayed_block, share);
     if (strayed == 0) { return; }
     if (strayed + state->apart_count > self_nodes_max_apart(body->node_count)) {
-        for (int i = 0; i < body->node_count; ++i) {
-            const pli_vec3 motion = pli_vec3_scale(plii_self_motion(nodes, i), left * rate);
-            self_nodes_set_travel(state, i, motion, share, 1.0f);
-        }
+        self_nodes_paths paths = {.state = state, .nodes = nodes, .scale = left * rate, .share = share};
+        plii_parallel_for(body->context, self_nodes_update_range, &paths, body->node_count,
+                          plii_grain(SELF_NODES_PATH_NS));
         state->searched_at = now;
         state->travel_time = left;
         self_nodes_search(body, graph, state);
@@ -354,9 +566,9 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
         state->is_apart[node] = true;
         self_nodes_set_path(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
     }
-    for (int k = first; k < state->apart_count; ++k) {
-        self_nodes_find_apart(body, graph, state, k, share);
-    }
+    self_nodes_search_task task = {
+        .body = body, .graph = graph, .state = state, .is_apart = true, .first = first, .share = share};
+    self_nodes_find(&task, state->apart_count - first);
     /* What is missing must not be missing in the steps to come. */
     if (plii_thread.shortages != shortages) { state->is_known = false; }
 }
@@ -365,6 +577,6 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
 
 void plii_self_node_pairs_start(plii_self_node_pairs* state) {
     state->at = state->local;
-    state->count = state->apart_count = 0;
+    state->found.count = state->apart_count = 0;
     state->is_known = false;
 }

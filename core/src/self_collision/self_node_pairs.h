@@ -6,6 +6,7 @@
    any speed. A node that strayed gets a larger margin. Most nodes need a short reach; the few that need a longer one
    are kept out of the common search and get one each. */
 
+#include "base/ranges.h"
 #include "body/link_graph.h"
 #include "geometry/spatial_hash.h"
 #include "self_collision/self_collision_impl.h"
@@ -14,6 +15,26 @@ typedef struct plii_self_pair {
     int a, b;
     float distance; /* to keep: the thickness, or the distance at rest where that is smaller, m */
 } plii_self_pair;
+
+typedef struct plii_self_pair_list {
+    plii_self_pair* items;
+    int count, capacity;
+} plii_self_pair_list;
+
+/* What a search of single nodes works with. */
+typedef struct plii_self_search {
+    plii_node_pairs near;
+    uint16_t* linked; /* [node_count] `mark`: joined by a link to the node that was looked at last */
+    uint16_t mark;
+} plii_self_search;
+
+/* A block of a search on several threads. */
+typedef struct plii_self_search_part {
+    plii_self_search search;
+    plii_self_pair_list found;
+    bool is_truncated;
+} plii_self_search_part;
+enum { PLII_SELF_SEARCH_PARTS = 16 };
 
 typedef struct plii_self_node_pairs {
     float thickness;
@@ -25,16 +46,16 @@ typedef struct plii_self_node_pairs {
     pli_vec3* middle;   /* half of the path */
     bool* is_apart;     /* not in the common search */
     int* apart;         /* [apart_count] nodes */
-    int* linked_to;     /* the last node whose links were looked at, of those that a link joins to this one */
     int apart_count;
     float searched_at; /* s since the start of the step */
     float travel_time; /* s */
     pli_vec3 drift;    /* mean travel */
     float reach;       /* of nodes in the common search, at most: margin + half of what they travel beside the drift */
     plii_spatial_hash hash;
-    plii_node_pairs near;
-    plii_self_pair* pairs;
-    int count, capacity;
+    plii_self_search search;
+    plii_self_search_part parts[PLII_SELF_SEARCH_PARTS]; /* where there are threads */
+    int part_node_count;                                 /* of `linked` of the parts */
+    plii_self_pair_list found;
     bool is_known;     /* there was a search, of these nodes */
     bool is_truncated; /* some are missing, for lack of memory or in a crowd */
     int searches;
@@ -47,6 +68,13 @@ enum { PLII_SELF_NODES_PER_APART = 32, PLII_SELF_NODES_APART = 64 };
 /* The table of the last search, from `middle` and `reach`. */
 void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state);
 void plii_self_node_pairs_start(plii_self_node_pairs* state);
+/* More than folded cloth has, so that there is room before it folds. */
+#define PLII_SELF_PAIRS_PER_NODE 6
+/* Room of the parts for a search in so many blocks; false without memory. */
+bool plii_self_node_pairs_reserve(const pli_body* body, plii_self_node_pairs* state, plii_blocks blocks);
+/* Of the parts. */
+void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state);
+size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state);
 
 /* All start from `at`. */
 

@@ -19,16 +19,30 @@ typedef struct self_nodes_state {
 
 // ------------------------------------------------------------------------------------------------------ the search
 
-/* Takes positions over, relative to the origin. */
-static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const plii_float4 origin = plii_lanes_from_vec3(&state->origin);
-    state->pairs.at = state->pairs.local;
-    for (int i = 0; i < body->node_count; ++i) {
+typedef struct self_nodes_copy {
+    plii_self_node_pairs* pairs;
+    const plii_self_nodes* nodes;
+    plii_float4 origin;
+} self_nodes_copy;
+
+static void self_nodes_copy_range(int begin, int end, void* data) {
+    const self_nodes_copy* copy = data;
+    const plii_self_nodes* nodes = copy->nodes;
+    for (int i = begin; i < end; ++i) {
         const plii_float4 base =
             nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
-        const plii_float4 at = base - origin + plii_float4_from(&nodes->offsets[i]);
-        plii_float4_to(&state->pairs.local[i], at);
+        const plii_float4 at = base - copy->origin + plii_float4_from(&nodes->offsets[i]);
+        plii_float4_to(&copy->pairs->local[i], at);
     }
+}
+
+enum { SELF_NODES_COPY_NS = 1 }; /* per node */
+
+/* Takes positions over, relative to the origin. */
+static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    self_nodes_copy copy = {&state->pairs, nodes, plii_lanes_from_vec3(&state->origin)};
+    state->pairs.at = state->pairs.local;
+    plii_parallel_for(body->context, self_nodes_copy_range, &copy, body->node_count, plii_grain(SELF_NODES_COPY_NS));
 }
 
 static const plii_link_graph* self_nodes_graph(const pli_body* body) {
@@ -45,9 +59,10 @@ static void self_nodes_start_report(const pli_body* body, self_nodes_state* stat
 /* After searches: what they found. */
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
-    const bool has_room = !body->solver_class->has_substeps ||
-                          PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->capacity);
-    state->report.pairs = pairs->count;
+    const bool has_room =
+        !body->solver_class->has_substeps ||
+        PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->found.capacity);
+    state->report.pairs = pairs->found.count;
     state->report.searches = pairs->searches;
     state->report.is_truncated = state->report.is_truncated || pairs->is_truncated || !has_room;
 }
@@ -99,13 +114,35 @@ static float self_nodes_limit_scale(const self_nodes_state* state, const plii_se
     return state->def.speed_limit_ratio * state->def.thickness / pli_vec3_length(plii_self_motion(nodes, node));
 }
 
-static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
-    for (int i = 0; i < body->node_count; ++i) {
+typedef struct self_nodes_limits {
+    const self_nodes_state* state;
+    const plii_self_nodes* nodes;
+    int counts[PLII_MOST_BLOCKS];
+} self_nodes_limits;
+
+static void self_nodes_limit_block(int begin, int end, int block, void* data) {
+    self_nodes_limits* limits = data;
+    const self_nodes_state* state = limits->state;
+    const plii_self_nodes* nodes = limits->nodes;
+    int count = 0;
+    for (int i = begin; i < end; ++i) {
         if (!self_nodes_is_too_fast(state, nodes, i) || !(nodes->offsets[i].w > 0.0f)) { continue; }
         const pli_vec3 motion = pli_vec3_scale(plii_self_motion(nodes, i), self_nodes_limit_scale(state, nodes, i));
         plii_set_xyz(&nodes->offsets[i], pli_vec3_add(plii_xyz(nodes->starts[i]), motion));
-        state->report.limited_nodes += 1;
+        count += 1;
+    }
+    limits->counts[block] = count;
+}
+
+enum { SELF_NODES_LIMIT_NS = 2 }; /* per node */
+
+static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
+    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_NODES_LIMIT_NS), PLII_MOST_BLOCKS);
+    self_nodes_limits limits = {.state = state, .nodes = nodes};
+    plii_run_blocks(body->context, blocks, body->node_count, self_nodes_limit_block, &limits);
+    for (int b = 0; b < blocks.count; ++b) {
+        state->report.limited_nodes += limits.counts[b];
     }
 }
 
@@ -186,13 +223,13 @@ static void self_nodes_part_found(self_nodes_state* state, const plii_self_nodes
 }
 
 static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* nodes, float friction) {
-    const plii_self_node_pairs* pairs = &state->pairs;
+    const plii_self_pair_list* pairs = &state->pairs.found;
     const plii_self_pair* near[SELF_NODES_BATCH];
     state->touching_count = 0;
     state->report.contacts = 0;
     for (int first = 0; first < pairs->count; first += SELF_NODES_BATCH) {
         const int left = pairs->count - first, count = left < SELF_NODES_BATCH ? left : SELF_NODES_BATCH;
-        const int found = self_nodes_find_near(pairs->at, pairs->pairs + first, count, near);
+        const int found = self_nodes_find_near(state->pairs.at, pairs->items + first, count, near);
         self_nodes_part_found(state, nodes, near, found, friction);
     }
 }
@@ -276,6 +313,15 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
+static void self_nodes_disable(pli_body* body, void* data) {
+    plii_self_node_pairs_release(body->context, &((self_nodes_state*)data)->pairs);
+}
+
+static size_t self_nodes_bytes(const pli_body* body, const void* data) {
+    (void)body;
+    return plii_self_node_pairs_bytes(&((const self_nodes_state*)data)->pairs);
+}
+
 static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     self_nodes_state* state = data;
     (void)blocks;
@@ -307,10 +353,10 @@ static const plii_feature_array self_nodes_arrays[] = {
     {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, .snapshot = PLII_SAVED},
     {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
      .more = PLII_SELF_NODES_APART, .snapshot = PLII_SAVED},
-    {PLII_MEMBER(self_nodes_state, pairs.linked_to), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.near),
-    {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity), PLII_COUNTED_BY(self_nodes_state, pairs.count),
-     .snapshot = PLII_SAVED},
+    {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
+    {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
+     PLII_COUNTED_BY(self_nodes_state, pairs.found.count), .snapshot = PLII_SAVED},
     {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
      .snapshot = PLII_LEFT},
     {0},
@@ -332,7 +378,9 @@ static const plii_state_part self_nodes_parts[] = {
     PLII_STATE(self_nodes_state, pairs.drift, PLII_SAVED),
     PLII_STATE(self_nodes_state, pairs.reach, PLII_SAVED),
     PLII_STATE(self_nodes_state, pairs.hash, PLII_LEFT),
-    PLII_STATE(self_nodes_state, pairs.near, PLII_LEFT),
+    PLII_STATE(self_nodes_state, pairs.search, PLII_LEFT),
+    PLII_STATE(self_nodes_state, pairs.parts, PLII_LEFT),
+    PLII_STATE(self_nodes_state, pairs.part_node_count, PLII_LEFT),
     PLII_STATE(self_nodes_state, pairs.is_known, PLII_SAVED),
     PLII_STATE(self_nodes_state, pairs.is_truncated, PLII_SAVED),
     PLII_STATE(self_nodes_state, pairs.searches, PLII_SAVED),
@@ -352,6 +400,8 @@ static const plii_feature_class self_nodes_class = {
     .substepped = &self_nodes_kind,
     .arrays = self_nodes_arrays,
     .enable = self_nodes_enable,
+    .disable = self_nodes_disable,
+    .bytes = self_nodes_bytes,
     .topology_commit = self_nodes_topology_commit,
 };
 

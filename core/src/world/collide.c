@@ -1,4 +1,4 @@
-/* Which pairs meet in a step. */
+/* Which pairs with rigid bodies meet in a step. */
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
@@ -8,8 +8,8 @@
 
 // --------------------------------------------------------------------------------------------------------- one pair
 
-static pli_status world_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
-                                   const char* function) {
+pli_status plii_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
+                           const char* function) {
     if (!world->is_stepping) {
         return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "only between predict and solve");
     }
@@ -46,7 +46,7 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     PLII_TRY(plii_check_world_change(world, __func__));
     PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
-    PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
+    PLII_TRY(plii_check_pair(world, body->world, rigid->world, __func__));
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
     world_collide_rigid(world, body, rigid);
@@ -84,7 +84,7 @@ static pli_status world_check_pairs(const pli_world* world, const pli_rigid_pair
     for (int i = 0; i < count; ++i) {
         PLII_TRY(plii_check_handle(pairs[i].body, PLII_HANDLE_BODY, world->context, NULL, function));
         PLII_TRY(plii_check_handle(pairs[i].rigid, PLII_HANDLE_RIGID, world->context, NULL, function));
-        PLII_TRY(world_check_pair(world, pairs[i].body->world, pairs[i].rigid->world, function));
+        PLII_TRY(plii_check_pair(world, pairs[i].body->world, pairs[i].rigid->world, function));
     }
     return PLI_OK;
 }
@@ -115,40 +115,6 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     const uint64_t before = plii_world_begin_call(world, &walk);
     world_pairs_task task = {world, pairs, count};
     plii_parallel_for(world->context, world_collide_range, &task, count, world_join_pairs(world, pairs, count));
-    return plii_world_end_call(world, &walk, before, __func__);
-}
-
-// ------------------------------------------------------------------------------------------------- two soft bodies
-
-bool pli_body_collides_with_bodies(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
-}
-
-static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    if (plii_body_is_idle(body_a) || plii_body_is_idle(body_b) || !body_a->collides_with_bodies) { return; }
-    plii_world_begin_body(body_a);
-    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body_a->pipeline.features[i];
-        if (feature->klass->collide_body == NULL) { continue; }
-        void* other_state = plii_feature_state(body_b, feature->klass);
-        if (other_state == NULL) { continue; }
-        plii_groups_join_bodies(world, body_a, body_b);
-        plii_thread.pass.feature = feature->klass;
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
-        plii_world_profile(world, "collide", feature->klass->name, false);
-    }
-}
-
-pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(plii_check_handle(body_a, PLII_HANDLE_BODY, world->context, "the first body", __func__));
-    PLII_TRY(plii_check_handle(body_b, PLII_HANDLE_BODY, world->context, "the second body", __func__));
-    PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
-    if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
-    plii_walk walk;
-    const uint64_t before = plii_world_begin_call(world, &walk);
-    world_collide_bodies(world, body_a, body_b);
     return plii_world_end_call(world, &walk, before, __func__);
 }
 
@@ -196,29 +162,7 @@ static void world_collide_rigids(pli_world* world) {
     plii_parallel_for(world->context, world_collide_range_of_bodies, world, count, grain);
 }
 
-/* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
-static void world_collide_soft_pairs(pli_world* world) {
-    pli_body** sweep = world->sweep;
-    for (int i = 1; i < world->body_count; ++i) {
-        pli_body* moved = sweep[i];
-        int k = i;
-        while (k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x) {
-            sweep[k] = sweep[k - 1];
-            --k;
-        }
-        sweep[k] = moved;
-    }
-    for (int i = 0; i < world->body_count; ++i) {
-        if (!sweep[i]->collides_with_bodies) { continue; }
-        for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
-            if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
-            const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
-            world_collide_bodies(world, in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]);
-        }
-    }
-}
-
 void plii_world_collide_all(pli_world* world) {
     world_collide_rigids(world);
-    world_collide_soft_pairs(world);
+    plii_world_collide_soft_pairs(world);
 }

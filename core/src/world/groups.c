@@ -1,10 +1,13 @@
 #include "world/groups.h"
 
 #include "base/union_find.h"
+#include "body/pipeline.h"
 
 /* Nodes of a part that is worth a thread: a microsecond or two to hand it over, against some 5 ns per node of a
-   prediction and 100 of a solve. */
+   prediction and 100 of a solve. A body costs a prediction or a contact as much as some nodes; forces, and the implicit
+   solver, which solves there, take longer per node. */
 enum { GROUPS_PREDICT_NODES = 2048, GROUPS_SOLVE_NODES = 256 };
+enum { GROUPS_BODY_NODES = 16, GROUPS_FORCES_TIMES = 8, GROUPS_IMPLICIT_TIMES = 32 };
 
 bool plii_groups_reserve(pli_world* world, int body_count) {
     if (world->context->parallel_for == NULL) { return true; }
@@ -160,8 +163,17 @@ void plii_groups_run(pli_world* world, plii_groups_fn* run) {
 }
 
 int plii_groups_grain(int count, int64_t nodes) {
+    nodes += (int64_t)GROUPS_BODY_NODES * (nodes > 0 ? count : 0);
     const int64_t grain = nodes > 0 ? (int64_t)GROUPS_PREDICT_NODES * count / nodes : count;
     return grain > 1 ? (int)(grain < count ? grain : count) : 1;
+}
+
+static int64_t groups_prediction(const pli_body* body) {
+    if (plii_body_is_idle(body)) { return 0; }
+    const int times = body->solver_class->solves_constraints          ? GROUPS_IMPLICIT_TIMES
+                      : !plii_stage_is_empty(body, PLII_STAGE_FORCES) ? GROUPS_FORCES_TIMES
+                                                                      : 1;
+    return GROUPS_BODY_NODES + (int64_t)body->node_count * times;
 }
 
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
@@ -170,7 +182,7 @@ bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
     int64_t nodes = 0, largest = -1;
     int largest_body = 0;
     for (int i = 0; i < world->body_count; ++i) {
-        const int64_t size = groups_nodes(&world->bodies[i], 1);
+        const int64_t size = groups_prediction(world->bodies[i]);
         nodes += size;
         if (size > largest) {
             largest = size;

@@ -10,20 +10,23 @@ void plii_islands_start(pli_world* world) {
     world->has_islands = false;
 }
 
-/* As many iterations of one length. Substeps side by side let thin sheets pass (docs/experiments.md). */
+/* As many sweeps and substeps of one length. */
 static bool islands_are_in_step(const pli_body* body, const pli_body* other) {
     const plii_solver_class* solver = body->solver_class;
-    return other->solver_class == solver && !solver->has_substeps && other->step.dt == body->step.dt &&
-           other->solver.position_iterations == body->solver.position_iterations;
+    if (other->solver_class != solver || other->step.dt != body->step.dt) { return false; }
+    const plii_solver_pace a = solver->pace(body), b = solver->pace(other);
+    return a.substeps == b.substeps && a.sweeps == b.sweeps;
 }
 
 void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
     if (!islands_are_in_step(body, other)) { return; }
+    const bool was_locked = plii_context_lock(world->context); /* pairs may meet on several threads */
     if (!world->has_islands) {
         plii_union_start(world->body_count, world->islands);
         world->has_islands = true;
     }
     plii_union_join(world->islands, body->world_index, other->world_index);
+    plii_context_unlock(world->context, was_locked);
 }
 
 /* From the last body, so that lists come in the order of bodies. The root is the first one. */
@@ -42,7 +45,7 @@ void plii_islands_find(pli_world* world) {
 // --------------------------------------------------------------------------------------------------------- solving
 
 static void islands_run(pli_body* first, void (*run)(pli_body* body)) {
-    for (pli_body* body = first; run != NULL && body != NULL; body = body->island_next) {
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
         plii_world_begin_body(body);
         run(body);
     }
@@ -50,10 +53,13 @@ static void islands_run(pli_body* first, void (*run)(pli_body* body)) {
 
 static void islands_solve(pli_body* first) {
     const plii_solver_class* solver = first->solver_class;
-    const int sweeps = solver->has_substeps ? 1 : first->solver.position_iterations;
+    const plii_solver_pace pace = solver->pace(first);
     islands_run(first, solver->begin);
-    for (int i = 0; i < sweeps; ++i) {
-        islands_run(first, solver->sweep);
+    for (int substep = 0; substep < pace.substeps; ++substep) {
+        for (int sweep = 0; sweep < pace.sweeps; ++sweep) {
+            islands_run(first, solver->sweep);
+            islands_run(first, solver->couple);
+        }
     }
     islands_run(first, solver->end);
     for (pli_body* body = first; body != NULL; body = body->island_next) {

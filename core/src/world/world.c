@@ -74,6 +74,8 @@ void pli_world_destroy(pli_world* world) {
     }
     PLII_RELEASE(context, world->bodies, world->body_capacity);
     PLII_RELEASE(context, world->sweep, world->sweep_capacity);
+    PLII_RELEASE(context, world->pairs, world->pair_capacity);
+    PLII_RELEASE(context, world->pair_orders, world->pair_order_capacity);
     PLII_RELEASE(context, world->islands, world->island_capacity);
     plii_groups_release(world);
     PLII_RELEASE(context, world->rigids, world->rigid_capacity);

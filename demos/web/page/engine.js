@@ -33,16 +33,20 @@ class Engine {
   scenes() { return JSON.parse(this.words('web_scenes')); }
   shader(name) { return this.words('web_shader', ['string'], [name]); }
   // Throws what the scene does not run with.
-  open(name, { solver = '', substeps = 0, iterations = 0 }, aspect) {
-    const problem = this.words('web_open', ['string', 'string', 'number', 'number', 'number'],
-      [name, solver, substeps, iterations, aspect]);
+  open(name, { solver = '', substeps = 0, iterations = 0, self = '', columns = 0, beside = 0 }, aspect) {
+    const problem = this.words('web_open',
+      ['string', 'string', 'number', 'number', 'string', 'number', 'number', 'number'],
+      [name, solver, substeps, iterations, self, columns, beside, aspect]);
     if (problem) { throw new Error(problem); }
   }
+  // m/s², downwards.
+  setGravity(gravity) { this.module._web_set_gravity(gravity); }
+  setLook({ wireframe, contacts, clusters }) { this.module._web_set_look(wireframe, contacts, clusters); }
   facts() { return JSON.parse(this.words('web_facts')); }
   hash() { return this.words('web_hash'); }
   step() { return this.words('web_step'); }
-  figures() {
-    this.module._web_figures(this.numbers);
+  figures(run = 0) {
+    this.module._web_figures(run, this.numbers);
     const values = new Float64Array(this.memory, this.numbers, figureNames.length);
     return Object.fromEntries(figureNames.map((name, i) => [name, values[i]]));
   }
@@ -72,19 +76,21 @@ class Engine {
   }
 
   // What renderer.js draws; the arrays hold until the next call.
-  frame(aspect, height) {
-    const count = this.module._web_make_frame(aspect, height);
+  frame(run, aspect, height) {
+    const count = this.module._web_make_frame(run, aspect, height);
     const scene = new Float32Array(this.memory, this.module._web_scene(), 58);
     const first = this.module._web_materials();
-    const floats = new Float32Array(this.memory, first, 12 * count);
-    const integers = new Uint32Array(this.memory, first, 12 * count);
+    const size = 14; // of a material, words
+    const floats = new Float32Array(this.memory, first, size * count);
+    const integers = new Uint32Array(this.memory, first, size * count);
     const materials = [];
     for (let i = 0; i < count; ++i) {
-      const at = 12 * i;
+      const at = size * i;
       materials.push({
         front: floats.subarray(at, at + 3), back: floats.subarray(at + 3, at + 6), wire: floats[at + 6],
         gloss: floats[at + 7], grid: floats[at + 8], hasShadow: floats[at + 9] > 0,
-        vertices: new Float32Array(this.memory, integers[at + 10], 9 * integers[at + 11]), count: integers[at + 11],
+        hollow: floats[at + 10], isOnTop: floats[at + 11] > 0,
+        vertices: new Float32Array(this.memory, integers[at + 12], 9 * integers[at + 13]), count: integers[at + 13],
       });
     }
     return { scene, materials };

@@ -7,6 +7,7 @@ import { makeLink, readLink } from './link.js';
 import { Panel } from './panel.js';
 import { Pointer } from './pointer.js';
 import { Renderer } from './renderer.js';
+import { makeViews } from './views.js';
 
 const find = (id) => document.getElementById(id);
 const stepMs = 1000 / 60;
@@ -25,13 +26,17 @@ class Page {
       fit: () => this.fit(),
       change: (change) => this.change(change),
       control: (index, value) => engine.setControl(index, value),
+      gravity: (value) => this.setGravity(value),
+      look: (look) => this.setLook(look),
     });
     this.pointer = new Pointer(this.canvas, engine, {
       tool: () => this.panel.tool(),
+      views: () => this.views,
       onProblem: (words) => this.panel.showMessage(words),
       onChange: () => { this.isStale = true; },
     });
     this.scene = null;
+    this.views = makeViews(this.canvas, 1);
     this.isPaused = false;
     this.isStale = false; // the picture is not of the present
     this.lastTime = 0;
@@ -71,28 +76,58 @@ class Page {
   open(settings) {
     this.panel.showMessage('');
     try {
-      this.engine.open(this.scene.name, settings, this.renderer.resize());
+      this.run(settings);
     } catch (error) {
-      this.panel.showMessage(error.message);
-      if (!this.settings || this.settings.scene !== this.scene.name) {
-        this.settings = { scene: this.scene.name };
-        this.engine.open(this.scene.name, {}, this.renderer.resize());
-      }
+      if (!this.settings || this.settings.scene !== this.scene.name) { this.run({}); }
       history.replaceState(null, '', makeLink(this.settings));
-      this.panel.showScene(this.scene, this.engine.facts());
-      return;
+      this.panel.showMessage(error.message);
+    }
+  }
+
+  // Throws what the scene does not run with.
+  run(settings) {
+    this.fitViews(settings.beside && settings.solver !== 'btSoftBody' ? 2 : 1);
+    try {
+      this.engine.open(this.scene.name, settings, this.views[0].aspect);
+    } catch (error) {
+      this.fitViews(this.facts ? this.facts.engines.length : 1);
+      throw error;
     }
     this.settings = { ...settings, scene: this.scene.name };
+    this.facts = this.engine.facts();
+    if (this.facts.engines.length !== this.views.length) { // one of them cannot run it
+      this.fitViews(this.facts.engines.length);
+      this.engine.showAll(this.views[0].aspect);
+    }
+    if (settings.gravity !== undefined) { this.engine.setGravity(settings.gravity); }
     this.behind = 0;
     this.graph.clear();
-    this.panel.showScene(this.scene, this.engine.facts());
+    this.panel.showScene(this.scene, this.facts, this.settings);
+    this.panel.showMessage(this.facts.problem);
     this.panel.showPaused(this.isPaused);
     this.draw();
+  }
+
+  fitViews(count = this.views.length) {
+    this.renderer.resize();
+    this.views = makeViews(this.canvas, count);
   }
 
   change(change) {
     this.open({ ...this.settings, ...change });
     history.replaceState(null, '', makeLink(this.settings));
+  }
+
+  // While it runs.
+  setGravity(gravity) {
+    this.engine.setGravity(gravity);
+    this.settings.gravity = gravity;
+    history.replaceState(null, '', makeLink(this.settings));
+  }
+
+  setLook(look) {
+    this.engine.setLook(look);
+    this.isStale = true;
   }
 
   pause(isPaused) {
@@ -103,7 +138,7 @@ class Page {
   step() {
     const words = this.engine.step();
     if (words) { this.panel.showMessage(words); }
-    this.graph.add(this.engine.figures().stepMs);
+    this.graph.add(this.views.map((_, run) => this.engine.figures(run).stepMs));
     this.isStale = true;
   }
 
@@ -122,7 +157,8 @@ class Page {
   }
 
   fit() {
-    this.engine.showAll(this.renderer.resize());
+    this.fitViews();
+    this.engine.showAll(this.views[0].aspect);
     this.isStale = true;
   }
 
@@ -143,9 +179,13 @@ class Page {
 
   draw() {
     this.isStale = false;
-    const aspect = this.renderer.resize();
-    this.renderer.draw(this.engine.frame(aspect, this.canvas.height));
-    this.panel.showFigures(this.engine.figures());
+    this.fitViews();
+    this.views.forEach((view, run) => {
+      this.renderer.draw(this.engine.frame(run, view.aspect, view.height / this.renderer.ratio), view);
+    });
+    this.panel.showTitles(this.facts.engines, this.views, this.canvas);
+    this.firstPicture ??= performance.now(); // ms since the address was called
+    this.panel.showFigures(this.views.map((_, run) => this.engine.figures(run)));
     this.graph.draw();
   }
 

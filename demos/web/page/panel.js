@@ -11,8 +11,10 @@ const labels = {
   links: ['Links', (value) => value.toFixed(0)],
 };
 
+const looks = () => [...document.querySelectorAll('#looks input')];
+
 export class Panel {
-  // `actions`: pause, step, restart, fit, change(settings), control(index, value).
+  // `actions`: pause, step, restart, fit, change(settings), control(index, value), gravity(value), look(switches).
   constructor(actions) {
     this.actions = actions;
     for (const name of ['pause', 'step', 'restart', 'fit']) { find(name).addEventListener('click', actions[name]); }
@@ -24,8 +26,23 @@ export class Panel {
       slider.addEventListener('input', () => { slider.nextElementSibling.value = slider.value; });
       slider.addEventListener('change', () => actions.change({ [name]: Number(slider.value) }));
     }
+    find('beside').addEventListener('change', (event) => actions.change({ beside: event.target.checked ? 1 : 0 }));
+    for (const name of ['self', 'columns']) {
+      find(name).addEventListener('change', (event) => {
+        actions.change({ [name]: name === 'self' ? event.target.value : Number(event.target.value) });
+      });
+    }
+    find('gravity').addEventListener('input', (event) => {
+      event.target.nextElementSibling.value = event.target.value;
+      actions.gravity(Number(event.target.value));
+    });
+    for (const box of looks()) {
+      box.addEventListener('change', () => {
+        actions.look(Object.fromEntries(looks().map(({ name, checked }) => [name, checked ? 1 : 0])));
+      });
+    }
     find('copy').addEventListener('click', () => this.copyLink());
-    for (const [key, [label]] of Object.entries(labels)) {
+    for (const [key, [label]] of [['engine', ['Engine']], ...Object.entries(labels)]) {
       const term = document.createElement('dt'), value = document.createElement('dd');
       term.textContent = label;
       value.id = `figure-${key}`;
@@ -33,7 +50,7 @@ export class Panel {
     }
   }
 
-  showScene(scene, facts) {
+  showScene(scene, facts, settings) {
     find('name').textContent = scene.name;
     find('summary').textContent = scene.summary;
     find('solver').value = facts.solver;
@@ -45,7 +62,30 @@ export class Panel {
     }
     find('iterations').disabled = facts.solver === 'btSoftBody';
     find('substeps').disabled = facts.solver !== 'xpbd';
+    find('beside').checked = Boolean(settings.beside) && facts.solver !== 'btSoftBody';
+    find('beside').disabled = facts.solver === 'btSoftBody';
+    find('gravity').value = find('gravity').nextElementSibling.value = settings.gravity ?? facts.gravity;
+    const hasSelf = facts.self_collision !== '' && facts.solver !== 'btSoftBody';
+    for (const element of [find('self'), find('self').labels[0]]) { element.hidden = !hasSelf; }
+    for (const element of [find('columns'), find('columns').labels[0]]) { element.hidden = !scene.has_resolution; }
+    find('self').value = facts.self_collision;
+    const columns = String(settings.columns ?? 0);
+    find('columns').value = [...find('columns').options].some(({ value }) => value === columns) ? columns : '0';
     this.showControls(facts.controls);
+  }
+
+  // Names of the engines, when there are two also over their pictures.
+  showTitles(engines, views, canvas) {
+    if (find('titles').childElementCount !== engines.length) {
+      find('titles').replaceChildren(...engines.map(() => document.createElement('span')));
+    }
+    find('titles').hidden = engines.length < 2;
+    find('figure-engine').textContent = engines.join(' · ');
+    [...find('titles').children].forEach((title, i) => {
+      title.textContent = engines[i];
+      title.style.left = `${100 * (views[i].left + views[i].width / 2) / canvas.width}%`;
+      title.style.top = `${100 * (1 - (views[i].bottom + views[i].height) / canvas.height)}%`;
+    });
   }
 
   // Sliders of the scene's own.
@@ -72,8 +112,12 @@ export class Panel {
     }));
   }
 
+  // Of each engine.
   showFigures(figures) {
-    for (const [key, [, format]] of Object.entries(labels)) { find(`figure-${key}`).textContent = format(figures[key]); }
+    for (const [key, [, format]] of Object.entries(labels)) {
+      const values = figures.map((each) => format(each[key]));
+      find(`figure-${key}`).textContent = new Set(values).size === 1 ? values[0] : values.join(' · ');
+    }
   }
 
   showPaused(isPaused) { find('pause').textContent = isPaused ? 'Run' : 'Pause'; }

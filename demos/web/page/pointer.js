@@ -1,9 +1,13 @@
 // What mouse and fingers do on the picture.
 
+import { findView, placeIn } from './views.js';
+
 export class Pointer {
-  // `tool()` answers pull, cut, shoot or look; `onProblem(words)` is told what an engine cannot do.
-  constructor(canvas, engine, { tool, onProblem, onChange }) {
-    Object.assign(this, { canvas, engine, tool, onProblem, onChange });
+  // `tool()` answers pull, cut, shoot or look; `views()` where engines are drawn; `onProblem(words)` is told what an
+  // engine cannot do.
+  constructor(canvas, engine, { tool, views, onProblem, onChange }) {
+    Object.assign(this, { canvas, engine, tool, views, onProblem, onChange });
+    this.view = null;         // in which the first finger went down
     this.fingers = new Map(); // by id: last place in pixels
     this.action = '';         // pull, cut, turn or pan
     canvas.addEventListener('pointerdown', (event) => this.press(event));
@@ -17,15 +21,14 @@ export class Pointer {
     }, { passive: false });
   }
 
-  get aspect() { return this.canvas.width / this.canvas.height; }
+  get aspect() { return this.views()[0].aspect; } // of each view
 
-  place(event) {
+  shares(event) {
     const box = this.canvas.getBoundingClientRect();
-    return {
-      across: 2 * (event.clientX - box.left) / box.width - 1,
-      up: 1 - 2 * (event.clientY - box.top) / box.height,
-    };
+    return [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
   }
+
+  place(event) { return placeIn(this.canvas, this.view, ...this.shares(event)); }
 
   press(event) {
     this.canvas.setPointerCapture(event.pointerId);
@@ -35,6 +38,7 @@ export class Pointer {
       this.action = 'pinch';
       return;
     }
+    this.view = findView(this.canvas, this.views(), ...this.shares(event));
     this.action = this.choose(event);
     this.onChange();
   }

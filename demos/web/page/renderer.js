@@ -32,6 +32,7 @@ export class Renderer {
   constructor(canvas, shader) {
     this.canvas = canvas;
     this.shader = shader;
+    this.ratio = 1; // pixels of the picture for one of the page
     this.gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
     if (!this.gl) { throw new Error('this browser has no WebGL 2'); }
     this.prepare();
@@ -61,17 +62,16 @@ export class Renderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  // Fits the picture to the page; its width over its height.
+  // Fits the picture to the page.
   resize() {
     const { canvas } = this;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
-    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const width = Math.max(1, Math.round(canvas.clientWidth * this.ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * this.ratio));
     if (canvas.width !== width || canvas.height !== height) {
       canvas.width = width;
       canvas.height = height;
     }
-    return width / height;
   }
 
   upload(materials) {
@@ -97,7 +97,8 @@ export class Renderer {
     this.gl.drawArrays(this.gl.TRIANGLES, 0, count);
   }
 
-  draw({ scene, materials }) {
+  // Into a view of views.js.
+  draw({ scene, materials }, view) {
     const gl = this.gl;
     if (gl.isContextLost()) { return; }
     const vector = (index) => scene.subarray(32 + 3 * index, 35 + 3 * index);
@@ -115,7 +116,9 @@ export class Renderer {
     gl.disable(gl.POLYGON_OFFSET_FILL);
 
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    gl.viewport(view.left, view.bottom, view.width, view.height);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(view.left, view.bottom, view.width, view.height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.disable(gl.DEPTH_TEST);
     this.sky.use();
@@ -139,10 +142,13 @@ export class Renderer {
     body.number('shadow_offset', scene[57]);
     body.number('shadow_blur', 0.006);
     body.number('shadow_taps', shadowTaps);
-    body.number('line_width', lineWidth);
-    body.number('hollow', 0);
+    body.number('line_width', lineWidth * this.ratio);
     body.unit('shadow_map', 0);
+    let isOnTop = false;
     materials.forEach((material, i) => {
+      if (material.isOnTop && !isOnTop) { gl.clear(gl.DEPTH_BUFFER_BIT); }
+      isOnTop = material.isOnTop;
+      body.number('hollow', material.hollow);
       body.vector('front_color', material.front);
       body.vector('back_color', material.back);
       body.number('wire', material.wire);
@@ -150,5 +156,6 @@ export class Renderer {
       body.number('grid', material.grid);
       this.drawMaterial(i, material.count);
     });
+    gl.disable(gl.SCISSOR_TEST);
   }
 }

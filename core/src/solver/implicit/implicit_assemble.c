@@ -164,19 +164,47 @@ static int implicit_assemble_node(const pli_body* body, const plii_link_graph* g
     return collapsed;
 }
 
+typedef struct implicit_assembly {
+    const pli_body* body;
+    const plii_link_graph* graph;
+    const pli_implicit_def* def;
+    double h;
+    const plii_dvec3* leads;
+    plii_implicit_system* system;
+    int collapsed[PLII_MOST_BLOCKS];
+} implicit_assembly;
+
+static void implicit_assemble_block(int begin, int end, int block, void* data) {
+    implicit_assembly* all = data;
+    const pli_body* body = all->body;
+    const plii_link_graph* graph = all->graph;
+    plii_implicit_system* system = all->system;
+    int collapsed = 0;
+    for (int i = begin; i < end; ++i) {
+        if (body->positions[i].w > 0.0f) {
+            collapsed += implicit_assemble_node(body, graph, all->def, all->h, i, all->leads, system);
+            continue;
+        }
+        system->rhs[i] = (plii_dvec3){0};
+        system->blocks[i] = (plii_implicit_block){0};
+        for (int k = graph->begin[i]; k < graph->begin[i + 1]; ++k) {
+            system->halves[k] = (plii_implicit_half){.neighbour = graph->halves[k].neighbour};
+        }
+    }
+    all->collapsed[block] = collapsed;
+}
+
+enum { IMPLICIT_ASSEMBLE_NS = 250 }; /* per node */
+
 int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
                            const plii_dvec3* leads, plii_implicit_system* system) {
+    implicit_assembly all = {
+        .body = body, .graph = graph, .def = def, .h = (double)dt, .leads = leads, .system = system};
+    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(IMPLICIT_ASSEMBLE_NS), PLII_MOST_BLOCKS);
+    plii_run_blocks(body->context, blocks, body->node_count, implicit_assemble_block, &all);
     int collapsed = 0;
-    for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) {
-            collapsed += implicit_assemble_node(body, graph, def, (double)dt, i, leads, system);
-        } else {
-            system->rhs[i] = (plii_dvec3){0};
-            system->blocks[i] = (plii_implicit_block){0};
-            for (int k = graph->begin[i]; k < graph->begin[i + 1]; ++k) {
-                system->halves[k] = (plii_implicit_half){.neighbour = graph->halves[k].neighbour};
-            }
-        }
+    for (int b = 0; b < blocks.count; ++b) {
+        collapsed += all.collapsed[b];
     }
     return collapsed;
 }

@@ -149,15 +149,88 @@ static double* gradient_residual_of(plii_implicit_rigid* rigid) {
 static double* gradient_product_of(plii_implicit_rigid* rigid) {
     return rigid->product;
 }
-/* residual = rhs + friction - W x, of rigid bodies too. */
-static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
-    plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < system->node_count; ++i) {
+
+// -------------------------------------------------------------------------------------------- passes over the nodes
+
+enum { GRADIENT_PRODUCT_NS = 40, GRADIENT_ADD_NS = 5 }; /* per node */
+
+typedef struct gradient_pass {
+    const pli_body* body;
+    plii_implicit_system* system;
+    const plii_dvec3 *a, *b; /* of a sum */
+    double factor;
+} gradient_pass;
+
+/* residual = rhs - W solution */
+static void gradient_residual_range(int begin, int end, void* data) {
+    const gradient_pass* pass = data;
+    const plii_implicit_system* system = pass->system;
+    for (int i = begin; i < end; ++i) {
         const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->residual[i] =
             is_pinned ? (plii_dvec3){0}
-                      : plii_dvec3_sub(system->rhs[i], plii_implicit_product(body, system, i, system->solution));
+                      : plii_dvec3_sub(system->rhs[i], plii_implicit_product(pass->body, system, i, system->solution));
     }
+}
+
+/* spare = W direction */
+static void gradient_product_range(int begin, int end, void* data) {
+    const gradient_pass* pass = data;
+    const plii_implicit_system* system = pass->system;
+    for (int i = begin; i < end; ++i) {
+        const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
+        system->spare[i] =
+            is_pinned ? (plii_dvec3){0} : plii_implicit_product(pass->body, system, i, system->direction);
+    }
+}
+
+/* spare = residual over the blocks */
+static void gradient_solve_range(int begin, int end, void* data) {
+    const gradient_pass* pass = data;
+    const plii_implicit_system* system = pass->system;
+    for (int i = begin; i < end; ++i) {
+        system->spare[i] = plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
+    }
+}
+
+static void gradient_advance_range(int begin, int end, void* data) {
+    const gradient_pass* pass = data;
+    const plii_implicit_system* system = pass->system;
+    for (int i = begin; i < end; ++i) {
+        system->solution[i] = plii_dvec3_add_scaled(system->solution[i], system->direction[i], pass->factor);
+        system->residual[i] = plii_dvec3_add_scaled(system->residual[i], system->spare[i], -pass->factor);
+    }
+}
+
+static void gradient_direction_range(int begin, int end, void* data) {
+    const gradient_pass* pass = data;
+    const plii_implicit_system* system = pass->system;
+    for (int i = begin; i < end; ++i) {
+        system->direction[i] = plii_dvec3_add_scaled(system->spare[i], system->direction[i], pass->factor);
+    }
+}
+
+static double gradient_dot_block(int begin, int end, const void* data) {
+    const gradient_pass* pass = data;
+    double sum = 0.0;
+    for (int i = begin; i < end; ++i) {
+        sum += plii_dvec3_dot(pass->a[i], pass->b[i]);
+    }
+    return sum;
+}
+
+static double gradient_dot(const plii_implicit_system* system, const plii_dvec3* a, const plii_dvec3* b) {
+    const gradient_pass pass = {.a = a, .b = b};
+    return plii_sum_blocks(system->context, system->node_count, PLII_IMPLICIT_SUM_NODES, gradient_dot_block, &pass);
+}
+
+// --------------------------------------------------------------------------------------------------------- products
+
+/* residual = rhs + friction - W x, of rigid bodies too. */
+static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
+    plii_implicit_constraints* constraints = system->constraints;
+    gradient_pass pass = {.body = body, .system = system};
+    plii_implicit_run(system, gradient_residual_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &constraints->rigids[i];
@@ -192,10 +265,8 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
 static double gradient_multiply(const pli_body* body, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < system->node_count; ++i) {
-        const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
-        system->spare[i] = is_pinned ? (plii_dvec3){0} : plii_implicit_product(body, system, i, system->direction);
-    }
+    gradient_pass pass = {.body = body, .system = system};
+    plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         if (constraints->rigids[i].is_dynamic) {
@@ -216,10 +287,7 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
         if (rigid->is_dynamic) { plii_implicit_add_push(rigid->product, constraint->arm, impulse, -1.0); }
     }
     gradient_reduce(constraints, gradient_product_of, system->spare);
-    double sum = 0.0;
-    for (int i = 0; i < system->node_count; ++i) {
-        sum += plii_dvec3_dot(system->direction[i], system->spare[i]);
-    }
+    double sum = gradient_dot(system, system->direction, system->spare);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         for (int k = 0; k < 6 && constraints->rigids[i].is_dynamic; ++k) {
             sum += constraints->rigids[i].direction[k] * constraints->rigids[i].product[k];
@@ -302,9 +370,8 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
 /* spare = preconditioned residual, and `product` of rigid bodies; gives its product with the residual. */
 static double gradient_precondition(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < system->node_count; ++i) {
-        system->spare[i] = plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
-    }
+    gradient_pass pass = {.system = system};
+    plii_implicit_run(system, gradient_solve_range, &pass, GRADIENT_ADD_NS);
     gradient_filter filter;
     for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
@@ -315,10 +382,7 @@ static double gradient_precondition(plii_implicit_system* system) {
                                   ? gradient_viscous_part(constraint, system->residual[node])
                                   : gradient_free_part(&system->blocks[node], &filter, system->spare[node]);
     }
-    double sum = 0.0;
-    for (int i = 0; i < system->node_count; ++i) {
-        sum += plii_dvec3_dot(system->spare[i], system->residual[i]);
-    }
+    double sum = gradient_dot(system, system->spare, system->residual);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &constraints->rigids[i];
         if (!rigid->is_solved) { continue; }
@@ -334,10 +398,8 @@ static double gradient_precondition(plii_implicit_system* system) {
 // ------------------------------------------------------------------------------------------------------ iterations
 
 static void gradient_advance(plii_implicit_system* system, double alpha) {
-    for (int i = 0; i < system->node_count; ++i) {
-        system->solution[i] = plii_dvec3_add_scaled(system->solution[i], system->direction[i], alpha);
-        system->residual[i] = plii_dvec3_add_scaled(system->residual[i], system->spare[i], -alpha);
-    }
+    gradient_pass pass = {.system = system, .factor = alpha};
+    plii_implicit_run(system, gradient_advance_range, &pass, GRADIENT_ADD_NS);
     for (int i = 0; i < system->constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &system->constraints->rigids[i];
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
@@ -349,9 +411,8 @@ static void gradient_advance(plii_implicit_system* system, double alpha) {
 
 /* direction = preconditioned residual + beta direction. */
 static void gradient_choose_direction(plii_implicit_system* system, double beta) {
-    for (int i = 0; i < system->node_count; ++i) {
-        system->direction[i] = plii_dvec3_add_scaled(system->spare[i], system->direction[i], beta);
-    }
+    gradient_pass pass = {.system = system, .factor = beta};
+    plii_implicit_run(system, gradient_direction_range, &pass, GRADIENT_ADD_NS);
     for (int i = 0; i < system->constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &system->constraints->rigids[i];
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
@@ -536,6 +597,15 @@ static bool gradient_judge(const pli_body* body, plii_implicit_system* system) {
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;
 }
 
+static double gradient_first_block(int begin, int end, const void* data) {
+    const plii_implicit_system* system = data;
+    double sum = 0.0;
+    for (int i = begin; i < end; ++i) {
+        sum += plii_dvec3_dot(system->rhs[i], plii_implicit_block_solve(&system->blocks[i], system->rhs[i]));
+    }
+    return sum;
+}
+
 int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
                                      double tolerance, bool is_warm, double* residual) {
     plii_implicit_constraints* constraints = system->constraints;
@@ -543,8 +613,8 @@ int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system*
     for (int i = 0; i < system->node_count; ++i) {
         if (!is_warm) { system->solution[i] = (plii_dvec3){0}; }
         system->direction[i] = (plii_dvec3){0};
-        first += plii_dvec3_dot(system->rhs[i], plii_implicit_block_solve(&system->blocks[i], system->rhs[i]));
     }
+    first = plii_sum_blocks(system->context, system->node_count, PLII_IMPLICIT_SUM_NODES, gradient_first_block, system);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         memset(constraints->rigids[i].direction, 0, sizeof constraints->rigids[i].direction);
     }

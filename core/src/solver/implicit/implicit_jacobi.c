@@ -34,10 +34,17 @@ plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_syste
     return sum;
 }
 
-static void implicit_start(plii_implicit_system* system) {
-    for (int i = 0; i < system->node_count; ++i) {
+enum { IMPLICIT_SOLVE_NS = 5, IMPLICIT_SWEEP_NS = 40 }; /* per node */
+
+static void implicit_start_range(int begin, int end, void* data) {
+    plii_implicit_system* system = data;
+    for (int i = begin; i < end; ++i) {
         system->solution[i] = plii_implicit_block_solve(&system->blocks[i], system->rhs[i]);
     }
+}
+
+static void implicit_start(plii_implicit_system* system) {
+    plii_implicit_run(system, implicit_start_range, system, IMPLICIT_SOLVE_NS);
     plii_implicit_project(system->constraints, system->solution);
 }
 
@@ -47,15 +54,44 @@ static void implicit_swap(plii_implicit_system* system) {
     system->spare = solution;
 }
 
+typedef struct implicit_sweep {
+    const plii_implicit_system* system;
+    plii_dvec3* swept;
+} implicit_sweep;
+
+static void implicit_sweep_range(int begin, int end, void* data) {
+    const implicit_sweep* sweep = data;
+    for (int i = begin; i < end; ++i) {
+        sweep->swept[i] = plii_implicit_swept(sweep->system, i);
+    }
+}
+
+static void implicit_run_sweep(const plii_implicit_system* system, plii_dvec3* swept) {
+    implicit_sweep sweep = {system, swept};
+    plii_implicit_run(system, implicit_sweep_range, &sweep, IMPLICIT_SWEEP_NS);
+}
+
 /* One more than `sweeps` from a given solution, so that the square that makes odd counts safe stays one. */
 void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm) {
     if (!is_warm) { implicit_start(system); }
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
-        for (int i = 0; i < system->node_count; ++i) {
-            system->spare[i] = plii_implicit_swept(system, i);
-        }
+        implicit_run_sweep(system, system->spare);
         implicit_swap(system);
         plii_implicit_project(system->constraints, system->solution);
+    }
+}
+
+typedef struct implicit_blend {
+    const plii_implicit_system* system;
+    double weight;
+} implicit_blend;
+
+static void implicit_blend_range(int begin, int end, void* data) {
+    const implicit_blend* blend = data;
+    const plii_implicit_system* system = blend->system;
+    for (int i = begin; i < end; ++i) {
+        const plii_dvec3 before = system->spare[i];
+        system->spare[i] = plii_dvec3_add_scaled(before, plii_dvec3_sub(system->residual[i], before), blend->weight);
     }
 }
 
@@ -66,10 +102,8 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
         memcpy(constraints->rigids[r].product, constraints->rigids[r].change, sizeof constraints->rigids[r].product);
     }
     plii_implicit_project(constraints, system->residual);
-    for (int i = 0; i < system->node_count; ++i) {
-        const plii_dvec3 before = system->spare[i];
-        system->spare[i] = plii_dvec3_add_scaled(before, plii_dvec3_sub(system->residual[i], before), weight);
-    }
+    implicit_blend blend = {system, weight};
+    plii_implicit_run(system, implicit_blend_range, &blend, IMPLICIT_SOLVE_NS);
     for (int r = 0; r < constraints->rigid_count; ++r) {
         plii_implicit_rigid* rigid = &constraints->rigids[r];
         for (int k = 0; k < 6; ++k) {
@@ -103,9 +137,7 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double sp
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         const int run = s < restart ? s : s - restart;
         weight = run == 0 ? 1.0 : run == 1 ? 2.0 / (2.0 - radius_squared) : 4.0 / (4.0 - radius_squared * weight);
-        for (int i = 0; i < system->node_count; ++i) {
-            system->residual[i] = plii_implicit_swept(system, i);
-        }
+        implicit_run_sweep(system, system->residual);
         implicit_extrapolate(system, weight);
     }
 }
@@ -121,12 +153,32 @@ static double implicit_block_square(const plii_implicit_block* block, plii_dvec3
     return y0 * y0 / block->inverse_d[0] + y1 * y1 / block->inverse_d[1] + x.z * x.z / block->inverse_d[2];
 }
 
-static double implicit_norm(const plii_implicit_system* system, const plii_dvec3* x) {
+static double implicit_square_of_solution(int begin, int end, const void* data) {
+    const plii_implicit_system* system = data;
     double sum = 0.0;
-    for (int i = 0; i < system->node_count; ++i) {
-        sum += implicit_block_square(&system->blocks[i], x[i]);
+    for (int i = begin; i < end; ++i) {
+        sum += implicit_block_square(&system->blocks[i], system->solution[i]);
     }
-    return sqrt(sum);
+    return sum;
+}
+
+static double implicit_norm(const plii_implicit_system* system) {
+    return sqrt(plii_sum_blocks(system->context, system->node_count, PLII_IMPLICIT_SUM_NODES,
+                                implicit_square_of_solution, system));
+}
+
+typedef struct implicit_power {
+    const plii_implicit_system* system;
+    double scale;
+} implicit_power;
+
+static void implicit_power_range(int begin, int end, void* data) {
+    const implicit_power* power = data;
+    const plii_implicit_system* system = power->system;
+    for (int i = begin; i < end; ++i) {
+        const plii_dvec3 b = plii_dvec3_scale(implicit_gather(system, i, system->solution), power->scale);
+        system->spare[i] = plii_implicit_block_solve(&system->blocks[i], b);
+    }
 }
 
 /* In [-1, 1], the same in every run. */
@@ -149,14 +201,12 @@ double plii_implicit_spectral_radius(plii_implicit_system* system) {
     }
     double radius = 0.0;
     for (int s = 0; s < IMPLICIT_POWER_ITERATIONS; ++s) {
-        const double norm = implicit_norm(system, system->solution);
+        const double norm = implicit_norm(system);
         if (!(norm > 0.0)) { break; }
-        for (int i = 0; i < system->node_count; ++i) {
-            const plii_dvec3 b = plii_dvec3_scale(implicit_gather(system, i, system->solution), 1.0 / norm);
-            system->spare[i] = plii_implicit_block_solve(&system->blocks[i], b);
-        }
+        implicit_power power = {system, 1.0 / norm};
+        plii_implicit_run(system, implicit_power_range, &power, IMPLICIT_SWEEP_NS);
         implicit_swap(system);
-        radius = implicit_norm(system, system->solution);
+        radius = implicit_norm(system);
     }
     return fmin(radius, 1.0 - 1e-9);
 }

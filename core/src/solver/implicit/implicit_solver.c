@@ -55,21 +55,37 @@ static pli_vec3 implicit_free_change(const pli_body* body, int node, float dt) {
     return pli_vec3_add(change, pli_vec3_scale(body->world->def.gravity, dt));
 }
 
+enum { IMPLICIT_NODE_NS = 5 }; /* of a pass over the nodes */
+
+typedef struct implicit_pass {
+    pli_body* body;
+    const pli_implicit_def* def;
+    float dt;
+    plii_dvec3* vector; /* right-hand side or solution */
+} implicit_pass;
+
 /* Free flight is a new base for the velocities, the unknown is what springs change about it; else it is part of the
    unknown, by the right-hand side. */
-static void implicit_add_external(pli_body* body, const implicit_state* state, float dt, plii_dvec3* rhs) {
-    for (int i = 0; i < body->node_count; ++i) {
-        rhs[i] = (plii_dvec3){0};
+static void implicit_external_range(int begin, int end, void* data) {
+    const implicit_pass* pass = data;
+    pli_body* body = pass->body;
+    for (int i = begin; i < end; ++i) {
+        pass->vector[i] = (plii_dvec3){0};
         if (body->positions[i].w > 0.0f) {
-            const pli_vec3 change = implicit_free_change(body, i, dt);
-            if (state->def.start == PLI_IMPLICIT_START_AT_REST) {
-                rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
+            const pli_vec3 change = implicit_free_change(body, i, pass->dt);
+            if (pass->def->start == PLI_IMPLICIT_START_AT_REST) {
+                pass->vector[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
             } else {
                 plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
             }
         }
         if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
     }
+}
+
+static void implicit_add_external(pli_body* body, const implicit_state* state, float dt, plii_dvec3* rhs) {
+    implicit_pass pass = {body, &state->def, dt, rhs};
+    plii_parallel_for(body->context, implicit_external_range, &pass, body->node_count, plii_grain(IMPLICIT_NODE_NS));
 }
 
 static void implicit_descend(const pli_body* body, implicit_state* state, int iterations, bool is_warm) {
@@ -172,16 +188,24 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
     }
 }
 
-static void implicit_add_solution(pli_body* body, const plii_dvec3* solution, float dt) {
-    for (int i = 0; i < body->node_count; ++i) {
+static void implicit_solution_range(int begin, int end, void* data) {
+    const implicit_pass* pass = data;
+    pli_body* body = pass->body;
+    for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[i]));
-            plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, solution[i])));
+            plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, pass->vector[i])));
         }
         const pli_vec3 position = plii_xyz(body->positions[i]);
         plii_set_xyz(&body->previous[i], position);
-        plii_set_xyz(&body->positions[i], pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), dt)));
+        plii_set_xyz(&body->positions[i],
+                     pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), pass->dt)));
     }
+}
+
+static void implicit_add_solution(pli_body* body, plii_dvec3* solution, float dt) {
+    implicit_pass pass = {.body = body, .dt = dt, .vector = solution};
+    plii_parallel_for(body->context, implicit_solution_range, &pass, body->node_count, plii_grain(IMPLICIT_NODE_NS));
 }
 
 static void implicit_predict(pli_body* body, float dt) {
@@ -194,6 +218,7 @@ static void implicit_predict(pli_body* body, float dt) {
 
     plii_implicit_system* system = &state->system;
     *system = (plii_implicit_system){
+        .context = body->context,
         .node_count = body->node_count,
         .begin = graph->begin,
         .halves = state->halves,
@@ -343,8 +368,9 @@ static void implicit_end_recovery(pli_body* body, const plii_implicit_constraint
 
 /* Nodes that pose matching, anchors, contacts and the like moved since implicit_add_solution, by as much over the
    step. */
-static void implicit_follow_corrections(pli_body* body) {
-    for (int i = 0; i < body->node_count; ++i) {
+static void implicit_corrections_range(int begin, int end, void* data) {
+    pli_body* body = data;
+    for (int i = begin; i < end; ++i) {
         const pli_vec3 solved = implicit_reached(body, i);
         const plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), plii_dvec3_from(solved));
         plii_set_xyz(&body->velocities[i],
@@ -364,6 +390,14 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
     }
 }
 
+static void implicit_damp_range(int begin, int end, void* data) {
+    pli_body* body = data;
+    for (int i = begin; i < end; ++i) {
+        plii_set_xyz(&body->velocities[i],
+                     pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
+    }
+}
+
 static void implicit_begin(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &implicit_class);
     plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
@@ -375,28 +409,32 @@ static void implicit_begin(pli_body* body) {
 }
 
 static void implicit_sweep(pli_body* body) {
-    implicit_state* state = plii_feature_state(body, &implicit_class);
     plii_run_stage(body, PLII_STAGE_POSITION);
+}
+
+static void implicit_couple(pli_body* body) {
+    implicit_state* state = plii_feature_state(body, &implicit_class);
+    plii_run_stage(body, PLII_STAGE_COUPLE);
     implicit_project_moved_nodes(body, &state->constraints);
 }
 
 static void implicit_end(pli_body* body) {
     const implicit_state* state = plii_feature_state(body, &implicit_class);
-    implicit_follow_corrections(body);
+    const int count = body->node_count, grain = plii_grain(IMPLICIT_NODE_NS);
+    plii_parallel_for(body->context, implicit_corrections_range, body, count, grain);
     implicit_end_recovery(body, &state->constraints);
     if (body->solver.velocity_damping > 0.0f) {
-        for (int i = 0; i < body->node_count; ++i) {
-            plii_set_xyz(&body->velocities[i],
-                         pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
-        }
+        plii_parallel_for(body->context, implicit_damp_range, body, count, grain);
     }
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
 static const plii_solver_class implicit_solver = {.name = "implicit",
                                                   .predict = implicit_predict,
+                                                  .pace = plii_solver_iterations,
                                                   .begin = implicit_begin,
                                                   .sweep = implicit_sweep,
+                                                  .couple = implicit_couple,
                                                   .end = implicit_end,
                                                   .solves_constraints = true,
                                                   .contact_reach = IMPLICIT_CONTACT_REACH};

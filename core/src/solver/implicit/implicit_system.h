@@ -3,6 +3,7 @@
 /* The linear system of one implicit step, W dv = rhs with W = M - h^2 J, and three ways to its solution. Numbers of
    nodes are double: with stiff springs and light nodes the 3x3 blocks have condition numbers far beyond float. */
 
+#include "base/ranges.h"
 #include "body/link_graph.h"
 #include "pliant/implicit.h"
 #include "solver/implicit/implicit_block.h"
@@ -26,7 +27,11 @@ typedef struct plii_implicit_holds {
     int count, capacity;
 } plii_implicit_holds;
 
+/* Nodes of a block of a sum, at least. */
+enum { PLII_IMPLICIT_SUM_NODES = 2048 };
+
 typedef struct plii_implicit_system {
+    pli_context* context;
     int node_count;
     const int* begin;           /* [node_count + 1] into halves */
     plii_implicit_half* halves; /* [2 * link_count] */
@@ -63,6 +68,12 @@ double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, c
    than there. Gives the share of the way that is left. */
 double plii_implicit_search(const pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
                             const plii_dvec3* before);
+
+/* Runs over the nodes on several threads, where one takes so long. */
+static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,
+                                     int nanoseconds) {
+    plii_parallel_for(system->context, range, task, system->node_count, plii_grain(nanoseconds));
+}
 
 /* sum += scale * what holds make of x. */
 static inline void plii_implicit_add_holds(const plii_implicit_system* system, const plii_dvec3* x, double scale,

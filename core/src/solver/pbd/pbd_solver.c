@@ -98,6 +98,10 @@ static void solver_positions_from_velocities(pli_body* body, float dt) {
     }
 }
 
+plii_solver_pace plii_solver_iterations(const pli_body* body) {
+    return (plii_solver_pace){1, body->solver.position_iterations};
+}
+
 static void solver_begin(pli_body* body) {
     const pli_solver_settings* settings = &body->solver;
     plii_run_stage(body, PLII_STAGE_PREPARE);
@@ -111,6 +115,10 @@ static void solver_begin(pli_body* body) {
 
 static void solver_sweep(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_POSITION);
+}
+
+static void solver_couple(pli_body* body) {
+    plii_run_stage(body, PLII_STAGE_COUPLE);
 }
 
 static void solver_end(pli_body* body) {
@@ -141,8 +149,10 @@ static void solver_end(pli_body* body) {
 const plii_solver_class plii_position_solver = {
     .name = "position-based",
     .predict = solver_predict,
+    .pace = plii_solver_iterations,
     .begin = solver_begin,
     .sweep = solver_sweep,
+    .couple = solver_couple,
     .end = solver_end,
 };
 

@@ -17,7 +17,16 @@ enum {
     XPBD_SUBSTEPS_PER_START = 5 /* positions follow the nodes after so many */
 };
 
+typedef struct xpbd_run {
+    plii_substep_kinds kinds;
+    plii_substep substep;
+    plii_xpbd_nodes nodes;
+    bool has_finish;
+    int sweep;
+} xpbd_run;
+
 typedef struct xpbd_state {
+    xpbd_run run;
     pli_xpbd_def def;
     bool had_links;                                                /* on positions, before this solver came */
     plii_substep_kinds kinds;                                      /* that only this solver has */
@@ -77,16 +86,6 @@ static void xpbd_predict(pli_body* body, float dt) {
     plii_solver_update_predicted_bounds(body);
 }
 
-static void xpbd_sweep(pli_body* body, const xpbd_state* state, const plii_substep_kinds* kinds,
-                       plii_substep* substep) {
-    plii_substep_kinds_restart(body, kinds, substep);
-    for (int s = 0; s < state->def.sweeps; ++s) {
-        substep->is_first_sweep = s == 0;
-        substep->is_last_sweep = s + 1 == state->def.sweeps;
-        plii_substep_kinds_sweep(body, kinds, substep);
-    }
-}
-
 static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* range) {
     plii_parallel_for(body->context, range, nodes, body->node_count, XPBD_NODES_GRAIN);
 }
@@ -98,53 +97,94 @@ static bool xpbd_has_finish(const plii_substep_kinds* kinds) {
     return false;
 }
 
-static void xpbd_substeps(pli_body* body, const xpbd_state* state, const plii_substep_kinds* kinds,
-                          plii_substep* substep) {
-    const plii_xpbd_nodes_kernel* pass = PLII_KERNEL(body->context, &plii_xpbd_nodes);
-    plii_xpbd_nodes nodes = {.positions = body->positions,
-                             .velocities = body->velocities,
-                             .displacements = state->displacements,
-                             .start_displacements = state->start_displacements,
-                             .previous = body->previous,
-                             .accelerations = state->accelerations,
-                             .dt = substep->dt,
-                             .inverse_dt = substep->inverse_dt,
-                             .kept = 1.0f - body->solver.velocity_damping};
-    const bool has_finish = xpbd_has_finish(kinds);
-    const int count = state->def.substeps;
-    xpbd_run_pass(body, &nodes, pass->begin);
-    for (substep->index = 0; substep->index < count; ++substep->index) {
-        const int done = substep->index + 1;
-        if (substep->index > 0 && has_finish) { xpbd_run_pass(body, &nodes, pass->move); }
-        substep->has_new_positions = substep->index == 0 || nodes.follows;
-        xpbd_sweep(body, state, kinds, substep);
-        nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
-        xpbd_run_pass(body, &nodes, done < count && !has_finish ? pass->finish_and_move : pass->finish);
-        for (int k = 0; k < kinds->count; ++k) {
-            if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
-        }
-    }
-    if (nodes.kept < 1.0f) { xpbd_run_pass(body, &nodes, pass->damp); }
-    plii_substep_rigids_finish(body, substep->dt);
+static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
+    return PLII_KERNEL(body->context, &plii_xpbd_nodes);
 }
 
-static void xpbd_solve(pli_body* body) {
-    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
+static void xpbd_begin(pli_body* body) {
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
-    plii_substep_kinds kinds = state->kinds;
-    plii_substep substep = {.dt = step->dt / parts,
-                            .inverse_dt = step->inverse_dt * parts,
-                            .displacements = state->displacements,
-                            .start_displacements = state->start_displacements,
-                            .limits = &kinds.limits};
-    plii_substep_kinds_begin(body, &kinds, false);
-    xpbd_substeps(body, state, &kinds, &substep);
-    plii_run_stage(body, PLII_STAGE_FINISH);
+    xpbd_run* run = &state->run;
+    run->kinds = state->kinds;
+    run->substep = (plii_substep){.dt = step->dt / parts,
+                                  .inverse_dt = step->inverse_dt * parts,
+                                  .displacements = state->displacements,
+                                  .start_displacements = state->start_displacements,
+                                  .limits = &run->kinds.limits};
+    plii_substep_kinds_begin(body, &run->kinds, false);
+    run->nodes = (plii_xpbd_nodes){.positions = body->positions,
+                                   .velocities = body->velocities,
+                                   .displacements = state->displacements,
+                                   .start_displacements = state->start_displacements,
+                                   .previous = body->previous,
+                                   .accelerations = state->accelerations,
+                                   .dt = run->substep.dt,
+                                   .inverse_dt = run->substep.inverse_dt,
+                                   .kept = 1.0f - body->solver.velocity_damping};
+    run->has_finish = xpbd_has_finish(&run->kinds);
+    run->sweep = 0;
+    body->substep = &run->substep;
+    xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->begin);
 }
 
-static const plii_solver_class xpbd_solver = {
-    .name = "XPBD", .predict = xpbd_predict, .sweep = xpbd_solve, .has_substeps = true};
+static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
+    xpbd_run* run = &state->run;
+    const plii_xpbd_nodes_kernel* pass = xpbd_kernel(body);
+    const int count = state->def.substeps, done = run->substep.index + 1;
+    run->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
+    xpbd_run_pass(body, &run->nodes, done < count && !run->has_finish ? pass->finish_and_move : pass->finish);
+    for (int k = 0; k < run->kinds.count; ++k) {
+        if (run->kinds.at[k]->finish != NULL) { run->kinds.at[k]->finish(body, run->kinds.states[k], &run->substep); }
+    }
+}
+
+static void xpbd_sweep(pli_body* body) {
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    xpbd_run* run = &state->run;
+    plii_substep* substep = &run->substep;
+    if (run->sweep == state->def.sweeps) {
+        xpbd_end_substep(body, state);
+        substep->index += 1;
+        run->sweep = 0;
+        if (run->has_finish) { xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->move); }
+    }
+    if (run->sweep == 0) {
+        substep->remaining = (float)(state->def.substeps - 1 - substep->index) * substep->dt;
+        substep->has_new_positions = substep->index == 0 || run->nodes.follows;
+        plii_substep_kinds_restart(body, &run->kinds, substep);
+    }
+    substep->is_first_sweep = run->sweep == 0;
+    substep->is_last_sweep = ++run->sweep == state->def.sweeps;
+    plii_substep_kinds_sweep(body, &run->kinds, substep);
+}
+
+static void xpbd_couple(pli_body* body) {
+    plii_run_stage(body, PLII_STAGE_COUPLE);
+}
+
+static void xpbd_end(pli_body* body) {
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    xpbd_run* run = &state->run;
+    xpbd_end_substep(body, state);
+    if (run->nodes.kept < 1.0f) { xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->damp); }
+    plii_substep_rigids_finish(body, run->substep.dt);
+    body->substep = NULL;
+    plii_run_stage(body, PLII_STAGE_FINISH);
+}
+static plii_solver_pace xpbd_pace(const pli_body* body) {
+    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    return (plii_solver_pace){state->def.substeps, state->def.sweeps};
+}
+
+static const plii_solver_class xpbd_solver = {.name = "XPBD",
+                                              .predict = xpbd_predict,
+                                              .pace = xpbd_pace,
+                                              .begin = xpbd_begin,
+                                              .sweep = xpbd_sweep,
+                                              .couple = xpbd_couple,
+                                              .end = xpbd_end,
+                                              .has_substeps = true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
@@ -169,6 +209,7 @@ static const plii_feature_array xpbd_arrays[] = {
 
 static const plii_state_part xpbd_parts[] = {
     PLII_STATE(xpbd_state, def, PLII_SAVED),
+    PLII_STATE(xpbd_state, run, PLII_LEFT),
     PLII_STATE(xpbd_state, had_links, PLII_LEFT),
     PLII_STATE(xpbd_state, kinds, PLII_LEFT),
     {0},

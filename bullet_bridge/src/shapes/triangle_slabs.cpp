@@ -1,4 +1,4 @@
-#include "triangle_slabs.h"
+#include "shapes/triangle_slabs.h"
 
 #include "convert.h"
 

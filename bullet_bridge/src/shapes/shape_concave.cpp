@@ -3,8 +3,8 @@
 // front of or behind (which is right for every surface: Baerentzen and Aanaes 2005 discuss the alternatives).
 
 #include "convert.h"
-#include "shapes.h"
-#include "triangle_copy.h"
+#include "shapes/shapes.h"
+#include "shapes/triangle_copy.h"
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 

@@ -1,7 +1,7 @@
 // Triangle meshes as solids on a sampled grid of the core.
 
-#include "shapes.h"
-#include "triangle_copy.h"
+#include "shapes/shapes.h"
+#include "shapes/triangle_copy.h"
 
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>

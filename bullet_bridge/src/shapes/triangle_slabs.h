@@ -6,7 +6,7 @@
 // the shape reports another triangle under the same numbers later (a static plane does), as in
 // btSoftBodyConcaveCollisionAlgorithm.
 
-#include "shapes.h"
+#include "shapes/shapes.h"
 
 #include <map>
 #include <utility>

@@ -1,7 +1,7 @@
 // Convex shapes through Bullet's GJK and EPA: exactly what btSparseSdf asks for (btGjkEpaSolver2::SignedDistance).
 
 #include "convert.h"
-#include "shapes.h"
+#include "shapes/shapes.h"
 
 #include <pliant/bullet_reference.h>
 

@@ -1,0 +1,227 @@
+/* Which pairs of soft bodies meet in a step. On several threads pairs go in waves: those of one wave have no body in
+   common, and each body gets its contacts in the order of one thread. */
+
+#include "base/ranges.h"
+#include "body/pipeline.h"
+#include "body/world_state.h"
+#include "math/bounds.h"
+#include "world/groups.h"
+#include "world/world_calls.h"
+
+// -------------------------------------------------------------------------------------------------------- one pair
+
+bool pli_body_collides_with_bodies(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
+}
+
+static bool world_meets_body(const pli_body* body_a, const pli_body* body_b) {
+    return !plii_body_is_idle(body_a) && !plii_body_is_idle(body_b) && body_a->collides_with_bodies;
+}
+
+/* What the two have in common; false: nothing. *is_ordered: contacts of one of them depend on the pairs before. */
+static bool world_join_pair(pli_world* world, const pli_body_pair* pair, bool* is_ordered) {
+    const plii_pipeline* pipeline = &pair->body_a->pipeline;
+    bool is_shared = false;
+    *is_ordered = false;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_feature_class* klass = pipeline->features[i].klass;
+        if (klass->collide_body == NULL || !plii_feature_is_enabled(pair->body_b, klass)) { continue; }
+        is_shared = true;
+        *is_ordered = *is_ordered || !klass->keeps_pairs_with_first;
+    }
+    if (is_shared) { plii_groups_join_bodies(world, pair->body_a, pair->body_b); }
+    return is_shared;
+}
+
+static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair) {
+    pli_body *body_a = pair->body_a, *body_b = pair->body_b;
+    plii_world_begin_body(body_a);
+    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body_a->pipeline.features[i];
+        if (feature->klass->collide_body == NULL) { continue; }
+        void* other_state = plii_feature_state(body_b, feature->klass);
+        if (other_state == NULL) { continue; }
+        plii_thread.pass.feature = feature->klass;
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+    }
+}
+
+static void world_collide_pair(pli_world* world, const pli_body_pair* pair) {
+    bool is_ordered;
+    if (!world_meets_body(pair->body_a, pair->body_b) || !world_join_pair(world, pair, &is_ordered)) { return; }
+    world_run_collide_bodies(world, pair);
+}
+
+// ----------------------------------------------------------------------------------------------------------- waves
+
+/* The last wave is of what found no other one: its pairs go one after the other. */
+enum { COLLIDE_LAST_WAVE = 63, COLLIDE_WAVES = 64 };
+enum { COLLIDE_NODE_NS = 50 }; /* of a pair, per node of both */
+
+static int collide_highest(uint64_t waves) {
+    int highest = -1;
+    for (; waves != 0; waves >>= 1) {
+        ++highest;
+    }
+    return highest;
+}
+
+/* After all pairs that the order of the pair is to be kept with, and when both bodies are free. */
+static int collide_choose_wave(pli_body* a, pli_body* b, bool is_ordered) {
+    const uint64_t used = a->pair_waves | b->pair_waves;
+    int wave = collide_highest(used) + 1;
+    if (!is_ordered) {
+        wave = a->led_wave > a->ordered_wave ? a->led_wave : a->ordered_wave;
+        wave = (wave > b->ordered_wave ? wave : b->ordered_wave) + 1;
+    }
+    while (wave < COLLIDE_LAST_WAVE && (used >> wave & 1) != 0) {
+        ++wave;
+    }
+    if (wave > COLLIDE_LAST_WAVE) { wave = COLLIDE_LAST_WAVE; }
+    a->pair_waves |= (uint64_t)1 << wave;
+    b->pair_waves |= (uint64_t)1 << wave;
+    a->led_wave = wave;
+    if (is_ordered) { a->ordered_wave = b->ordered_wave = wave; }
+    return wave;
+}
+
+static void collide_start_waves(pli_body* body) {
+    body->pair_waves = 0;
+    body->led_wave = body->ordered_wave = -1;
+}
+
+typedef struct collide_waves {
+    pli_world* world;
+    const pli_body_pair* pairs;
+    const int* order; /* of the pairs of the wave */
+} collide_waves;
+
+static void collide_wave_range(int begin, int end, void* data) {
+    const collide_waves* waves = data;
+    for (int i = begin; i < end; ++i) {
+        world_run_collide_bodies(waves->world, &waves->pairs[waves->order[i]]);
+    }
+}
+
+/* False: without memory, or not worth it; nothing was done. */
+static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs, int count) {
+    pli_context* context = world->context;
+    if (!world->has_groups || count < 2 || !plii_has_threads(context) ||
+        !PLII_RESERVE(context, &world->pair_orders, &world->pair_order_capacity, 2 * count)) {
+        return false;
+    }
+    int *order = world->pair_orders, *wave_of = world->pair_orders + count;
+    int begin[COLLIDE_WAVES + 1] = {0};
+    int64_t nodes = 0;
+    for (int i = 0; i < count; ++i) {
+        collide_start_waves(pairs[i].body_a);
+        collide_start_waves(pairs[i].body_b);
+    }
+    for (int i = 0; i < count; ++i) {
+        pli_body *a = pairs[i].body_a, *b = pairs[i].body_b;
+        bool is_ordered;
+        wave_of[i] = PLI_NULL_INDEX;
+        if (!world_meets_body(a, b) || !world_join_pair(world, &pairs[i], &is_ordered)) { continue; }
+        wave_of[i] = collide_choose_wave(a, b, is_ordered);
+        ++begin[wave_of[i] + 1];
+        nodes += a->node_count + b->node_count;
+    }
+    for (int w = 0; w < COLLIDE_WAVES; ++w) {
+        begin[w + 1] += begin[w];
+    }
+    int next[COLLIDE_WAVES];
+    for (int w = 0; w < COLLIDE_WAVES; ++w) {
+        next[w] = begin[w];
+    }
+    for (int i = 0; i < count; ++i) {
+        if (wave_of[i] != PLI_NULL_INDEX) { order[next[wave_of[i]]++] = i; }
+    }
+    const int met = begin[COLLIDE_WAVES];
+    const int64_t each = met > 0 ? nodes / met * COLLIDE_NODE_NS : 1;
+    const int grain = plii_grain(each < 1 ? 1 : each > PLII_PART_NANOSECONDS ? PLII_PART_NANOSECONDS : (int)each);
+    for (int w = 0; w < COLLIDE_WAVES; ++w) {
+        collide_waves waves = {world, pairs, &order[begin[w]]};
+        const int size = begin[w + 1] - begin[w];
+        plii_parallel_for(context, collide_wave_range, &waves, size, w < COLLIDE_LAST_WAVE ? grain : size);
+    }
+    return true;
+}
+
+static void world_collide_pairs(pli_world* world, const pli_body_pair* pairs, int count) {
+    if (world_collide_in_waves(world, pairs, count)) { return; }
+    for (int i = 0; i < count; ++i) {
+        world_collide_pair(world, &pairs[i]);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------ calls
+
+static pli_status world_check_body_pair(const pli_world* world, const pli_body_pair* pair, const char* function) {
+    const pli_body *a = pair->body_a, *b = pair->body_b;
+    PLII_TRY(plii_check_handle(a, PLII_HANDLE_BODY, world->context, "the first body", function));
+    PLII_TRY(plii_check_handle(b, PLII_HANDLE_BODY, world->context, "the second body", function));
+    PLII_TRY(plii_check_pair(world, a->world, b->world, function));
+    if (a == b) { return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a body cannot meet itself"); }
+    return PLI_OK;
+}
+
+pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    const pli_body_pair pair = {body_a, body_b};
+    PLII_TRY(world_check_body_pair(world, &pair, __func__));
+    plii_walk walk;
+    const uint64_t before = plii_world_begin_call(world, &walk);
+    world_collide_pair(world, &pair);
+    return plii_world_end_call(world, &walk, before, __func__);
+}
+
+pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* pairs, int count) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    if (count < 0) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "count = %d", count); }
+    if (pairs == NULL && count > 0) { return PLII_FAIL(world->context, PLI_ERROR_NULL_ARGUMENT, "pairs is null"); }
+    for (int i = 0; i < count; ++i) {
+        PLII_TRY(world_check_body_pair(world, &pairs[i], __func__));
+    }
+    plii_walk walk;
+    const uint64_t before = plii_world_begin_call(world, &walk);
+    world_collide_pairs(world, pairs, count);
+    return plii_world_end_call(world, &walk, before, __func__);
+}
+
+// ---------------------------------------------------------------------------------------------------------- all pairs
+
+/* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
+static void world_sort_sweep(pli_world* world) {
+    pli_body** sweep = world->sweep;
+    for (int i = 1; i < world->body_count; ++i) {
+        pli_body* moved = sweep[i];
+        int k = i;
+        while (k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x) {
+            sweep[k] = sweep[k - 1];
+            --k;
+        }
+        sweep[k] = moved;
+    }
+}
+
+void plii_world_collide_soft_pairs(pli_world* world) {
+    pli_body* const* sweep = world->sweep;
+    int count = 0;
+    world_sort_sweep(world);
+    for (int i = 0; i < world->body_count; ++i) {
+        if (!sweep[i]->collides_with_bodies) { continue; }
+        for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
+            if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
+            const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
+            const pli_body_pair pair = {in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]};
+            if (PLII_RESERVE(world->context, &world->pairs, &world->pair_capacity, count + 1)) {
+                world->pairs[count++] = pair;
+            } else {
+                world_collide_pair(world, &pair);
+            }
+        }
+    }
+    world_collide_pairs(world, world->pairs, count);
+}
