@@ -28,6 +28,7 @@ struct SolverOptions {
     std::optional<int> iterations; // position iterations, Jacobi sweeps or XPBD's sweeps per substep
     pli_implicit_method implicit_method = PLI_IMPLICIT_JACOBI;
     bool filter_compression = false; // of the implicit solver
+    int finishing_iterations = 0;    // of the same
     bool in_mesh_order = false;      // bullet: links in the order of the mesh, not colour by colour
 };
 
@@ -51,6 +52,7 @@ struct SolverRun {
     int iterations = 1; // bullet: the most that a soft body has
     pli_implicit_method implicit_method = PLI_IMPLICIT_JACOBI;
     bool filter_compression = false; // of the implicit solver
+    int finishing_iterations = 0;    // of the same
 };
 
 // Throws Error when the solver cannot run the scene, and says which part of which body is in its way.

@@ -97,6 +97,7 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
         run.iterations = options.solver.iterations.value_or(default_sweeps);
         run.implicit_method = options.solver.implicit_method;
         run.filter_compression = options.solver.filter_compression;
+        run.finishing_iterations = options.solver.finishing_iterations;
         break;
     case SolverKind::xpbd:
         require_xpbd(description);
@@ -188,6 +189,7 @@ void enable_implicit(pli_body* body, const SoftRecord& record, const SolverRun& 
     solver.sweeps = run.iterations;
     solver.method = run.implicit_method;
     solver.filter_compression = run.filter_compression;
+    solver.finishing_iterations = run.finishing_iterations;
     check(body, pli_body_enable_implicit(body, &solver));
 }
 

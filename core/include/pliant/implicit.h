@@ -39,6 +39,10 @@ typedef struct pli_implicit_def {
     /// >= 1, default 5. Take an odd number: with an even one the change of velocity of the stiffest modes comes out up
     /// to twice too large.
     int sweeps;
+    /// >= 0, default 0: of conjugate gradients, after sweeps that would end a step with more energy than it had because
+    /// they are too few for the springs or their turning. Then the springs are linearised anew and solved to
+    /// `tolerance`, up to eight times a step; steps that sweeps can solve cost a pass over the links more.
+    int finishing_iterations;
     pli_implicit_method method; ///< default PLI_IMPLICIT_JACOBI
     pli_implicit_start start;   ///< default PLI_IMPLICIT_START_IN_FREE_FLIGHT
     float tolerance;            ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only

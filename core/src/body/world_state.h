@@ -96,3 +96,8 @@ static inline pli_status plii_check_world_change(const pli_world* world, const c
 }
 /* ... nor between predict and solve. */
 pli_status plii_check_world_idle(const pli_world* world, const char* function);
+
+/* m, what a body at rest falls in the step. */
+static inline float plii_step_fall(const pli_body* body) {
+    return pli_vec3_length(body->world->def.gravity) * body->step.dt * body->step.dt;
+}

@@ -26,6 +26,9 @@
    step, and come back with speed. */
 #define RIGID_CONTACTS_REACH 1.0f
 
+/* Of the margin, how far a node may have started behind a surface before another one is looked for. */
+#define RIGID_CONTACTS_BEHIND 0.25f
+
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
     pli_rigid_contacts_def def = {0};
     def.friction = 0.2f;
@@ -104,6 +107,30 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     return PLI_OK;
 }
 
+/* Where the step leads, the nearest surface may be one that the node did not come through: at the edge of a box, the
+   side. Behind that it would be pushed out sideways. Then the surface that was nearest at the start is taken, if the
+   node was farther from it. */
+static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, plii_float4* normal,
+                                     float* distance) {
+    const pli_body* body = candidate->body;
+    const plii_float4 x = plii_float4_from(&body->positions[node]), start = plii_float4_from(&body->previous[node]);
+    const float before = *distance - plii_lanes_dot(x - start, *normal);
+    if (!(before < -RIGID_CONTACTS_BEHIND * body->collision_margin)) { return; }
+    const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
+    pli_vec3 point, first_normal;
+    float first = 0.0f;
+    plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, start - pose.origin));
+    shape->def.distances(shape->def.user, 1, &point, PLI_MAX_COORDINATE, &first, &first_normal);
+    const plii_float4 local = plii_lanes_from_vec3(&first_normal);
+    first -= body->collision_margin;
+    if (!(first > before) || !plii_is_within(first, RIGID_CONTACTS_MAX_DEPTH) || !plii_lanes_xyz_finite(local)) {
+        return;
+    }
+    *normal = plii_lanes_mat3_mul(&pose.rotation, local);
+    *distance = first + plii_lanes_dot(x - start, *normal);
+}
+
 /* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
 static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, const plii_lanes_mat3* rotation,
                                        int count, const int* nodes, const pli_vec3* points) {
@@ -114,11 +141,14 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
     for (int i = 0; i < count; ++i) {
-        const float distance = distances[i] - margin;
+        float distance = distances[i] - margin;
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
         if (!plii_lanes_xyz_finite(local)) { continue; }
-        const plii_float4 normal = plii_lanes_mat3_mul(rotation, local);
+        plii_float4 normal = plii_lanes_mat3_mul(rotation, local);
+        if (body->solver_class->solves_constraints) {
+            rigid_contacts_look_back(candidate, nodes[i], &normal, &distance);
+        }
         PLII_TRY(rigid_contacts_add(candidate, nodes[i], normal, distance));
     }
     return PLI_OK;
@@ -146,13 +176,15 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
 }
 
 /* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
-   plane of a contact stands for the shape. */
+   plane of a contact stands for the shape. Where a solver wants what lies to keep its contacts, as far as a node falls
+   from a body that its host moves after the search. */
 static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, const plii_shape_place* place) {
     const pli_body* body = candidate->body;
     const pli_rigid* rigid = candidate->rigid;
     const float share = candidate->is_swept ? RIGID_CONTACTS_REACH : body->solver_class->contact_reach;
     const float own = body->collision_margin * share;
-    if (!candidate->is_swept || rigid->kind == PLI_RIGID_STATIC) { return own; }
+    if (rigid->kind == PLI_RIGID_STATIC) { return own; }
+    if (!candidate->is_swept) { return share > 0.0f ? own + plii_step_fall(body) : own; }
     const float speed =
         pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * place->radius;
     return own + plii_min(speed * body->step.dt, 0.5f * place->least_extent);

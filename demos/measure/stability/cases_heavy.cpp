@@ -40,6 +40,8 @@ StabilityCase heavy_case(const std::string& name, const char* figure_name) {
     made.figure_name = figure_name;
     made.seconds = static_cast<float>(end_seconds);
     made.is_asked_for_only = true;
+    made.filter_compression = true;
+    made.finishing_iterations = most_gradients;
     made.has_loose_energy_rule = false;
     made.most_gradients = most_gradients;
     made.more_time = 600; // of a busy machine

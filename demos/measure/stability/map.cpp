@@ -64,6 +64,7 @@ EngineOptions options_of(const StabilityCase& which, Column column) {
     if (column == Column::implicit) {
         options.solver.kind = SolverKind::implicit;
         options.solver.iterations = which.sweeps;
+        options.solver.finishing_iterations = which.finishing_iterations;
     }
     if (column == Column::gradients) {
         options.solver.kind = SolverKind::implicit;

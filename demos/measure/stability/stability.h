@@ -78,6 +78,7 @@ struct StabilityCase {
     bool is_asked_for_only = false;           // not run when no group is named
     bool has_face_contacts = false;           // faces of Pliant's bodies meet rigid bodies (continuous test)
     bool filter_compression = false;          // of the implicit solver
+    int finishing_iterations = 0;             // of its sweeps
     bool smooths_steps = false;               // Pliant's bodies do
     std::vector<Column> tethered{};           // Pliant's bodies have tethers in these columns
     std::function<void(Engine&)> prepare{};   // before the first step

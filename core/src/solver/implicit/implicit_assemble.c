@@ -12,6 +12,8 @@
 typedef struct implicit_spring {
     plii_dvec3 impulse; /* h times the force on the node */
     plii_implicit_half half;
+    plii_dvec3 unit; /* towards the neighbour */
+    double damping;  /* N s/m */
     bool is_collapsed;
 } implicit_spring;
 
@@ -37,7 +39,9 @@ static implicit_spring implicit_make_spring(const pli_body* body, const pli_impl
     const plii_dvec3 unit = plii_dvec3_scale(delta, 1.0 / length);
     double transverse = length > rest ? 1.0 - rest / length : 0.0;
     if (def->filter_compression && length < rest) { transverse = fmin(rest / length - 1.0, 1.0); }
-    const double axial = h * h * stiffness * (1.0 - transverse) + h * (double)def->damping * material;
+    spring.unit = unit;
+    spring.damping = (double)def->damping * material;
+    const double axial = h * h * stiffness * (1.0 - transverse) + h * spring.damping;
     spring.impulse = plii_dvec3_scale(unit, h * stiffness * (length - rest));
     spring.half.axis = plii_dvec3_to_float(plii_dvec3_scale(unit, sqrt(axial)));
     spring.half.isotropic = (float)(h * h * stiffness * transverse);
@@ -109,12 +113,21 @@ static plii_implicit_block implicit_factorise(const double d[6], double mass) {
     return block;
 }
 
+/* The velocity that leads from where springs are linearised to where the node would be in free flight. */
+static plii_dvec3 implicit_lead(const pli_body* body, const plii_dvec3* leads, int node) {
+    return leads != NULL ? leads[node] : plii_dvec3_from(plii_xyz(body->velocities[node]));
+}
+
+static plii_dvec3 implicit_moved(const pli_body* body, int node) {
+    return plii_dvec3_sub(implicit_position(body, node), plii_dvec3_from(plii_xyz(body->previous[node])));
+}
+
 static int implicit_assemble_node(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def,
-                                  double h, int node, plii_implicit_system* system) {
+                                  double h, int node, const plii_dvec3* leads, plii_implicit_system* system) {
     const double mass = 1.0 / (double)body->positions[node].w;
     double d[6] = {mass, 0.0, 0.0, mass, 0.0, mass}; /* xx, xy, xz, yy, yz, zz */
     plii_dvec3 rhs = system->rhs[node];
-    const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[node]));
+    const plii_dvec3 velocity = implicit_lead(body, leads, node);
     int collapsed = 0;
     for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
         const implicit_spring spring = implicit_make_spring(body, def, h, node, graph->halves[k]);
@@ -125,11 +138,15 @@ static int implicit_assemble_node(const pli_body* body, const plii_link_graph* g
         collapsed += is_counted ? 1 : 0;
         const plii_dvec3 q = plii_dvec3_from(spring.half.axis);
         const double b = (double)spring.half.isotropic;
-        const plii_dvec3 difference =
-            plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->velocities[spring.half.neighbour])), velocity);
+        const plii_dvec3 difference = plii_dvec3_sub(implicit_lead(body, leads, spring.half.neighbour), velocity);
         rhs = plii_dvec3_add(rhs, spring.impulse);
         rhs = plii_dvec3_add_scaled(rhs, q, plii_dvec3_dot(q, difference));
         rhs = plii_dvec3_add_scaled(rhs, difference, b);
+        if (leads != NULL && spring.damping > 0.0) {
+            const plii_dvec3 moved =
+                plii_dvec3_sub(implicit_moved(body, spring.half.neighbour), implicit_moved(body, node));
+            rhs = plii_dvec3_add_scaled(rhs, spring.unit, spring.damping * plii_dvec3_dot(spring.unit, moved));
+        }
         /* rest == 0 and no length: the impulse h k delta is zero too. */
         d[0] += q.x * q.x + b;
         d[1] += q.x * q.y;
@@ -152,6 +169,7 @@ typedef struct implicit_assembly {
     const plii_link_graph* graph;
     const pli_implicit_def* def;
     double h;
+    const plii_dvec3* leads;
     plii_implicit_system* system;
     int collapsed[PLII_MOST_BLOCKS];
 } implicit_assembly;
@@ -164,7 +182,7 @@ static void implicit_assemble_block(int begin, int end, int block, void* data) {
     int collapsed = 0;
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
-            collapsed += implicit_assemble_node(body, graph, all->def, all->h, i, system);
+            collapsed += implicit_assemble_node(body, graph, all->def, all->h, i, all->leads, system);
             continue;
         }
         system->rhs[i] = (plii_dvec3){0};
@@ -179,8 +197,9 @@ static void implicit_assemble_block(int begin, int end, int block, void* data) {
 enum { IMPLICIT_ASSEMBLE_NS = 250 }; /* per node */
 
 int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
-                           plii_implicit_system* system) {
-    implicit_assembly all = {.body = body, .graph = graph, .def = def, .h = (double)dt, .system = system};
+                           const plii_dvec3* leads, plii_implicit_system* system) {
+    implicit_assembly all = {
+        .body = body, .graph = graph, .def = def, .h = (double)dt, .leads = leads, .system = system};
     const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(IMPLICIT_ASSEMBLE_NS), PLII_MOST_BLOCKS);
     plii_run_blocks(body->context, blocks, body->node_count, implicit_assemble_block, &all);
     int collapsed = 0;

@@ -1,7 +1,9 @@
 /* Conjugate gradients on the implicit system, preconditioned with the diagonal blocks. Directions that anchors and
    contacts hold are taken out of the search as in Baraff and Witkin, "Large Steps in Cloth Simulation", section 5.2,
-   but move along with the rigid bodies, which are unknowns as well. Which contacts press, stick or slide is found in
-   alternation with the solution. */
+   but move along with the rigid bodies, which are unknowns as well. Which contacts press and what their friction is,
+   is found in alternation with the solution. Friction is a viscosity, mu times the normal impulse over the sliding of
+   the round before (lagged as in Li and others, "Incremental Potential Contact"): forces change little from round to
+   round where sticking and sliding as conditions would come and go. */
 
 #include "solver/implicit/implicit_system.h"
 
@@ -10,6 +12,7 @@
 enum { IMPLICIT_MAX_ROUNDS = 8 };
 #define IMPLICIT_POINT_STIFFNESS 10.0    /* of points of faces, relative to that of their nodes */
 #define IMPLICIT_HOLD_STIFFNESS 1e3      /* of what holds rigid bodies directly, relative to them */
+#define IMPLICIT_LEAST_SLIDING 0.01      /* of what friction takes in a step */
 #define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */
 
 /* The directions held at one node, and by whom. */
@@ -63,13 +66,23 @@ static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x
     return sum;
 }
 
-/* Impulse per velocity of constraints that give way: anchors of partial influence, all on pinned nodes, and points of
-   faces, whose impulses are those of the round before and this. */
+static double gradient_point_factor(const plii_implicit_constraint* constraint) {
+    return constraint->is_pinned ? IMPLICIT_HOLD_STIFFNESS : IMPLICIT_POINT_STIFFNESS;
+}
+
+/* Impulse per velocity of constraints that give way: friction, anchors of partial influence, all on pinned nodes, and
+   points of faces, whose impulses along the normal are those of the round before and this. */
 static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, plii_dvec3 x) {
-    if (constraint->rows == 0 || gradient_is_rigid(constraint)) { return (plii_dvec3){0}; }
+    if (constraint->rows == 0) { return (plii_dvec3){0}; }
+    if (gradient_is_rigid(constraint)) {
+        if (!constraint->is_viscous) { return (plii_dvec3){0}; }
+        const plii_dvec3 across = plii_dvec3_add_scaled(x, constraint->normal, -plii_dvec3_dot(constraint->normal, x));
+        return plii_dvec3_scale(across, constraint->viscosity);
+    }
     if (constraint->is_point) {
-        const double stiffness = constraint->is_pinned ? IMPLICIT_HOLD_STIFFNESS : IMPLICIT_POINT_STIFFNESS;
-        return plii_implicit_point_impulse(constraint, plii_dvec3_scale(x, stiffness));
+        const double along = gradient_point_factor(constraint) * constraint->stiffness;
+        return plii_dvec3_add_scaled(plii_dvec3_scale(x, constraint->viscosity), constraint->normal,
+                                     (along - constraint->viscosity) * plii_dvec3_dot(constraint->normal, x));
     }
     if (!constraint->is_pinned) {
         return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x),
@@ -81,6 +94,11 @@ static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, pli
     const double along = plii_dvec3_dot(constraint->normal, x);
     const plii_dvec3 held = plii_dvec3_scale(constraint->normal, along);
     return plii_implicit_block_mul(&constraint->block, held);
+}
+
+static double gradient_stiffness(const plii_implicit_constraint* constraint) {
+    const double* d = constraint->block.inverse_d;
+    return 1.0 / fmin(d[0], fmin(d[1], d[2]));
 }
 
 /* x += what an impulse at the point is to its nodes. */
@@ -224,14 +242,19 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
     for (int i = 0; i < constraints->count; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         plii_dvec3 impulse = {0};
-        if (gradient_is_rigid(constraint) && constraint->rows == 1) {
-            impulse = plii_dvec3_add_scaled(constraint->impulse, constraint->normal,
-                                            -plii_dvec3_dot(constraint->normal, constraint->impulse));
-        } else if (constraint->rows > 0 && !gradient_is_rigid(constraint)) {
+        if (gradient_is_rigid(constraint) && !constraint->is_viscous) {
+            if (constraint->rows == 1) {
+                impulse = plii_dvec3_add_scaled(constraint->impulse, constraint->normal,
+                                                -plii_dvec3_dot(constraint->normal, constraint->impulse));
+            }
+        } else if (constraint->rows > 0) {
             const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
             impulse = gradient_yield(
                 constraint, plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, system->solution)));
-            if (constraint->is_point) { impulse = plii_dvec3_add(impulse, constraint->impulse); }
+            if (constraint->is_point) {
+                const plii_dvec3 n = constraint->normal;
+                impulse = plii_dvec3_add_scaled(impulse, n, plii_dvec3_dot(n, constraint->impulse));
+            }
         }
         gradient_spread(constraint, impulse, system->residual);
         plii_implicit_add_push(constraints->rigids[constraint->rigid].residual, constraint->arm, impulse, -1.0);
@@ -254,7 +277,7 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
     for (int i = 0; i < constraints->count; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
-        if (constraint->rows == 0 || gradient_is_rigid(constraint)) { continue; }
+        if (constraint->rows == 0 || (gradient_is_rigid(constraint) && !constraint->is_viscous)) { continue; }
         plii_dvec3 relative = plii_implicit_constraint_point(constraint, system->direction);
         if (rigid->is_dynamic) {
             relative = plii_dvec3_sub(relative, plii_implicit_point_change(rigid->direction, constraint->arm));
@@ -296,6 +319,19 @@ static plii_dvec3 gradient_free_part(const plii_implicit_block* block, const gra
         x = plii_dvec3_add_scaled(x, answers[1], -(k[0] * b[1] - k[1] * b[0]) * inverse);
     }
     return x;
+}
+
+/* The answer across the normal of a contact with friction. */
+static plii_dvec3 gradient_viscous_part(const plii_implicit_constraint* constraint, plii_dvec3 r) {
+    const plii_dvec3 n = constraint->normal;
+    const plii_dvec3 side = plii_dvec3_cross(n, fabs(n.x) < 0.5 ? plii_dvec3_make(1, 0, 0) : plii_dvec3_make(0, 1, 0));
+    const plii_dvec3 a = plii_dvec3_scale(side, 1.0 / plii_dvec3_length(side)), b = plii_dvec3_cross(n, a);
+    const plii_dvec3 wa = plii_implicit_block_mul(&constraint->block, a),
+                     wb = plii_implicit_block_mul(&constraint->block, b);
+    const double aa = plii_dvec3_dot(a, wa) + constraint->viscosity, bb = plii_dvec3_dot(b, wb) + constraint->viscosity,
+                 ab = plii_dvec3_dot(a, wb), ra = plii_dvec3_dot(a, r), rb = plii_dvec3_dot(b, r);
+    const double inverse = 1.0 / (aa * bb - ab * ab);
+    return plii_dvec3_add_scaled(plii_dvec3_scale(a, inverse * (bb * ra - ab * rb)), b, inverse * (aa * rb - ab * ra));
 }
 
 /* Diagonal blocks of the rigid bodies: their own mass and that of what they lead. */
@@ -341,7 +377,10 @@ static double gradient_precondition(plii_implicit_system* system) {
         filter = gradient_make_filter(constraints, i);
         const int node = constraints->items[i].nodes[0];
         if (constraints->items[i].is_pinned) { continue; }
-        system->spare[node] = gradient_free_part(&system->blocks[node], &filter, system->spare[node]);
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        system->spare[node] = constraint->is_viscous && constraint->rows > 0
+                                  ? gradient_viscous_part(constraint, system->residual[node])
+                                  : gradient_free_part(&system->blocks[node], &filter, system->spare[node]);
     }
     double sum = gradient_dot(system, system->spare, system->residual);
     for (int i = 0; i < constraints->rigid_count; ++i) {
@@ -398,7 +437,7 @@ static int gradient_solve(const pli_body* body, plii_implicit_system* system, in
     gradient_start_residual(body, system);
     double rz = gradient_precondition(system);
     gradient_choose_direction(system, 0.0);
-    if (!gradient_has_holds(system->constraints)) { *first = fmax(*first, rz); }
+    if (!gradient_has_holds(system->constraints)) { *first = fmax(*first, 1e-4 * rz); }
     const double goal = tolerance * tolerance * *first;
     int done = 0;
     while (done < iterations && rz > goal) {
@@ -416,71 +455,102 @@ static int gradient_solve(const pli_body* body, plii_implicit_system* system, in
 
 // ------------------------------------------------------------------------------------------------------ conditions
 
-/* Whether a contact presses, sticks or slides after a solution with what it did before. `free` is where the node would
-   go without it. Sliding that turned round during the step has come to rest: if the node decided that by itself, nodes
-   of a stiff sheet would go to and fro together. */
+static double gradient_most_viscosity(const plii_implicit_constraint* constraint) {
+    return constraint->is_point ? gradient_point_factor(constraint) * constraint->stiffness_across
+                                : IMPLICIT_HOLD_STIFFNESS * gradient_stiffness(constraint);
+}
+
+/* Friction is a viscosity, of an impulse of `limit` at the sliding that there is. Where this is none, it is what keeps
+   the node where it is; where that takes more, the node is let go as if it were alone. */
+static void gradient_set_viscosity(plii_implicit_constraint* constraint, double limit, double sliding, double holding,
+                                   double mass) {
+    const double most = gradient_most_viscosity(constraint);
+    if (constraint->viscosity >= most && holding > limit) { sliding = fmax(sliding, (holding - limit) / mass); }
+    constraint->viscosity = limit < most * sliding ? limit / sliding : limit > 0.0 ? most : 0.0;
+}
+
+static bool gradient_sticks(const plii_implicit_constraint* constraint) {
+    return constraint->viscosity >= gradient_most_viscosity(constraint);
+}
+
+static double gradient_across(plii_dvec3 n, plii_dvec3 x) {
+    return plii_dvec3_length(plii_dvec3_add_scaled(x, n, -plii_dvec3_dot(n, x)));
+}
+
+/* The sliding at the start of the step. */
+static plii_dvec3 gradient_slip_before(const plii_implicit_constraint* constraint) {
+    const plii_dvec3 n = constraint->normal,
+                     slip = plii_dvec3_scale(plii_dvec3_add(constraint->target, constraint->fall), -1.0);
+    return plii_dvec3_add_scaled(slip, n, -plii_dvec3_dot(n, slip));
+}
+
+/* Of a contact that comes in: as before the step, or, where it slides, `free` as it would go on less what friction
+   takes of that. */
+static double gradient_guess_sliding(const plii_implicit_constraint* constraint, double free, double taken) {
+    const double before = plii_dvec3_length(gradient_slip_before(constraint));
+    return before > IMPLICIT_LEAST_SLIDING * taken ? fmax(before, free - taken) : before;
+}
+
+/* Whether a contact presses after a solution, and its friction. `free` is where the node would go without it. */
 static void gradient_judge_contact(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
-                                   plii_dvec3 x, plii_dvec3 free) {
+                                   double mass, plii_dvec3 x, plii_dvec3 free) {
     const plii_dvec3 n = constraint->normal,
                      relative = plii_dvec3_sub(x, plii_implicit_constraint_goal(constraints, constraint));
     const plii_dvec3 impulse = plii_implicit_block_mul(&constraint->block, plii_dvec3_sub(x, free));
-    const double pressing = plii_dvec3_dot(n, impulse), limit = constraint->friction * pressing;
-    const plii_dvec3 across = plii_dvec3_add_scaled(impulse, n, -pressing);
-    if (constraint->rows == 0) {
-        constraint->rows = !(plii_dvec3_dot(n, relative) < 0.0) ? 0 : constraint->friction > 0.0 ? 3 : 1;
-        constraint->impulse = (plii_dvec3){0};
-    } else if (!(pressing > 0.0)) {
-        constraint->rows = 0;
-        constraint->impulse = (plii_dvec3){0};
-    } else if (constraint->rows == 3) {
-        const double length = plii_dvec3_length(across);
-        constraint->rows = length <= limit ? 3 : 1;
-        constraint->impulse = impulse;
-        if (constraint->rows == 1) { constraint->impulse = plii_dvec3_scale(across, limit / length); }
-        if (constraint->rows == 1) { constraint->impulse = plii_dvec3_add_scaled(constraint->impulse, n, pressing); }
-    } else {
-        const plii_dvec3 sliding = plii_dvec3_add_scaled(relative, n, -plii_dvec3_dot(n, relative));
-        const double length = plii_dvec3_length(sliding);
-        const bool has_stopped = !(plii_dvec3_dot(sliding, constraint->impulse) < 0.0);
-        constraint->impulse = plii_dvec3_scale(n, pressing);
-        if (constraint->friction > 0.0 && has_stopped) {
-            constraint->rows = 3;
-        } else if (length > 0.0) {
-            constraint->impulse = plii_dvec3_add_scaled(constraint->impulse, sliding, -limit / length);
-        }
-    }
-}
-
-/* The same of a point of a face, whose impulse goes on from the one that it has, with what is left of the error. */
-static void gradient_judge_point(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
-                                 const plii_dvec3* x) {
-    const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint),
-                     off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
-    const plii_dvec3 impulse = plii_dvec3_add(constraint->impulse, gradient_yield(constraint, off));
-    const double pressing = plii_dvec3_dot(n, impulse), limit = constraint->friction * pressing;
-    const int rows = constraint->rows;
+    double pressing = plii_dvec3_dot(n, impulse), sliding = gradient_across(n, relative);
     constraint->impulse = (plii_dvec3){0};
-    if (rows == 0) {
-        constraint->rows = !(plii_dvec3_dot(n, off) > 0.0) ? 0 : constraint->friction > 0.0 ? 3 : 1;
+    if (constraint->rows == 0) {
+        pressing = -mass * plii_dvec3_dot(n, relative);
+        sliding = gradient_guess_sliding(constraint, sliding, constraint->friction * pressing / mass);
+        constraint->viscosity = 0.0;
+    } else {
+        constraint->impulse = impulse;
+    }
+    constraint->rows = pressing > 0.0 ? 1 : 0;
+    constraint->is_viscous = true;
+    if (!(pressing > 0.0)) {
+        constraint->impulse = (plii_dvec3){0};
         return;
     }
-    constraint->rows = pressing > 0.0 ? 3 : 0;
-    if (!(pressing > 0.0)) { return; }
-    plii_dvec3 across = plii_dvec3_add_scaled(impulse, n, -pressing);
-    const plii_dvec3 back = plii_dvec3_add_scaled(off, n, -plii_dvec3_dot(n, off));
-    const bool slides = rows == 1 && (plii_dvec3_dot(back, across) > 0.0 || !(constraint->friction > 0.0));
-    if (slides) { across = back; }
-    const double length = plii_dvec3_length(across);
-    if (slides || length > limit) {
-        constraint->rows = 1;
-        across = plii_dvec3_scale(across, length > 0.0 ? limit / length : 0.0);
+    gradient_set_viscosity(constraint, constraint->friction * pressing, sliding, gradient_across(n, impulse), mass);
+}
+
+static double gradient_point_mass(const pli_body* body, const plii_implicit_constraint* constraint) {
+    double weight = 0.0;
+    for (int k = 0; k < constraint->node_count; ++k) {
+        weight += constraint->weights[k] * constraint->weights[k] * (double)body->positions[constraint->nodes[k]].w;
     }
-    constraint->impulse = plii_dvec3_add_scaled(across, n, pressing);
+    return constraint->is_pinned ? constraint->stiffness : 1.0 / weight;
+}
+
+/* The same of a point of a face, whose impulse goes on along the normal from the one that it has, with what is left of
+   the error. */
+static void gradient_judge_point(const pli_body* body, const plii_implicit_constraints* constraints,
+                                 plii_implicit_constraint* constraint, const plii_dvec3* x) {
+    const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint),
+                     off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
+    const plii_dvec3 before = plii_dvec3_scale(n, plii_dvec3_dot(n, constraint->impulse)),
+                     impulse = plii_dvec3_add(before, gradient_yield(constraint, off));
+    const double mass = gradient_point_mass(body, constraint);
+    double pressing = plii_dvec3_dot(n, impulse), sliding = gradient_across(n, off);
+    constraint->impulse = (plii_dvec3){0};
+    if (constraint->rows == 0) {
+        pressing = mass * plii_dvec3_dot(n, off);
+        sliding = gradient_guess_sliding(constraint, sliding, constraint->friction * pressing / mass);
+        constraint->viscosity = 0.0;
+    } else if (pressing > 0.0) {
+        constraint->impulse = impulse;
+    }
+    constraint->rows = pressing > 0.0 ? 1 : 0;
+    constraint->is_viscous = true;
+    if (pressing > 0.0) {
+        gradient_set_viscosity(constraint, constraint->friction * pressing, sliding, gradient_across(n, impulse), mass);
+    }
 }
 
 /* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
    so is friction. */
-static bool gradient_judge(plii_implicit_system* system) {
+static bool gradient_judge(const pli_body* body, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
     const int count = constraints->node_bound_count;
     double change = 0.0, scale = 0.0;
@@ -493,7 +563,7 @@ static bool gradient_judge(plii_implicit_system* system) {
         constraint->impulse_before = constraint->impulse;
     }
     for (int i = count; i < constraints->count; ++i) {
-        gradient_judge_point(constraints, &constraints->items[i], system->solution);
+        gradient_judge_point(body, constraints, &constraints->items[i], system->solution);
         plii_implicit_push(constraints, &constraints->items[i], constraints->items[i].impulse, system->spare);
     }
     for (int begin = 0, end = 0; begin < count; begin = end) {
@@ -504,11 +574,15 @@ static bool gradient_judge(plii_implicit_system* system) {
             system->solution[constraint->nodes[0]] = system->spare[constraint->nodes[0]];
         } else {
             plii_dvec3* x = &system->solution[constraint->nodes[0]];
-            gradient_judge_contact(constraints, constraint, *x, system->spare[constraint->nodes[0]]);
+            gradient_judge_contact(constraints, constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, *x,
+                                   system->spare[constraint->nodes[0]]);
             const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), *x);
-            const plii_dvec3 held = constraint->rows == 3
-                                        ? off
-                                        : plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, off));
+            const bool is_new = constraint->rows_before == 0;
+            plii_dvec3 held = plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, off));
+            if (is_new || gradient_sticks(constraint)) { held = off; }
+            if (is_new && !gradient_sticks(constraint)) {
+                held = plii_dvec3_add(held, gradient_slip_before(constraint));
+            }
             if (constraint->rows > 0) { *x = plii_dvec3_add(*x, held); }
         }
     }
@@ -545,10 +619,10 @@ int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system*
         memset(constraints->rigids[i].direction, 0, sizeof constraints->rigids[i].direction);
     }
     int done = 0;
-    (void)gradient_judge(system);
+    (void)gradient_judge(body, system);
     for (int round = 0; round < IMPLICIT_MAX_ROUNDS; ++round) {
         done += gradient_solve(body, system, iterations, tolerance, &first, &last);
-        if (gradient_judge(system)) { break; }
+        if (gradient_judge(body, system)) { break; }
     }
     *residual = first > 0.0 ? sqrt(last / first) : 0.0;
     return done;

@@ -5,6 +5,7 @@
 #include "solver/implicit/implicit_constraints.h"
 
 #include "body/rigid_impl.h"
+#include "body/world_state.h"
 
 #include <string.h>
 
@@ -288,6 +289,9 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
     item->target = plii_dvec3_add(item->target, item->surface_velocity);
     item->goal_position = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
     item->target = plii_dvec3_sub(item->target, velocity);
+    if (!(rigid->state.inverse_mass > 0.0f)) {
+        item->fall = plii_dvec3_scale(plii_dvec3_from(body->world->def.gravity), (double)body->step.dt);
+    }
     item->arm = plii_dvec3_from(pli_mat3_mul_vec3(rigid->state.pose.rotation, local));
 }
 
@@ -330,11 +334,16 @@ static bool implicit_is_point(const plii_node_constraint* listed, int index, int
     return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !implicit_is_alone(listed, index, count);
 }
 
-/* What lies in reach matters between bodies only; a sheet that hangs rests better without. */
+/* What the step does not lead into matters between bodies only; a sheet that hangs rests better without. */
 static bool implicit_is_far(const pli_body* body, const plii_node_constraint* listed, int index, int count) {
     const plii_node_constraint* from = &listed[index];
     if (from->is_anchor || from->node == PLI_NULL_INDEX || !implicit_is_alone(listed, index, count)) { return false; }
-    return pli_vec3_dot(from->normal, plii_xyz(body->positions[from->node])) + from->offset > 0.0f;
+    const pli_vec3 x = plii_xyz(body->positions[from->node]);
+    const double gap = (double)(pli_vec3_dot(from->normal, x) + from->offset);
+    if (!(gap > 0.0)) { return false; }
+    const pli_vec3 local = pli_transform_inverse_point(from->rigid->path.begin, x);
+    const plii_dvec3 surface = implicit_point_velocity(from->rigid, local, body->step.dt);
+    return gap > plii_dvec3_dot(plii_dvec3_from(from->normal), surface) * (double)body->step.dt;
 }
 
 /* The first of a node, or where it would be. */
@@ -432,6 +441,24 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
     const int count = constraints->count;
     for (int i = constraints->node_bound_count; i < count; ++i) {
         implicit_constraints_add_hold(body, constraints, i);
+    }
+    plii_implicit_share_nodes(constraints);
+}
+
+void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        if (!constraint->is_pinned) { constraint->block = constraints->blocks[constraint->nodes[0]]; }
+    }
+    plii_implicit_share_nodes(constraints);
+}
+
+void plii_implicit_constraints_release(plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraint->is_anchor) { continue; }
+        constraint->rows = 0;
+        constraint->impulse = (plii_dvec3){0};
     }
     plii_implicit_share_nodes(constraints);
 }

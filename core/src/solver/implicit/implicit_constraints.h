@@ -18,6 +18,7 @@ typedef struct plii_implicit_rigid {
     double inertia[6]; /* kg m^2: xx, xy, xz, yy, yz, zz */
     double inverse_inertia[3][3];
     double change[6]; /* m/s, rad/s: what this body's system adds to the velocities */
+    double before[6]; /* `change` where the system was linearised */
     double residual[6], direction[6], product[6], factor[6][6]; /* of conjugate gradients */
     bool is_solved;
     int group; /* of components, PLI_NULL_INDEX unless it is dynamic and holds a node; while momentum is kept */
@@ -43,6 +44,9 @@ typedef struct plii_implicit_constraint {
     int rows;           /* directions held: 0, 1 (normal) or 3 */
     plii_dvec3 impulse_before; /* when last looked at by conjugate gradients */
     int rows_before;
+    bool is_viscous;  /* contacts of conjugate gradients: rows is 1, and across the normal is this, */
+    double viscosity; /* kg: impulse per sliding */
+    plii_dvec3 fall;  /* m/s: of `target`, what gravity gave to the node in this step */
     plii_implicit_block block;
     double share;                       /* of its node, as long as points of faces hold that too */
     double stiffness, stiffness_across; /* kg, of a point of a face: impulse per velocity, normal and tangential */
@@ -65,6 +69,10 @@ typedef struct plii_implicit_constraints {
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base);
+/* After the blocks have changed. */
+void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints);
+/* Contacts as if they had not been solved: sweeps leave sliding that friction would have to find the end of. */
+void plii_implicit_constraints_release(plii_implicit_constraints* constraints);
 /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
 bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints);
 /* Hands the changes to the rigid bodies. */

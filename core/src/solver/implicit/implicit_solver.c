@@ -14,7 +14,10 @@
 
 #include <string.h>
 
-enum { IMPLICIT_VECTORS = 5 };
+enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
+
+/* Energy that a step may gain, see plii_implicit_excess. */
+#define IMPLICIT_LARGEST_EXCESS 0.01
 
 /* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
 #define IMPLICIT_CONTACT_REACH 0.5f
@@ -84,14 +87,18 @@ static void implicit_add_external(pli_body* body, const implicit_state* state, f
     plii_parallel_for(body->context, implicit_external_range, &pass, body->node_count, plii_grain(IMPLICIT_NODE_NS));
 }
 
+static void implicit_descend(const pli_body* body, implicit_state* state, int iterations, bool is_warm) {
+    double residual = 0.0;
+    state->report.iterations += plii_implicit_conjugate_gradient(body, &state->system, iterations,
+                                                                 (double)state->def.tolerance, is_warm, &residual);
+    state->report.residual = (float)residual;
+}
+
 static void implicit_iterate(const pli_body* body, implicit_state* state, bool is_warm) {
     plii_implicit_system* system = &state->system;
     const int sweeps = state->def.sweeps;
     if (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) {
-        double residual = 0.0;
-        state->report.iterations +=
-            plii_implicit_conjugate_gradient(body, system, sweeps, (double)state->def.tolerance, is_warm, &residual);
-        state->report.residual = (float)residual;
+        implicit_descend(body, state, sweeps, is_warm);
         return;
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
@@ -226,7 +233,7 @@ static void implicit_predict(pli_body* body, float dt) {
     state->report = (pli_implicit_report){0};
     implicit_add_external(body, state, step->dt, system->rhs);
     plii_implicit_gather_holds(body, system, &state->holds);
-    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
+    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, NULL, system);
     plii_implicit_constraints_gather(body, &state->constraints, false, state->blocks, NULL);
     implicit_iterate(body, state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
@@ -234,7 +241,8 @@ static void implicit_predict(pli_body* body, float dt) {
 
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
-    body->bounds = plii_bounds_grow(body->bounds, IMPLICIT_CONTACT_REACH * body->collision_margin);
+    body->bounds =
+        plii_bounds_grow(body->bounds, IMPLICIT_CONTACT_REACH * body->collision_margin + plii_step_fall(body));
 }
 
 // -------------------------------------------------------------------------------------------- anchors and contacts
@@ -245,17 +253,8 @@ static pli_vec3 implicit_reached(const pli_body* body, int node) {
     return pli_vec3_add(plii_xyz(body->previous[node]), motion);
 }
 
-/* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
-static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
-    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
-    plii_implicit_system* system = &state->system;
-    plii_thread.pass.feature = NULL; /* stages have run */
-    plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
-    if (state->constraints.count == 0) { return; }
-    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
-    memcpy(before, system->solution, implicit_vector_size(body->node_count));
-    implicit_iterate(body, state, true);
-    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
+/* Nodes follow a solution that has changed; what others moved them by stays. */
+static void implicit_follow_solution(pli_body* body, const plii_implicit_system* system, plii_dvec3* before) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 predicted = implicit_reached(body, i),
@@ -264,6 +263,79 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         const plii_dvec3 velocity = plii_dvec3_add(plii_dvec3_from(plii_xyz(body->velocities[i])), more);
         plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
+    }
+    memcpy(before, system->solution, implicit_vector_size(body->node_count));
+}
+
+/* A step of conjugate gradients, or of sweeps that they may finish, is held to its energy. */
+static bool implicit_is_improved(const implicit_state* state) {
+    return state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT &&
+           (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT || state->def.finishing_iterations > 0);
+}
+
+/* Whether nodes are not where they were noted: what moved them, as bodies that overlap, is not to become speed. */
+static bool implicit_is_shifted(const pli_body* body, const plii_dvec3* noted) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[i]));
+        if (x.x != noted[i].x || x.y != noted[i].y || x.z != noted[i].z) { return true; }
+    }
+    return false;
+}
+
+/* Springs anew where the solution has brought them. */
+static void implicit_linearise_again(pli_body* body, implicit_state* state) {
+    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
+    plii_implicit_system* system = &state->system;
+    plii_dvec3* leads = system->spare;
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_dvec3 moved =
+            plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), plii_dvec3_from(plii_xyz(body->previous[i])));
+        const plii_dvec3 free = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->velocities[i])), system->solution[i]);
+        leads[i] = plii_dvec3_add_scaled(free, moved, -(double)body->step.inverse_dt);
+        system->rhs[i] = (plii_dvec3){0};
+    }
+    for (int i = 0; i < state->constraints.rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &state->constraints.rigids[i];
+        memcpy(rigid->before, rigid->change, sizeof rigid->before);
+    }
+    for (int i = 0; i < state->holds.count; ++i) {
+        const plii_implicit_hold* hold = &state->holds.items[i];
+        system->rhs[hold->node] = plii_dvec3_add(system->rhs[hold->node], hold->rhs);
+    }
+    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, body->step.dt, leads, system);
+    plii_implicit_constraints_update_blocks(&state->constraints);
+}
+
+/* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
+static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
+    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
+    plii_implicit_system* system = &state->system;
+    plii_thread.pass.feature = NULL; /* stages have run */
+    plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
+    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
+    const bool is_free = state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT;
+    const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, before);
+    const bool is_exact = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
+    const int iterations = is_exact ? state->def.sweeps : state->def.finishing_iterations;
+    memcpy(before, system->solution, implicit_vector_size(body->node_count));
+    if (state->constraints.count > 0) {
+        implicit_iterate(body, state, true);
+        if (is_free) { implicit_keep_momentum(body, graph, system); }
+        implicit_follow_solution(body, system, before);
+    }
+    double excess = (double)INFINITY, share = 1.0;
+
+    for (int round = 0; is_improved && round < IMPLICIT_MAX_LINEARISATIONS; ++round) {
+        const double excess_before = excess;
+        excess = plii_implicit_excess(body, &state->def, system);
+        const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
+        if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
+        implicit_linearise_again(body, state);
+        if (round == 0 && !is_exact) { plii_implicit_constraints_release(&state->constraints); }
+        implicit_descend(body, state, iterations, true);
+        implicit_keep_momentum(body, graph, system);
+        share = plii_implicit_search(body, &state->def, system, before);
+        implicit_follow_solution(body, system, before);
     }
     plii_implicit_constraints_push_rigids(&state->constraints);
     plii_implicit_constraints_report(&state->constraints, body->records_contacts);
@@ -326,8 +398,13 @@ static void implicit_damp_range(int begin, int end, void* data) {
 }
 
 static void implicit_begin(pli_body* body) {
+    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
+    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
+    for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
+        before[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
+    }
     plii_run_stage(body, PLII_STAGE_PREPARE);
-    implicit_solve_constraints(body, plii_feature_state(body, &plii_implicit_class));
+    implicit_solve_constraints(body, state);
 }
 
 static void implicit_sweep(pli_body* body) {
@@ -402,7 +479,7 @@ static const plii_feature_array implicit_arrays[] = {
 static const plii_feature_class* const implicit_needs[] = {&plii_link_graph_class, NULL};
 
 static const plii_state_part implicit_parts[] = {
-    PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2fie2e1fBu"),
+    PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
     PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"),
     PLII_STATE(implicit_state, constraints, PLII_LEFT),
     PLII_STATE(implicit_state, holds, PLII_LEFT),
@@ -442,6 +519,7 @@ static const plii_field implicit_fields[] = {
     PLII_FIELD(pli_implicit_def, stiffness, 0, PLI_MAX_COEFFICIENT),
     PLII_FIELD(pli_implicit_def, damping, 0, PLI_MAX_COEFFICIENT),
     PLII_FIELD(pli_implicit_def, sweeps, 1, INT_MAX),
+    PLII_FIELD(pli_implicit_def, finishing_iterations, 0, INT_MAX),
     PLII_FIELD(pli_implicit_def, method, PLI_IMPLICIT_JACOBI, PLI_IMPLICIT_CONJUGATE_GRADIENT),
     PLII_FIELD(pli_implicit_def, start, PLI_IMPLICIT_START_IN_FREE_FLIGHT, PLI_IMPLICIT_START_AT_REST),
     PLII_FIELD(pli_implicit_def, tolerance, PLII_ABOVE_0, 1.0f - FLT_EPSILON / 2.0f),
@@ -456,7 +534,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_implicit_class, &data));
     implicit_state* state = data;
-    if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT) {
+    if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT && used.finishing_iterations == 0) {
         PLII_RELEASE(body->context, state->direction, body->node_count);
         state->direction = NULL;
     } else if (state->direction == NULL && !PLII_ALLOCATE(body->context, &state->direction, body->node_count)) {

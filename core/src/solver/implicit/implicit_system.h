@@ -46,10 +46,11 @@ typedef struct plii_implicit_system {
     plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
 } plii_implicit_system;
 
-/* Springs at their present lengths and the velocities of the body, and holds; adds the spring part to rhs. Gives the
-   number of springs that are too short to have a direction. */
+/* Springs at their present lengths, and holds; adds the spring part to rhs. `leads` is, by node, the velocity that
+   leads from the present positions to those of free flight; NULL at the start of a step, when it is that of the body.
+   Gives the number of springs that are too short to have a direction. */
 int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
-                           plii_implicit_system* system);
+                           const plii_dvec3* leads, plii_implicit_system* system);
 
 /* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
 void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, plii_implicit_holds* holds);
@@ -59,6 +60,14 @@ void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, pl
 plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
 plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
                                  const plii_dvec3* x);
+
+/* Energy that the step gains by the solution, which the body has followed, relative to that of what springs and
+   constraints change. */
+double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, const plii_implicit_system* system);
+/* Goes back towards `before`, where the body and the linearisation are, until what backward Euler minimises is not more
+   than there. Gives the share of the way that is left. */
+double plii_implicit_search(const pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
+                            const plii_dvec3* before);
 
 /* Runs over the nodes on several threads, where one takes so long. */
 static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,

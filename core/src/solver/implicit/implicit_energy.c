@@ -1,0 +1,151 @@
+/* The energy of a step. Backward Euler minimises m (v - v*)^2 / 2 + U(x0 + h v), v* being the velocities of free
+   flight. Where U is convex, m (v - v*) v + U(x0 + h v) - U(x0) <= 0 follows: the impulses of springs and of what holds
+   nodes do no more work than the springs give. */
+
+#include "body/rigid_impl.h"
+#include "solver/implicit/implicit_system.h"
+
+/* Of the energy of the motion, what rounding makes of it in a step. */
+#define IMPLICIT_ROUNDING 1e-3
+/* Of the way to a new solution: what is shorter is taken as it is. */
+#define IMPLICIT_LEAST_SHARE 0.05
+
+static double energy_of_link(const pli_body* body, int link, plii_dvec3 a, plii_dvec3 b) {
+    const double rest = sqrt((double)body->links[link].rest_length_squared);
+    const double stretch = plii_dvec3_length(plii_dvec3_sub(b, a)) - rest;
+    return 0.5 * stretch * stretch * (double)plii_link_stiffness(body, link);
+}
+
+static plii_dvec3 energy_place(const pli_vec4* positions, int node) {
+    return plii_dvec3_from(plii_xyz(positions[node]));
+}
+
+/* The work of impulses on a rigid body, and twice the energy of its change of velocity. */
+static void energy_add_rigid(const plii_implicit_rigid* rigid, double* work, double* scale) {
+    double p[6];
+    const double* q = rigid->change;
+    plii_implicit_rigid_mul(rigid, q, p);
+    const plii_twist before = plii_rigid_velocity(rigid->rigid);
+    const double v[6] = {(double)before.linear.x,  (double)before.linear.y,  (double)before.linear.z,
+                         (double)before.angular.x, (double)before.angular.y, (double)before.angular.z};
+    for (int k = 0; k < 6; ++k) {
+        if (q[k] == 0.0) { continue; } /* an axis that cannot move has no end of mass */
+        *work += p[k] * (v[k] + q[k]);
+        *scale += p[k] * q[k];
+    }
+}
+
+/* What surfaces that move and penetrations that are taken back give to nodes. */
+static double energy_given(const plii_implicit_constraints* constraints) {
+    double sum = 0.0;
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        const bool is_led = !constraints->rigids[constraint->rigid].is_dynamic && !constraint->is_pinned;
+        const plii_dvec3 given =
+            is_led ? plii_dvec3_add(constraint->surface_velocity, constraint->recovery) : constraint->recovery;
+        if (constraint->rows > 0) { sum += fmax(plii_dvec3_dot(constraint->impulse, given), 0.0); }
+    }
+    return sum;
+}
+
+double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, const plii_implicit_system* system) {
+    double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0;
+    for (int i = 0; i < body->link_count; ++i) {
+        const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
+        springs += energy_of_link(body, i, energy_place(body->positions, a), energy_place(body->positions, b)) -
+                   energy_of_link(body, i, energy_place(body->previous, a), energy_place(body->previous, b));
+    }
+    springs *= (double)def->stiffness;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const plii_dvec3 v = plii_dvec3_from(plii_xyz(body->velocities[i])), s = system->solution[i];
+        const double m = 1.0 / (double)body->positions[i].w;
+        work += m * plii_dvec3_dot(s, v);
+        scale += m * plii_dvec3_dot(s, s);
+        kinetic += m * plii_dvec3_dot(v, v);
+    }
+    for (int i = 0; i < system->constraints->rigid_count; ++i) {
+        const plii_implicit_rigid* rigid = &system->constraints->rigids[i];
+        if (rigid->is_dynamic) { energy_add_rigid(rigid, &work, &scale); }
+    }
+    work -= energy_given(system->constraints);
+    return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
+}
+
+/* m s^2 / 2 + U of the solution that lies `share` of the way from `before`, with what the impulses of constraints give
+   to it; the body is at `before`. */
+static double energy_potential(const pli_body* body, const pli_implicit_def* def, const plii_implicit_system* system,
+                               const plii_dvec3* before, double share) {
+    const plii_implicit_constraints* constraints = system->constraints;
+    const double way = share * (double)body->step.dt;
+    double springs = 0.0, sum = 0.0;
+    for (int i = 0; i < body->link_count; ++i) {
+        plii_dvec3 ends[2];
+        for (int k = 0; k < 2; ++k) {
+            const int node = body->links[i].nodes[k];
+            ends[k] = plii_dvec3_add_scaled(energy_place(body->positions, node),
+                                            plii_dvec3_sub(system->solution[node], before[node]), way);
+        }
+        springs += energy_of_link(body, i, ends[0], ends[1]);
+    }
+    sum += springs * (double)def->stiffness;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const plii_dvec3 s = plii_dvec3_add_scaled(before[i], plii_dvec3_sub(system->solution[i], before[i]), share);
+        sum += 0.5 * plii_dvec3_dot(s, s) / (double)body->positions[i].w;
+    }
+    for (int i = 0; i < system->holds->count; ++i) {
+        const plii_implicit_hold* hold = &system->holds->items[i];
+        const plii_dvec3 s = plii_dvec3_add_scaled(
+            before[hold->node], plii_dvec3_sub(system->solution[hold->node], before[hold->node]), share);
+        sum += 0.5 * hold->hardness * plii_dvec3_dot(s, s) - plii_dvec3_dot(hold->rhs, s);
+    }
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        const plii_implicit_rigid* rigid = &constraints->rigids[i];
+        double q[6], p[6];
+        if (!rigid->is_dynamic) { continue; }
+        for (int k = 0; k < 6; ++k) {
+            q[k] = rigid->before[k] + share * (rigid->change[k] - rigid->before[k]);
+        }
+        plii_implicit_rigid_mul(rigid, q, p);
+        for (int k = 0; k < 6; ++k) {
+            sum += q[k] != 0.0 ? 0.5 * q[k] * p[k] : 0.0;
+        }
+    }
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+        if (constraint->rows == 0) { continue; }
+        plii_dvec3 point = plii_dvec3_scale(plii_implicit_constraint_point(constraint, before), 1.0 - share);
+        point = plii_dvec3_add_scaled(point, plii_implicit_constraint_point(constraint, system->solution), share);
+        if (rigid->is_dynamic) {
+            point =
+                plii_dvec3_add_scaled(point, plii_implicit_point_change(rigid->before, constraint->arm), share - 1.0);
+            point = plii_dvec3_add_scaled(point, plii_implicit_point_change(rigid->change, constraint->arm), -share);
+        }
+        sum -= plii_dvec3_dot(constraint->impulse, plii_dvec3_sub(point, constraint->target));
+    }
+    return sum;
+}
+
+double plii_implicit_search(const pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
+                            const plii_dvec3* before) {
+    double share = 1.0;
+    const double start = energy_potential(body, def, system, before, 0.0);
+    double end = energy_potential(body, def, system, before, share);
+    while (end > start && share > IMPLICIT_LEAST_SHARE) {
+        share *= 0.5;
+        end = energy_potential(body, def, system, before, share);
+    }
+    if (share == 1.0) { return share; }
+    for (int i = 0; i < system->node_count; ++i) {
+        system->solution[i] = plii_dvec3_add_scaled(before[i], plii_dvec3_sub(system->solution[i], before[i]), share);
+    }
+    for (int i = 0; i < system->constraints->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &system->constraints->rigids[i];
+        for (int k = 0; k < 6; ++k) {
+            rigid->change[k] = rigid->before[k] + share * (rigid->change[k] - rigid->before[k]);
+        }
+    }
+    return share;
+}

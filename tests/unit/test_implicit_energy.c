@@ -1,0 +1,120 @@
+/* Long steps of stiff springs under the implicit solver: no energy from springs that turn, contacts that last, friction
+   that comes to rest. */
+
+#include "heavy_bodies.h"
+
+static pli_body* make_cloth(sheet_pins pins, float stiffness, bool is_exact) {
+    pli_solver_settings settings = pli_body_def_default().solver;
+    settings.velocity_damping = 0.1f;
+    pli_body* body = make_sheet(pins, &settings, true, false);
+    pli_implicit_def implicit = pli_implicit_def_default();
+    implicit.stiffness = stiffness;
+    implicit.filter_compression = true;
+    implicit.finishing_iterations = 100;
+    if (is_exact) {
+        implicit.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+        implicit.sweeps = 100;
+    }
+    CHECK_OK(pli_body_enable_implicit(body, &implicit));
+    return body;
+}
+
+typedef struct sheet_energy {
+    double gravity, springs; /* J */
+} sheet_energy;
+
+static sheet_energy energy_of(const pli_body* body, double stiffness) {
+    const pli_body_view view = pli_body_get_view(body);
+    sheet_energy sum = {0};
+    for (int i = 0; i < view.node_count; ++i) {
+        if (view.positions[i].w > 0.0f) { sum.gravity += 10.0 * (double)view.positions[i].y / SHEET_NODES; }
+    }
+    for (int i = 0; i < view.link_count; ++i) {
+        const int* nodes = &view.link_nodes[(size_t)i * (size_t)view.link_node_stride];
+        const pli_vec4 a = view.positions[nodes[0]], b = view.positions[nodes[1]];
+        const double dx = (double)(b.x - a.x), dy = (double)(b.y - a.y), dz = (double)(b.z - a.z);
+        const double stretch = sqrt(dx * dx + dy * dy + dz * dz) - (double)pli_body_get_rest_length(body, i);
+        sum.springs += 0.5 * stiffness * stretch * stretch;
+    }
+    return sum;
+}
+
+/* A level sheet, let go: springs along it do not resist the fall at all until they have turned. Linearised once per
+   step they would be stretched by what the nodes fall in 1/30 s, by 4 J where gravity did 0.05 J. */
+static void test_springs_that_turn_gain_nothing(void** unused) {
+    (void)unused;
+    for (int method = 0; method < 2; ++method) {
+        const float stiffness = 1e6f;
+        pli_body* body = make_cloth(SHEET_RIM, stiffness, method == 1);
+        double most = 0.0;
+        for (int k = 0; k < 15; ++k) {
+            CHECK_OK(pli_world_step(world, 1.0f / 30.0f));
+            const sheet_energy now = energy_of(body, (double)stiffness);
+            most = fmax(most, now.springs + now.gravity);
+        }
+        print_message("%s: at most %.4g J\n", method == 1 ? "gradients" : "sweeps", most);
+        check_at_most(most, 0.002);
+        pli_body_destroy(body);
+    }
+}
+
+/* The host gives the ball its gravity before the step and moves it afterwards: when contacts are looked for, the nodes
+   under it are g h^2 = 11 mm lower, more than half of the margin. */
+static void test_a_ball_keeps_its_contacts_in_long_steps(void** unused) {
+    (void)unused;
+    const float dt = 1.0f / 30.0f;
+    pli_shape* box = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(50, 1, 50), &box));
+    pli_rigid* ground = make_rigid(box, -1.001f - sheet_margin, 0.0f);
+    for (int method = 0; method < 2; ++method) {
+        pli_body* body = make_cloth(SHEET_LOOSE, 11000.0f, method == 1);
+        pli_rigid* ball = make_ball(sheet_margin + ball_radius, 10.0f);
+        float fastest = 0.0f;
+        for (int k = 0; k < 60; ++k) {
+            pli_rigid_state state = pli_rigid_get_state(ball);
+            state.linear_velocity = pli_vec3_scale(state.linear_velocity, 0.9f);
+            state.angular_velocity = pli_vec3_scale(state.angular_velocity, 0.9f);
+            state.linear_velocity.y -= 10.0f * dt;
+            CHECK_OK(pli_rigid_set_state(ball, &state));
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(ball, pli_vec3_make(0, 0, 0), dt));
+            const float speed = pli_vec3_length(pli_rigid_get_state(ball).linear_velocity);
+            if (k >= 30) { fastest = fmaxf(fastest, speed); }
+        }
+        print_message("%s: at most %.3g m/s\n", method == 1 ? "gradients" : "sweeps", (double)fastest);
+        check_at_most(fastest, 1e-3);
+        pli_body_destroy(body);
+        pli_rigid_destroy(ball);
+    }
+    pli_rigid_destroy(ground);
+}
+
+/* Nodes that come down on the edge of a box are nearest to its side where the step leads. Pushed out of the side by
+   their margin they would stretch their links by 20 %. */
+static void test_an_edge_does_not_push_sideways(void** unused) {
+    (void)unused;
+    pli_shape* box = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.3f, 0.3f, 0.3f), &box));
+    pli_rigid* under = make_rigid(box, -0.45f, 0.0f);
+    pli_body* body = make_cloth(SHEET_LOOSE, 1000.0f, true);
+    double farthest = 0.0;
+    for (int k = 0; k < 15; ++k) {
+        CHECK_OK(pli_world_step(world, 1.0f / 60.0f));
+        const pli_vec4* positions = pli_body_get_view(body).positions;
+        const pli_vec4 edge = positions[7 + 10 * SHEET_SIDE], inner = positions[8 + 10 * SHEET_SIDE];
+        farthest = fmax(farthest, (double)(inner.x - edge.x));
+    }
+    print_message("links at the edge are at most %.4f m long\n", farthest);
+    check_at_most(farthest, 0.103);
+    pli_body_destroy(body);
+    pli_rigid_destroy(under);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_springs_that_turn_gain_nothing, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_ball_keeps_its_contacts_in_long_steps, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_an_edge_does_not_push_sideways, setup_world, teardown_world),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
