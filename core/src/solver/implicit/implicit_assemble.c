@@ -4,6 +4,7 @@
    shorter than its rest length has the derivative of one at rest; or, with filtered compression, the absolute value of
    the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue Filtering". */
 
+#include "math/simd_float4.h"
 #include "solver/implicit/implicit_system.h"
 
 /* Springs shorter than this share of their rest length have no direction. */
@@ -21,8 +22,8 @@ static plii_dvec3 implicit_position(const pli_body* body, int node) {
     return plii_dvec3_from(plii_xyz(body->positions[node]));
 }
 
-static implicit_spring implicit_make_spring(const pli_body* body, const pli_implicit_def* def, double h, int node,
-                                            plii_half_link half_link) {
+PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, const pli_implicit_def* def, double h,
+                                                      int node, plii_half_link half_link) {
     const plii_dvec3 delta =
         plii_dvec3_sub(implicit_position(body, half_link.neighbour), implicit_position(body, node));
     const double length = plii_dvec3_length(delta);
@@ -98,7 +99,7 @@ static double implicit_hardness(const plii_implicit_holds* holds, int node) {
 // ------------------------------------------------------------------------------------------------------- the system
 
 /* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
-static plii_implicit_block implicit_factorise(const double d[6], double mass) {
+PLII_SIMD_INLINE plii_implicit_block implicit_factorise(const double d[6], double mass) {
     plii_implicit_block block;
     const double d0 = fmax(d[0], mass);
     block.l10 = d[1] / d0;
@@ -114,7 +115,7 @@ static plii_implicit_block implicit_factorise(const double d[6], double mass) {
 }
 
 /* The velocity that leads from where springs are linearised to where the node would be in free flight. */
-static plii_dvec3 implicit_lead(const pli_body* body, const plii_dvec3* leads, int node) {
+PLII_SIMD_INLINE plii_dvec3 implicit_lead(const pli_body* body, const plii_dvec3* leads, int node) {
     return leads != NULL ? leads[node] : plii_dvec3_from(plii_xyz(body->velocities[node]));
 }
 
@@ -122,8 +123,9 @@ static plii_dvec3 implicit_moved(const pli_body* body, int node) {
     return plii_dvec3_sub(implicit_position(body, node), plii_dvec3_from(plii_xyz(body->previous[node])));
 }
 
-static int implicit_assemble_node(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def,
-                                  double h, int node, const plii_dvec3* leads, plii_implicit_system* system) {
+PLII_SIMD_INLINE int implicit_assemble_node(const pli_body* body, const plii_link_graph* graph,
+                                            const pli_implicit_def* def, double h, int node, const plii_dvec3* leads,
+                                            plii_implicit_system* system) {
     const double mass = 1.0 / (double)body->positions[node].w;
     double d[6] = {mass, 0.0, 0.0, mass, 0.0, mass}; /* xx, xy, xz, yy, yz, zz */
     plii_dvec3 rhs = system->rhs[node];
@@ -182,7 +184,10 @@ static void implicit_assemble_block(int begin, int end, int block, void* data) {
     int collapsed = 0;
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
-            collapsed += implicit_assemble_node(body, graph, all->def, all->h, i, all->leads, system);
+            /* Without leads, as in most calls, a copy of its own. */
+            collapsed += all->leads == NULL
+                             ? implicit_assemble_node(body, graph, all->def, all->h, i, NULL, system)
+                             : implicit_assemble_node(body, graph, all->def, all->h, i, all->leads, system);
             continue;
         }
         system->rhs[i] = (plii_dvec3){0};
