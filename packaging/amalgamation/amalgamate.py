@@ -16,6 +16,7 @@ import sys
 SWITCHES = {
     "src/cluster/": "PLIANT_FEATURES_CLUSTERS",
     "src/cut/": "PLIANT_FEATURES_CUT",
+    "src/file/": "PLIANT_FEATURES_FILES",  # names all features, so it goes with the first
     "src/self_collision/": "PLIANT_FEATURES_SELF_COLLISION",
     "src/solver/implicit/": "PLIANT_FEATURES_IMPLICIT",
     "src/solver/xpbd/": "PLIANT_FEATURES_XPBD",
