@@ -281,6 +281,7 @@ void Bridge::Impl::make_room() {
     sorted_pairs_.reserve(pairs);
     rigid_pairs_.reserve(pairs);
     places_.reserve(pairs);
+    body_pairs_.reserve(pairs);
     touched_.reserve(proxies_.size());
 }
 

@@ -4,8 +4,6 @@
 
 #include "test_world.h"
 
-#include <math.h>
-
 #define CHECK_OK(call) assert_int_equal(call, PLI_OK)
 
 enum { SHEET_SIDE = 21, SHEET_NODES = SHEET_SIDE * SHEET_SIDE };
@@ -48,17 +46,6 @@ static inline pli_body* make_sheet(sheet_pins pins, const pli_solver_settings* s
     if (has_nodes) { CHECK_OK(pli_body_enable_rigid_contacts(body, &nodes)); }
     if (has_faces) { CHECK_OK(pli_body_enable_rigid_face_contacts(body, &faces)); }
     return body;
-}
-
-/* m/s, root mean square over the nodes. */
-static inline double nodes_speed(const pli_body* body) {
-    const pli_body_view view = pli_body_get_view(body);
-    double sum = 0.0;
-    for (int i = 0; i < view.node_count; ++i) {
-        const pli_vec4 v = view.velocities[i];
-        sum += (double)(v.x * v.x + v.y * v.y + v.z * v.z);
-    }
-    return sqrt(sum / view.node_count);
 }
 
 /* With the inertia of a solid ball. Mass 0: static. Takes over the reference to the shape. */

@@ -280,7 +280,7 @@ static void test_heavy_boxes_come_to_rest(void** state) {
         }
         check_at_most(most, 10 * height);
         check_at_most(speed, 0.2);
-        check_at_most(spin, 4);
+        check_at_most(spin, 3.5);
         pli_rigid_destroy(box);
         pli_body_destroy(cloth);
     }

@@ -15,7 +15,7 @@
 
 #define RIGID_FACES_MAX_TARGETS 8
 #define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
-#define RIGID_FACES_SPACING 0.25f        /* of the margin, between points of contact of a face */
+#define RIGID_FACES_NEW_POINT 0.05f      /* of the margin, that it must be nearer than those that are kept */
 #define RIGID_FACES_SMALLEST_SLACK 1e-3f /* of the size of the way of a face */
 
 pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
@@ -307,16 +307,15 @@ static plii_face_moment rigid_faces_measure_point(const plii_rigid_faces_pass* p
 }
 
 /* Contacts at the points that were some in the step before, as long as they are near: the nearest point of a face alone
-   goes to and fro, and the face rocks. Those at the nearest one make room for it. */
+   goes to and fro, and the face rocks. `nearest` becomes the least distance of theirs. */
 static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                   const plii_face_sweep* sweep, float target, const plii_face_moment* nearest) {
+                                   const plii_face_sweep* sweep, float target, float* nearest) {
     const plii_convex_cache* before = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
-    const float spacing = RIGID_FACES_SPACING * pass->body->collision_margin;
     for (int i = 0; before != NULL && i < before->count; ++i) {
         const plii_face_moment moment = rigid_faces_measure_point(pass, sweep, before->points[i]);
         const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
         if (!(moment.distance <= target) || !plii_is_finite(end_gap)) { continue; }
-        if (nearest != NULL && pli_vec3_length(pli_vec3_sub(moment.point, nearest->point)) < spacing) { continue; }
+        *nearest = plii_min(*nearest, moment.distance);
         const float begin_gap = moment.distance - pass->radius - pass->body->collision_margin;
         const float target_gap = rigid_faces_target_gap(pass, begin_gap);
         PLII_TRY(rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap));
@@ -331,13 +330,17 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     const float target = pass->radius + margin + slack;
     plii_face_moment moment;
     if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
-    /* What cannot move has contacts of nodes at the corners; with more, cloth that falls on a point passes it. */
+    float kept = INFINITY;
+    /* What cannot move has contacts of nodes at the corners; with more a sheet between it and a body trembles. */
     const bool keeps = pass->candidate->rigid->kind == PLI_RIGID_DYNAMIC && !moment.is_overlapping;
+    if (keeps) { PLII_TRY(rigid_faces_keep(pass, element, nodes, sweep, target, &kept)); }
+    if (moment.distance > kept - RIGID_FACES_NEW_POINT * margin) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
-    const bool is_near = plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) &&
-                         plii_face_sweep_weigh(sweep, &moment) && !rigid_faces_is_covered(pass, sweep, &moment);
-    if (keeps) { PLII_TRY(rigid_faces_keep(pass, element, nodes, sweep, target, is_near ? &moment : NULL)); }
-    const float end_gap = is_near ? rigid_faces_end_gap(pass, sweep, &moment) : NAN;
+    if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
+        return PLI_OK;
+    }
+    if (rigid_faces_is_covered(pass, sweep, &moment)) { return PLI_OK; }
+    const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!plii_is_finite(end_gap)) { return PLI_OK; }
     return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
 }

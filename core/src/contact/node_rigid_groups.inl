@@ -104,11 +104,6 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* gro
     const plii_float8 limit = plii_float8_mul(plii_float8_load(group->friction), pushed);
     rubbed = plii_vec3x8_scale(
         rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
-    /* Never along the sliding: a limit that has sunk since would throw the node. */
-    const plii_float8 speeding = plii_vec3x8_dot(plii_vec3x8_sub(rubbed, rubbed_before), sliding);
-    rubbed.x = plii_float8_select_less(zero, speeding, rubbed_before.x, rubbed.x);
-    rubbed.y = plii_float8_select_less(zero, speeding, rubbed_before.y, rubbed.y);
-    rubbed.z = plii_float8_select_less(zero, speeding, rubbed_before.z, rubbed.z);
     if (!pass->is_last) {
         plii_float8_store(sum->push, pushed);
         groups_store(sum->friction, rubbed);

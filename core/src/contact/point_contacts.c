@@ -163,24 +163,17 @@ static void point_contacts_hold(const pli_body* body, plii_point_contacts* conta
 
 // ---------------------------------------------------------------------------------------------------------- sweeping
 
-static bool point_sweep_is_single(const plii_substep* substep) {
-    return substep->is_first_sweep && substep->is_last_sweep;
-}
-
 static inline void point_push(const plii_substep* substep, const plii_point_contact* contact, pli_vec3 push) {
     for (int k = 0; k < contact->node_count; ++k) {
         plii_substep_move(substep, contact->nodes[k], push, contact->weights[k]);
     }
 }
 
-/* What has pushed too much takes that back. A single sweep does not: what would sink in again would be lifted out
-   without speed in the next substep, again and again, and that sets the cloth in motion. */
 static void point_press(const pli_body* body, const plii_substep* substep, float alpha, plii_point_contact* contact) {
     const float error = point_height(body, substep, substep->displacements, contact) - point_raised(contact) -
                         point_raise_of_substep(contact, substep) - contact->floor;
     const float before = contact->push;
-    const bool releases = before > 0.0f && !point_sweep_is_single(substep);
-    if (!releases && !(error < 0.0f)) { return; }
+    if (before == 0.0f && !(error < 0.0f)) { return; }
     const float weight = contact->point_weight + contact->surface_weight;
     contact->push = plii_max(before + plii_contact_multiplier(error, weight, alpha, before), 0.0f);
     const float push = contact->push - before;
@@ -200,16 +193,9 @@ static void point_rub(const plii_substep* substep, plii_point_contact* contact) 
     const pli_vec3 friction = plii_contact_friction(before, sliding, weight, contact->coefficient * contact->push);
     if (!plii_vec3_is_finite(friction)) { return; }
     const pli_vec3 push = pli_vec3_sub(friction, before);
-    /* A limit that has sunk since would throw the point along its way. */
-    if (pli_vec3_dot(push, sliding) > 0.0f) { return; }
     point_push(substep, contact, push);
     plii_substep_rigid_point_push(&contact->surface, pli_vec3_neg(push), substep);
     contact->friction = friction;
-}
-
-static void point_sweep(const pli_body* body, const plii_substep* substep, float alpha, plii_point_contact* contact) {
-    point_press(body, substep, alpha, contact);
-    if (contact->push > 0.0f || !plii_vec3_is_zero(contact->friction)) { point_rub(substep, contact); }
 }
 
 void plii_point_contacts_sweep(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
@@ -217,11 +203,8 @@ void plii_point_contacts_sweep(pli_body* body, plii_point_contacts* contacts, co
     const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
     point_contacts_hold(body, contacts, substep);
     for (int i = 0; i < contacts->count; ++i) {
-        point_sweep(body, substep, alpha, &contacts->items[i]);
-    }
-    /* A single sweep goes back too: else those that come first always meet the body as it is before the others. */
-    if (!point_sweep_is_single(substep)) { return; }
-    for (int i = contacts->count - 1; i >= 0; --i) {
-        point_sweep(body, substep, alpha, &contacts->items[i]);
+        plii_point_contact* contact = &contacts->items[i];
+        point_press(body, substep, alpha, contact);
+        if (contact->push > 0.0f || !plii_vec3_is_zero(contact->friction)) { point_rub(substep, contact); }
     }
 }
