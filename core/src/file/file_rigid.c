@@ -196,6 +196,7 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
     for (const plii_state_part* part = file_rigid_parts; rigid != NULL && part->size > 0; ++part) {
         plii_file_fields(file, part->fields, (unsigned char*)rigid + part->offset);
     }
+    if (rigid != NULL) { rigid->is_in_step = true; }
     for (int k = 0; k < count && shapes != NULL; ++k) {
         if (shapes[k] != NULL) { plii_shape_release(shapes[k]); }
     }
@@ -248,4 +249,6 @@ void plii_file_copy_rigid(pli_rigid* to, const pli_rigid* from) {
     to->has_changed = from->has_changed;
     to->seen_version = from->seen_version;
     to->path.next = NULL;
+    to->is_in_step = true;
+    to->are_shapes_placed = false;
 }

@@ -111,6 +111,7 @@ static void collide_wave_range(int begin, int end, void* data) {
 /* False: without memory, or not worth it; nothing was done. */
 static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs, int count) {
     pli_context* context = world->context;
+    if (count > 0) { plii_world_begin_body(pairs[0].body_a); } /* who the lists are for */
     if (!world->has_groups || count < 2 || !plii_has_threads(context) ||
         !PLII_RESERVE(context, &world->pair_orders, &world->pair_order_capacity, 2 * count)) {
         return false;
@@ -219,6 +220,7 @@ void plii_world_collide_soft_pairs(pli_world* world) {
             if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
             const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
             const pli_body_pair pair = {in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]};
+            plii_world_begin_body(pair.body_a);
             if (PLII_RESERVE(world->context, &world->pairs, &world->pair_capacity, count + 1)) {
                 world->pairs[count++] = pair;
             } else {
