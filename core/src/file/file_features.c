@@ -156,6 +156,16 @@ static bool file_lists_have_room(pli_body* body, const plii_feature_class* klass
     return true;
 }
 
+/* Of a feature that is half read: what one list says of another is not there. */
+static void file_empty_lists(const plii_feature_class* klass, void* state) {
+    const int none = 0;
+    for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+        if (array->length == PLII_LIST && array->count != 0) {
+            memcpy(file_member(state, array->count), &none, sizeof none);
+        }
+    }
+}
+
 static void file_feature_state(plii_file* file, pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
     void* state = feature->state;
@@ -166,16 +176,17 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
         }
     }
     for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
-        if (file->status != PLI_OK) { return; }
+        if (file->status != PLI_OK) { break; }
         if (array->length >= PLII_LIST) {
             if (file_is_kept(array->fields, array->snapshot)) { file_list(file, body, array, state); }
         } else if (!array->is_scratch) {
             file_array(file, body, array, state);
         }
     }
-    if (file->mode == PLII_FILE_READ && !file_lists_have_room(body, klass, state)) {
+    if (file->mode == PLII_FILE_READ && file->status == PLI_OK && !file_lists_have_room(body, klass, state)) {
         plii_file_refuse(file, "two lists have different lengths");
     }
+    if (file->mode == PLII_FILE_READ && file->status != PLI_OK) { file_empty_lists(klass, state); }
 }
 
 void plii_file_features(plii_file* file, pli_body* body) {
