@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs all tests: installs what is missing (Debian, with apt), builds, runs every test of the release preset, then the
-# unit tests again under AddressSanitizer and UBSan, but for those that only take long, the corpora of the fuzzers also
-# under those of clang, and the tests with threads under ThreadSanitizer. Exit status 0 when all passed.
+# unit tests again under AddressSanitizer and UBSan, but for those that only take long, and the corpora of the fuzzers
+# also under those of clang. Exit status 0 when all passed.
 #
 #   usage: sh tests/run.sh
 set -eu
@@ -42,8 +42,6 @@ build_preset asan
 run_tests asan
 build_preset ubsan-clang fuzzers
 run_tests ubsan-clang '^fuzz_corpus_'
-build_preset tsan
-run_tests tsan
 
 printf '%d passed, %d failed\n' "$passed" "$failed"
 [ "$failed" -eq 0 ]
