@@ -35,7 +35,7 @@ void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) 
 
 /* By order of substeps. */
 static void feature_rebuild_substepped(plii_pipeline* pipeline) {
-    plii_pipeline_entry* entries = &pipeline->entries[pipeline->begin[PLII_STAGE_COUNT]];
+    plii_pipeline_entry* entries = plii_entries_from(pipeline, pipeline->begin[PLII_STAGE_COUNT]);
     pipeline->substepped_count = 0;
     for (int i = 0; i < pipeline->feature_count; ++i) {
         const plii_feature* feature = &pipeline->features[i];
@@ -51,7 +51,8 @@ static void feature_rebuild_substepped(plii_pipeline* pipeline) {
 
 /* In the order of enabling. */
 static void feature_rebuild_colliding(plii_pipeline* pipeline) {
-    plii_pipeline_entry* entries = &pipeline->entries[pipeline->begin[PLII_STAGE_COUNT] + pipeline->substepped_count];
+    const int first = pipeline->begin[PLII_STAGE_COUNT] + pipeline->substepped_count;
+    plii_pipeline_entry* entries = plii_entries_from(pipeline, first);
     pipeline->colliding_count = 0;
     for (int i = 0; i < pipeline->feature_count; ++i) {
         const plii_feature* feature = &pipeline->features[i];
