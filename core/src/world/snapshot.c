@@ -10,8 +10,6 @@
 
 #include <string.h>
 
-enum { SNAPSHOT_PIECE = 4096 }; /* bytes, that stay in the nearest cache */
-
 typedef enum snapshot_mode { SNAPSHOT_COUNT, SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
 typedef struct snapshot_walk {
@@ -58,19 +56,21 @@ static bool snapshot_has(snapshot_walk* walk, size_t size) {
     return false;
 }
 
-/* Bytes that are taken over. They are summed up while they are in the cache. */
+/* Bytes that are taken over. */
 static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
     if (size == 0 || !snapshot_has(walk, size)) { return; }
-    if (walk->mode == SNAPSHOT_RESTORE) { memcpy(block, walk->from + walk->at, size); }
-    for (size_t at = 0; at < size && (walk->mode == SNAPSHOT_SAVE || walk->mode == SNAPSHOT_COMPARE);
-         at += SNAPSHOT_PIECE) {
-        const size_t piece = size - at < SNAPSHOT_PIECE ? size - at : SNAPSHOT_PIECE;
-        if (walk->mode == SNAPSHOT_SAVE) {
-            memcpy(walk->to + walk->at + at, (const unsigned char*)block + at, piece);
-            plii_checksum_add(&walk->checksum, walk->to + walk->at + at, piece);
-        } else {
-            plii_checksum_add(&walk->checksum, walk->from + walk->at + at, piece);
-        }
+    switch (walk->mode) {
+    case SNAPSHOT_COUNT:
+        break;
+    case SNAPSHOT_SAVE:
+        plii_checksum_add(&walk->checksum, walk->to + walk->at, block, size);
+        break;
+    case SNAPSHOT_COMPARE:
+        plii_checksum_add(&walk->checksum, NULL, walk->from + walk->at, size);
+        break;
+    case SNAPSHOT_RESTORE:
+        memcpy(block, walk->from + walk->at, size);
+        break;
     }
     walk->at += size;
 }
