@@ -219,12 +219,14 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_enable_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_colored_links(h->body)))          \
     X(pli_body_disable_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_colored_links(h->body)))        \
     X(pli_body_is_frozen, BODY, READS, CALL_VALUE(!pli_body_is_frozen(h->body)))                                       \
+    X(pli_body_get_update_interval, BODY, READS, CALL_VALUE(pli_body_get_update_interval(h->body) == 1))               \
     X(pli_body_is_asleep, BODY, READS, CALL_VALUE(!pli_body_is_asleep(h->body)))                                       \
     X(pli_body_is_resting, BODY, READS, CALL_VALUE(!pli_body_is_resting(h->body)))                                     \
     X(pli_body_set_asleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_asleep(h->body, true)))                        \
     X(pli_body_enable_sleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_sleep(h->body, CALL_DEF(pli_sleep))))     \
     X(pli_body_disable_sleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_sleep(h->body)))                        \
     X(pli_body_set_frozen, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_frozen(h->body, true)))                        \
+    X(pli_body_set_update_interval, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_update_interval(h->body, 2)))         \
     X(pli_body_ignore_rigid, BODY, CHANGES, CALL_STATUS(pli_body_ignore_rigid(h->body, h->rigid, true)))               \
     X(pli_body_ignore_rigid, RIGID, CHANGES, CALL_STATUS(pli_body_ignore_rigid(h->body, h->rigid, true)))              \
     X(pli_body_ignores_rigid, BODY, READS, CALL_VALUE(!pli_body_ignores_rigid(h->body, h->rigid)))                     \

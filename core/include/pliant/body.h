@@ -207,6 +207,19 @@ PLI_API pli_status pli_body_enable_colored_links(pli_body* body);
 /// @return as pli_body_enable_velocity_links
 PLI_API pli_status pli_body_disable_colored_links(pli_body* body);
 
+/// Lets a body step less often, for one that is far away or that few look at: a step of it covers so many of the world's
+/// and costs as much as one, begins with the first of them, and nothing moves it in the others. Bodies of one interval
+/// take turns. pli_body_write_vertices goes evenly through the longer step, so that drawn bodies neither lag nor jump,
+/// also when the interval changes: the step in progress is waited for. Positions in pli_body_view are ahead by up to
+/// steps - 1 steps of the world. Results are those of the longer step: stretch of the position-based solver grows, XPBD
+/// wants as many substeps more. Rigid bodies that lie on such a body are carried in jolts.
+/// @param steps 1 to 60, default 1; fewer where a step would be longer than PLI_MAX_TIME_STEP
+/// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping
+PLI_API pli_status pli_body_set_update_interval(pli_body* body, int steps);
+
+/// 1 unless pli_body_set_update_interval was called.
+PLI_API int pli_body_get_update_interval(const pli_body* body);
+
 /// True for a body that takes no part in steps. Bodies freeze when a node leaves the limits of limits.h
 /// (PLI_EVENT_BODY_FROZEN), or by pli_body_set_frozen.
 PLI_API bool pli_body_is_frozen(const pli_body* body);

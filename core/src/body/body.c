@@ -150,6 +150,7 @@ static pli_body* body_begin(pli_world* world) {
     made->context = world->context;
     made->solver_class = &plii_position_solver;
     made->sweep_links = plii_links_sweep;
+    made->interval.steps = 1;
     return made;
 }
 

@@ -40,6 +40,15 @@ typedef struct plii_solver_class {
     bool solves_constraints;
 } plii_solver_class;
 
+/* world/update_interval.c */
+typedef struct plii_update_interval {
+    int steps;       /* of the world, that a step of the body covers; 1: each */
+    int first_steps; /* the next one; 0: as many */
+    float step;      /* s, the last one of the body */
+    float lead;      /* s, by which it is ahead of the world */
+    bool is_waiting; /* takes no part in this step of the world */
+} plii_update_interval;
+
 struct pli_body {
     /* What hosts ask of every body and pair comes first, in one line of the cache. */
     uint32_t magic;
@@ -93,6 +102,7 @@ struct pli_body {
     uint8_t* anchored;     /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
+    plii_update_interval interval;
     uint32_t collide_call; /* the last one of many pairs that it was in */
     /* Of its pairs with other bodies in this step (world/collide_bodies.c): all, the last that it leads, and the last
        whose order matters; -1: none. */
@@ -178,7 +188,7 @@ bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
 /* Not stepped. */
 static inline bool plii_body_is_idle(const pli_body* body) {
-    return body->is_frozen || body->is_asleep;
+    return body->is_frozen || body->is_asleep || body->interval.is_waiting;
 }
 
 /* Wakes what is asleep. */

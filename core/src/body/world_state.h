@@ -39,6 +39,7 @@ struct pli_world {
     int group_count, group_root_capacity, group_begin_capacity, group_body_capacity;
     const plii_world_sleep* sleep; /* NULL until a body may sleep */
     uint32_t sleep_group;          /* the last one */
+    void (*take_update_intervals)(pli_world* world, float dt); /* NULL until a body has one */
     bool has_frozen;               /* bodies froze, and their events are not in the list yet */
     bool is_entered;               /* a thread is in a call of a step */
     pli_rigid** rigids;
@@ -55,6 +56,8 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body);
 void plii_world_remove_body(pli_world* world, pli_body* body);
 pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid);
+void plii_world_use_update_intervals(pli_world* world);
+bool plii_update_interval_is_valid(const plii_update_interval* interval);
 /* The last allocation failed, and not only room for later is missing: the step tells. */
 void plii_world_note_shortage(pli_world* world);
 /* A body has frozen, on any thread: adds the event as soon as it may. */

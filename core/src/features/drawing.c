@@ -99,6 +99,15 @@ static pli_vec3 vertices_normal(pli_vec3 previous, pli_vec3 present, float facto
     return length > PLII_EPSILON ? pli_vec3_scale(sum, 1.0f / length) : present;
 }
 
+/* Of the body's step, given that of the world's. */
+static float vertices_share_of_step(const pli_body* body, float factor) {
+    const plii_update_interval* interval = &body->interval;
+    if (body->is_frozen || body->is_asleep) { return 1.0f; }
+    if (body->world->take_update_intervals == NULL || interval->step <= 0.0f) { return factor; }
+    const float passed = interval->step - interval->lead;
+    return (passed - (1.0f - factor) * body->world->dt) / interval->step;
+}
+
 pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer_def* buffer, float factor) {
     PLII_TRY(plii_check_body(body, __func__));
     PLII_TRY_DEF(body->context, pli_vertex_buffer_def, buffer, vertex_buffer_fields, __func__);
@@ -115,7 +124,7 @@ pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer
         }
     }
     PLII_TRY(vertices_check_nodes(body, buffer, __func__));
-    if (plii_body_is_idle(body)) { factor = 1.0f; }
+    factor = vertices_share_of_step(body, factor);
     char* vertex = buffer->vertices;
     for (int i = 0; i < buffer->vertex_count; ++i, vertex += buffer->stride) {
         const int node = buffer->vertex_nodes != NULL ? buffer->vertex_nodes[i] : i;

@@ -41,7 +41,7 @@ static void sleep_refresh(pli_body* body, void* data) {
     if (node < body->node_count) {
         sleep_take_places(body, state);
     } else {
-        state->time += body->world->dt;
+        state->time += body->step.dt;
     }
     body->is_resting = state->time >= state->def.time;
 }

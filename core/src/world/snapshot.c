@@ -179,6 +179,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_bytes(walk, body->previous, nodes);
     snapshot_bytes(walk, body->velocities, nodes);
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
+    SNAPSHOT_MEMBER(walk, body->interval);
     SNAPSHOT_MEMBER(walk, body->is_frozen);
     SNAPSHOT_MEMBER(walk, body->is_asleep);
     SNAPSHOT_MEMBER(walk, body->is_resting);

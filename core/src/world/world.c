@@ -322,7 +322,8 @@ void plii_world_note_frozen(pli_world* world) {
 
 static void world_predict_body(pli_body* body) {
     plii_world_begin_body(body);
-    body->solver_class->predict(body, body->world->dt);
+    const pli_world* world = body->world;
+    body->solver_class->predict(body, world->take_update_intervals != NULL ? body->interval.step : world->dt);
 }
 
 static pli_status world_predict(pli_world* world, float dt, const char* function) {
@@ -341,6 +342,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     world->is_stepping = true;
     world->dt = dt;
     world->event_count = 0;
+    if (world->take_update_intervals != NULL) { world->take_update_intervals(world, dt); }
     plii_islands_start(world);
     plii_groups_start(world);
     if (world->sleep != NULL) { world->sleep->begin_step(world, dt); }

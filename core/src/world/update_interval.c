@@ -1,0 +1,60 @@
+/* Bodies that step less often than their world: a step of theirs covers several of the world's, from its first one on.
+ */
+
+#include "body/world_state.h"
+#include "math/range.h"
+
+#include <math.h>
+
+enum { UPDATE_INTERVAL_MOST = 60 };
+
+/* A step begins when the last one has run out, and makes up for what that was too long or too short. */
+static void update_interval_take(plii_update_interval* interval, float dt) {
+    interval->is_waiting = interval->lead >= 0.5f * dt;
+    if (!interval->is_waiting) {
+        const int steps = interval->first_steps > 0 ? interval->first_steps : interval->steps;
+        const float most = PLI_MAX_TIME_STEP - dt;
+        interval->first_steps = 0;
+        interval->step = plii_min((float)steps * dt - interval->lead, plii_max(most, dt));
+        interval->lead += interval->step;
+    }
+    interval->lead -= dt;
+}
+
+static void update_intervals_take(pli_world* world, float dt) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen || body->is_asleep) {
+            body->interval = (plii_update_interval){.steps = body->interval.steps, .step = dt};
+        } else {
+            update_interval_take(&body->interval, dt);
+        }
+    }
+}
+
+void plii_world_use_update_intervals(pli_world* world) {
+    world->take_update_intervals = update_intervals_take;
+}
+
+bool plii_update_interval_is_valid(const plii_update_interval* interval) {
+    return interval->steps >= 1 && interval->steps <= UPDATE_INTERVAL_MOST && interval->first_steps >= 0 &&
+           interval->first_steps <= UPDATE_INTERVAL_MOST && fabsf(interval->lead) <= PLI_MAX_TIME_STEP &&
+           interval->step >= 0.0f && interval->step <= 2.0f * PLI_MAX_TIME_STEP;
+}
+
+pli_status pli_body_set_update_interval(pli_body* body, int steps) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (steps < 1 || steps > UPDATE_INTERVAL_MOST) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "steps is %d, the range is 1 to %d", steps,
+                         UPDATE_INTERVAL_MOST);
+    }
+    if (steps == body->interval.steps) { return PLI_OK; }
+    body->interval.steps = steps;
+    body->interval.first_steps = 1 + body->world_index % steps; /* bodies take turns */
+    plii_world_use_update_intervals(body->world);
+    return PLI_OK;
+}
+
+int pli_body_get_update_interval(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? body->interval.steps : 1;
+}
