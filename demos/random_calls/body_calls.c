@@ -64,10 +64,10 @@ static void draw(calls* c, calls_body* chosen) {
     }
 }
 
-/* Freezes, sleeps or goes on. */
+/* Freezes, sleeps, steps less often or goes on. */
 static void stop_body(calls* c, const calls_body* chosen) {
     pli_body* body = chosen->body;
-    const int kind = bytes_below(&c->bytes, 9);
+    const int kind = bytes_below(&c->bytes, 10);
     if (kind < 4) {
         CALL(c, chosen->world->home, pli_body_set_frozen(body, kind == 0));
     } else if (kind < 6) {
@@ -79,6 +79,8 @@ static void stop_body(calls* c, const calls_body* chosen) {
         BODY_CALL(c, chosen, pli_body_set_asleep(body, kind == 6));
         (void)pli_body_is_asleep(body);
         (void)pli_body_is_resting(body);
+    } else if (kind == 8) {
+        BODY_CALL(c, chosen, pli_body_set_update_interval(body, bytes_below(&c->bytes, 12)));
     } else {
         BODY_CALL(c, chosen, pli_body_disable_sleep(body));
     }

@@ -505,6 +505,28 @@ static void test_links_are_coloured_outside_of_reference_mode(void**) {
 }
 
 // A soft and a rigid body fall side by side, and are drawn between fixed steps.
+// It meets the box after as many steps as it may wait, and takes each step from then on.
+static void test_a_body_with_an_update_interval_carries_a_box(void**) {
+    double heights[2];
+    for (int run = 0; run < 2; ++run) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        const int pins = PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10 | PLI_PATCH_PIN_01 | PLI_PATCH_PIN_11;
+        pli_body* sheet = bridge_test::add_sheet(bridge, 2, 0, 21, pins, 0, 0, 0.05f);
+        assert_non_null(sheet);
+        pli_solver_settings settings = pli_body_get_solver_settings(sheet);
+        settings.position_iterations = 8;
+        settings.velocity_damping = 0.01f;
+        assert_int_equal(pli_body_set_solver_settings(sheet, &settings), PLI_OK);
+        const btRigidBody& box = stock.add_box(btVector3(0.2f, 0.1f, 0.2f), 1, btVector3(0, 0.3f, 0));
+        assert_int_equal(pli_body_set_update_interval(sheet, run == 0 ? 1 : 8), PLI_OK);
+        stock.step(600);
+        heights[run] = static_cast<double>(box.getWorldTransform().getOrigin().y());
+    }
+    check_near(heights[0], -0.63, 0.03);
+    check_near(heights[1], heights[0], 0.03);
+}
+
 static void test_interpolated_bodies_fall_beside_motion_states(void**) {
     for (const bool is_late : {true, false}) {
         StockWorld stock;
@@ -557,6 +579,7 @@ int main() {
         cmocka_unit_test(test_a_parallel_dispatcher_works_and_is_deterministic),
         cmocka_unit_test(test_soft_bodies_fall_by_the_gravity_of_the_bullet_world),
         cmocka_unit_test(test_links_are_coloured_outside_of_reference_mode),
+        cmocka_unit_test(test_a_body_with_an_update_interval_carries_a_box),
         cmocka_unit_test(test_interpolated_bodies_fall_beside_motion_states),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -47,6 +47,7 @@ typedef struct plii_update_interval {
     float step;      /* s, the last one of the body */
     float lead;      /* s, by which it is ahead of the world */
     bool is_waiting; /* takes no part in this step of the world */
+    bool is_near;    /* has met a dynamic rigid body or another body since its step began */
 } plii_update_interval;
 
 struct pli_body {
@@ -186,9 +187,13 @@ void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
+static inline bool plii_body_rests(const pli_body* body) {
+    return body->is_frozen || body->is_asleep;
+}
+
 /* Not stepped. */
 static inline bool plii_body_is_idle(const pli_body* body) {
-    return body->is_frozen || body->is_asleep || body->interval.is_waiting;
+    return plii_body_rests(body) || body->interval.is_waiting;
 }
 
 /* Wakes what is asleep. */

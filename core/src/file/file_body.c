@@ -23,7 +23,7 @@ static const plii_state_part file_body_last_parts[] = {
     PLII_STATE_OF(pli_body, was_asleep, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_body, records_contacts, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_body, sleep_group, PLII_SAVED, "u"),
-    PLII_STATE_OF(pli_body, interval, PLII_SAVED, "2i2fB"),
+    PLII_STATE_OF(pli_body, interval, PLII_SAVED, "2i2f2B"),
     PLII_STATE_OF(pli_body, joint_iterations, PLII_SAVED, "i"),
     PLII_STATE_OF(pli_body, sweeping_features, PLII_SAVED, "i"),
     {0},
@@ -153,7 +153,9 @@ pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
 
 void plii_file_body_end(plii_file* file, pli_body* body) {
     file_parts(file, file_body_last_parts, body);
-    if (!plii_update_interval_is_valid(&body->interval) || body->joint_iterations < 0) { plii_file_refuse(file, "a setting is out of range"); }
+    if (!plii_update_interval_is_valid(&body->interval) || body->joint_iterations < 0) {
+        plii_file_refuse(file, "a setting is out of range");
+    }
     if (body->interval.steps > 1) { plii_world_use_update_intervals(body->world); }
 }
 

@@ -19,8 +19,10 @@ pli_status plii_check_pair(const pli_world* world, const pli_world* world_a, con
     return PLI_OK;
 }
 
-static bool world_meets_rigid(const pli_body* body, const pli_rigid* rigid) {
-    return !(plii_body_is_idle(body) || rigid->is_absent || plii_body_ignores_rigid(body, rigid));
+static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
+    if (plii_body_rests(body) || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return false; }
+    if (rigid->kind == PLI_RIGID_DYNAMIC) { body->interval.is_near = true; }
+    return !body->interval.is_waiting;
 }
 
 /* What a feature has no memory for is noted where it is asked for. */
@@ -135,7 +137,7 @@ static void world_collide_range_of_bodies(int begin, int end, void* data) {
     pli_world* world = data;
     for (int b = begin; b < end; ++b) {
         pli_body* body = world->bodies[b];
-        for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
+        for (int r = 0; r < world->rigid_count && !plii_body_rests(body); ++r) {
             pli_rigid* rigid = world->rigids[r];
             if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
             world_run_collide_rigid(world, body, rigid);
@@ -147,7 +149,7 @@ static void world_collide_range_of_bodies(int begin, int end, void* data) {
 static int64_t world_join_rigids(pli_world* world) {
     int64_t nodes = 0;
     for (int b = 0; b < world->body_count; ++b) {
-        const pli_body* body = world->bodies[b];
+        pli_body* body = world->bodies[b];
         for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
             pli_rigid* rigid = world->rigids[r];
             if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }

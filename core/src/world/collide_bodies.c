@@ -14,8 +14,10 @@ bool pli_body_collides_with_bodies(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
 }
 
-static bool world_meets_body(const pli_body* body_a, const pli_body* body_b) {
-    return !plii_body_is_idle(body_a) && !plii_body_is_idle(body_b) && body_a->collides_with_bodies;
+static bool world_meets_body(pli_body* body_a, pli_body* body_b) {
+    if (plii_body_rests(body_a) || plii_body_rests(body_b) || !body_a->collides_with_bodies) { return false; }
+    body_a->interval.is_near = body_b->interval.is_near = true;
+    return !body_a->interval.is_waiting && !body_b->interval.is_waiting;
 }
 
 /* What the two have in common; false: nothing. *is_ordered: contacts of one of them depend on the pairs before. */

@@ -1,6 +1,7 @@
 /* Bodies that step less often than their world: a step of theirs covers several of the world's, from its first one on.
- */
+   What touches others has to push and be pushed in each step. */
 
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/range.h"
 
@@ -8,14 +9,33 @@
 
 enum { UPDATE_INTERVAL_MOST = 60 };
 
+static bool update_interval_holds_rigid(const pli_body* body) {
+    for (int k = 0; k < body->pipeline.feature_count; ++k) {
+        const plii_feature* feature = &body->pipeline.features[k];
+        if (feature->klass->held_rigid == NULL) { continue; }
+        const pli_rigid* rigid = NULL;
+        for (int n = 0; (rigid = feature->klass->held_rigid(feature->state, n)) != NULL; ++n) {
+            if (rigid->kind == PLI_RIGID_DYNAMIC) { return true; }
+        }
+    }
+    return false;
+}
+
+static int update_interval_steps(const pli_body* body) {
+    const plii_update_interval* interval = &body->interval;
+    if (interval->is_near || body->joint_iterations > 0 || update_interval_holds_rigid(body)) { return 1; }
+    return interval->first_steps > 0 ? interval->first_steps : interval->steps;
+}
+
 /* A step begins when the last one has run out, and makes up for what that was too long or too short. */
-static void update_interval_take(plii_update_interval* interval, float dt) {
+static void update_interval_take(pli_body* body, float dt) {
+    plii_update_interval* interval = &body->interval;
     interval->is_waiting = interval->lead >= 0.5f * dt;
     if (!interval->is_waiting) {
-        const int steps = interval->first_steps > 0 ? interval->first_steps : interval->steps;
-        const float most = PLI_MAX_TIME_STEP - dt;
+        const float most = plii_max(PLI_MAX_TIME_STEP - dt, dt);
+        interval->step = plii_min((float)update_interval_steps(body) * dt - interval->lead, most);
         interval->first_steps = 0;
-        interval->step = plii_min((float)steps * dt - interval->lead, plii_max(most, dt));
+        interval->is_near = false;
         interval->lead += interval->step;
     }
     interval->lead -= dt;
@@ -24,10 +44,10 @@ static void update_interval_take(plii_update_interval* interval, float dt) {
 static void update_intervals_take(pli_world* world, float dt) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        if (body->is_frozen || body->is_asleep) {
+        if (plii_body_rests(body)) {
             body->interval = (plii_update_interval){.steps = body->interval.steps, .step = dt};
         } else {
-            update_interval_take(&body->interval, dt);
+            update_interval_take(body, dt);
         }
     }
 }
