@@ -26,6 +26,14 @@ static bool is_near(pli_bounds box, pli_vec3 p, float radius) {
     return pli_vec3_length_squared(pli_vec3_sub(p, inside)) <= radius * radius;
 }
 
+static const pli_bounds everything = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
+
+static int find(const plii_bvh4* boxes, pli_bounds around, pli_vec3 point, float radius, int* found) {
+    int groups[MAX_BOXES / 4 + 1];
+    const int count = plii_bvh4_find_groups(boxes, &around, groups);
+    return plii_bvh4_find(boxes, groups, count, point, radius, found);
+}
+
 static void test_finds_what_is_near(void** state) {
     (void)state;
     static const int counts[] = {0, 1, 3, 4, 5, 16, 17, 64, 257, MAX_BOXES, 2};
@@ -44,7 +52,7 @@ static void test_finds_what_is_near(void** state) {
         for (int k = 0; k < 200; ++k) {
             const pli_vec3 point = random_vector(&seed, 11);
             const float radius = random_below(&seed, 2);
-            const int count = plii_bvh4_find(&boxes, point, radius, found);
+            const int count = find(&boxes, plii_bounds_grow((pli_bounds){point, point}, radius), point, radius, found);
             int next = 0;
             for (int i = 0; i < counts[c]; ++i) {
                 if (!is_near(bounds[i], point, radius)) { continue; }
@@ -110,7 +118,7 @@ static void test_finds_no_more_than_there_are(void** state) {
         assert_true(plii_bvh4_build(context, &boxes, count, bounds));
         for (size_t r = 0; r < sizeof radii / sizeof *radii; ++r) {
             for (size_t p = 0; p < sizeof points / sizeof *points; ++p) {
-                const int near = plii_bvh4_find(&boxes, points[p], radii[r], found);
+                const int near = find(&boxes, everything, points[p], radii[r], found);
                 const bool has_numbers = !isnan(radii[r]) && !isnan(points[p].x);
                 const bool is_near_all = has_numbers && (p == 0 || isinf(radii[r] * radii[r]));
                 assert_int_equal(near, is_near_all ? count : 0);
@@ -119,7 +127,6 @@ static void test_finds_no_more_than_there_are(void** state) {
                 }
             }
         }
-        const pli_bounds everything = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
         assert_int_equal(plii_bvh4_overlaps(&boxes, &everything, found), count);
         const pli_bounds nothing = {{NAN, NAN, NAN}, {NAN, NAN, NAN}};
         assert_int_equal(plii_bvh4_overlaps(&boxes, &nothing, found), 0);
@@ -128,7 +135,7 @@ static void test_finds_no_more_than_there_are(void** state) {
         bounds[count - 1].max = pli_vec3_make(INFINITY, INFINITY, INFINITY);
         bounds[count / 3].min.z = INFINITY;
         assert_true(plii_bvh4_build(context, &boxes, count, bounds));
-        assert_in_range(plii_bvh4_find(&boxes, points[0], INFINITY, found), 0, count);
+        assert_in_range(find(&boxes, everything, points[0], INFINITY, found), 0, count);
         assert_in_range(plii_bvh4_overlaps(&boxes, &everything, found), 0, count);
     }
     plii_bvh4_free(context, &boxes);

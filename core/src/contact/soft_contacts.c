@@ -123,6 +123,7 @@ static const plii_feature_array soft_contacts_arrays[] = {
     {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity), PLII_COUNTED_BY(plii_soft_contacts_state, hit_count),
      .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_soft_contacts_state, groups, group_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity),
      PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity),

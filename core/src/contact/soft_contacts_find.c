@@ -198,6 +198,7 @@ static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contact
            PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
            PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
            PLII_RESERVE(context, &search->hits, &search->hit_capacity, faces) &&
+           PLII_RESERVE(context, &search->groups, &search->group_capacity, faces / 4 + 1) &&
            (has_boxes ? plii_bvh_reserve(context, &search->tree, faces)
                       : plii_bvh4_reserve(context, &search->near, faces));
 }
@@ -261,38 +262,77 @@ static void soft_contacts_hit(int item, void* user) {
     search->hits[search->hit_count++] = item;
 }
 
-/* Faces whose contacts with a node are to be looked for: ascending, or in the order of the curve. */
-static void soft_contacts_find(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+/* Faces whose boxes touch that of a node, ascending. */
+static void soft_contacts_find_in_boxes(const plii_soft_contacts_pass* pass, int node) {
     plii_soft_contacts_state* search = pass->search;
     search->hit_count = 0;
-    if (pass->use_boxes) {
-        plii_bvh_overlaps(&search->tree, pass->node_state->node_boxes[near.node], soft_contacts_hit, search);
-    } else {
-        const pli_vec3 x = plii_soft_contacts_position(pass->node_body, near.node);
-        search->hit_count = plii_bvh4_find(&search->near, x, near.reach, search->hits);
-    }
+    plii_bvh_overlaps(&search->tree, pass->node_state->node_boxes[node], soft_contacts_hit, search);
     for (int i = 0; i < search->hit_count; ++i) {
         search->hits[i] = search->faces[search->hits[i]];
     }
-    if (pass->use_boxes) { soft_contacts_sort(search->hits, search->hit_count); }
+    soft_contacts_sort(search->hits, search->hit_count);
 }
 
-static pli_status soft_contacts_run_pass(const plii_soft_contacts_pass* pass) {
+static pli_status soft_contacts_run_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
-    if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    if (!soft_contacts_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
-        soft_contacts_find(pass, near);
-        if (!pass->use_boxes) {
-            PLII_TRY(plii_soft_contacts_add_nearest(pass, near));
-            continue;
-        }
+        soft_contacts_find_in_boxes(pass, near.node);
         for (int k = 0; k < search->hit_count; ++k) {
             PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k]));
         }
     }
     return PLI_OK;
+}
+
+/* Nodes that look for faces together, and how much larger than what one looks at their common bounds may be. */
+enum { SOFT_CONTACTS_TOGETHER = 8 };
+#define SOFT_CONTACTS_SPREAD 2.0f
+
+static pli_bounds soft_contacts_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    const pli_vec3 x = plii_soft_contacts_position(pass->node_body, near.node);
+    return plii_bounds_grow((pli_bounds){x, x}, near.reach * 1.0001f);
+}
+
+/* Of the nodes from `first` on, those that follow each other in space too. */
+static int soft_contacts_gather(const plii_soft_contacts_pass* pass, int first, pli_bounds* all) {
+    const plii_soft_contacts_state* search = pass->search;
+    const float most = SOFT_CONTACTS_SPREAD * 2.0f * search->nodes[first].reach;
+    *all = soft_contacts_looked_at(pass, search->nodes[first]);
+    int end = first + 1;
+    for (; end < search->node_count && end - first < SOFT_CONTACTS_TOGETHER; ++end) {
+        const pli_bounds one = soft_contacts_looked_at(pass, search->nodes[end]);
+        const pli_bounds both = {plii_vec3_min(all->min, one.min), plii_vec3_max(all->max, one.max)};
+        const pli_vec3 extent = pli_vec3_sub(both.max, both.min);
+        if (!(plii_max(extent.x, plii_max(extent.y, extent.z)) <= most)) { break; }
+        *all = both;
+    }
+    return end;
+}
+
+static pli_status soft_contacts_run_near(const plii_soft_contacts_pass* pass) {
+    plii_soft_contacts_state* search = pass->search;
+    for (int first = 0, end; first < search->node_count; first = end) {
+        pli_bounds all;
+        end = soft_contacts_gather(pass, first, &all);
+        const int group_count = plii_bvh4_find_groups(&search->near, &all, search->groups);
+        for (int i = first; i < end && group_count > 0; ++i) {
+            const plii_soft_contacts_node near = search->nodes[i];
+            const pli_vec3 x = plii_soft_contacts_position(pass->node_body, near.node);
+            search->hit_count = plii_bvh4_find(&search->near, search->groups, group_count, x, near.reach, search->hits);
+            for (int k = 0; k < search->hit_count; ++k) {
+                search->hits[k] = search->faces[search->hits[k]];
+            }
+            PLII_TRY(plii_soft_contacts_add_nearest(pass, near));
+        }
+    }
+    return PLI_OK;
+}
+
+static pli_status soft_contacts_run_pass(const plii_soft_contacts_pass* pass) {
+    if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
+    if (!soft_contacts_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    return pass->use_boxes ? soft_contacts_run_boxes(pass) : soft_contacts_run_near(pass);
 }
 
 /* Mean of the nodes. */

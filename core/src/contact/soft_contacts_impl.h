@@ -64,6 +64,8 @@ typedef struct plii_soft_contacts_state {
     int order_count, order_capacity;
     int* hits; /* as many as there are boxes */
     int hit_count, hit_capacity;
+    int* groups; /* of boxes, four in each */
+    int group_capacity;
 } plii_soft_contacts_state;
 
 extern const plii_feature_class plii_soft_contacts_class;

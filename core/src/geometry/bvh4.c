@@ -115,9 +115,11 @@ PLII_SIMD_INLINE int bvh4_is_near(const bvh4_query* query, const plii_box4* grou
     return plii_lanes_bits(squared <= query->squared_radius);
 }
 
-/* Depth first: of the groups on the path down, what is left to be looked at. */
-PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bvh4_query* query, int* items) {
-    static const uint8_t lowest_bits[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
+static const uint8_t bvh4_first_bit[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
+
+/* Boxes of the lowest level that counts, depth first: of the groups on the path down, what is left to be looked at. */
+PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bvh4_query* query, int lowest,
+                               int* items) {
     int bits[PLII_BVH4_MAX_LEVELS], group[PLII_BVH4_MAX_LEVELS];
     int count = 0;
     const int top = boxes->level_count - 1;
@@ -129,9 +131,9 @@ PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bv
             ++level;
             continue;
         }
-        const int box = 4 * group[level] + lowest_bits[bits[level]];
+        const int box = 4 * group[level] + bvh4_first_bit[bits[level]];
         bits[level] &= bits[level] - 1;
-        if (level == 0) {
+        if (level == lowest) {
             items[count++] = box;
         } else {
             --level;
@@ -142,12 +144,30 @@ PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bv
     return count;
 }
 
-int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
-    const bvh4_query query = {plii_vec3x4_all(bounds->min), plii_vec3x4_all(bounds->max), plii_float4_all(0.0f)};
-    return bvh4_walk(boxes, bvh4_overlaps, &query, items);
+static bvh4_query bvh4_query_of_bounds(const pli_bounds* bounds) {
+    return (bvh4_query){plii_vec3x4_all(bounds->min), plii_vec3x4_all(bounds->max), plii_float4_all(0.0f)};
 }
 
-int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items) {
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
+    const bvh4_query query = bvh4_query_of_bounds(bounds);
+    return bvh4_walk(boxes, bvh4_overlaps, &query, 0, items);
+}
+
+int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups) {
+    if (boxes->level_count == 1) { groups[0] = 0; }
+    if (boxes->level_count <= 1) { return boxes->level_count; }
+    const bvh4_query query = bvh4_query_of_bounds(bounds);
+    return bvh4_walk(boxes, bvh4_overlaps, &query, 1, groups);
+}
+
+int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
+                   int* items) {
     const bvh4_query query = {plii_vec3x4_all(point), plii_vec3x4_all(point), plii_float4_all(radius * radius)};
-    return bvh4_walk(boxes, bvh4_is_near, &query, items);
+    int count = 0;
+    for (int i = 0; i < group_count; ++i) {
+        for (int bits = bvh4_is_near(&query, &boxes->groups[groups[i]]); bits != 0; bits &= bits - 1) {
+            items[count++] = 4 * groups[i] + bvh4_first_bit[bits];
+        }
+    }
+    return count;
 }

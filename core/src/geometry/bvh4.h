@@ -30,5 +30,8 @@ size_t plii_bvh4_bytes(const plii_bvh4* boxes);
 /* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
    numbers are infinite or NaN. `items` has room for all. */
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
-/* Writes the boxes within `radius` of a point, ascending; returns their number, as above. */
-int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items);
+/* The same for groups of level 0, for points that lie close together. */
+int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups);
+/* Writes the boxes of these groups within `radius` of a point, in the order of the groups; returns their number. */
+int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
+                   int* items);
