@@ -244,7 +244,8 @@ PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_l
     }
 }
 
-/* What most quads are gets code of its own, unless their nodes do not fit into registers: there it would only be large. */
+/* What most quads are gets code of its own, unless their nodes do not fit into registers: there it would only be large.
+ */
 PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const plii_link_group* groups, int count,
                                           int kind) {
     const int pairs = groups->pairs;
