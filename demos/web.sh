@@ -84,7 +84,8 @@ say "building the module"
 export PKG_CONFIG_LIBDIR="$prefix/lib/pkgconfig"
 quietly emcmake cmake -G Ninja -S . -B $module -DCMAKE_BUILD_TYPE=Release -DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=BOTH \
     -DPLIANT_BUILD_TESTS=OFF -DPLIANT_BUILD_PYTHON=OFF -DPLIANT_INSTALL=OFF -DPLIANT_BUILD_BRIDGE=ON -DPLIANT_WERROR=OFF \
-    -DCMAKE_C_FLAGS=-msimd128 "-DCMAKE_CXX_FLAGS=-msimd128 -fwasm-exceptions"
+    -DCMAKE_C_FLAGS=-msimd128 "-DCMAKE_CXX_FLAGS=-msimd128 -fwasm-exceptions" \
+    "-DCMAKE_C_FLAGS_RELEASE=-Oz -sINLINING_LIMIT=0 -flto -DNDEBUG" # the core: see docs/web.md
 quietly cmake --build $module --target pliant_web -j "$(nproc)"
 unset PKG_CONFIG_LIBDIR
 

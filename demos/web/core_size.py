@@ -12,7 +12,8 @@ from pathlib import Path
 
 library, ccd, out = (Path(path).resolve() for path in sys.argv[1:])
 root = Path(__file__).resolve().parents[2]
-options = ["-O2", "-msimd128", "-sENVIRONMENT=node", "-sALLOW_MEMORY_GROWTH=1"]
+options = ["-Oz", "-msimd128", "-sENVIRONMENT=node", "-sALLOW_MEMORY_GROWTH=1", "-sMALLOC=emmalloc",
+           "-Wl,-mllvm,-no-stack-coloring"]
 
 
 def link(name, *inputs):

@@ -222,17 +222,42 @@ PLII_SIMD_INLINE int links_kind(const plii_links_task* task, plii_link_tag tag) 
     return softness->gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
 }
 
-/* What most quads are gets code of its own. */
+/* A group link by link. */
+PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_link_group* group, int kind) {
+    const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[group->first_scaled_index];
+    const links_law law = links_law_of(task, group->tag, kind);
+    const int node_count = group->pairs == PLII_LINK_SINGLE ? 2 : 4;
+    ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * group->first_row;
+    links_quads quads;
+    for (int k = 0; k < node_count; ++k) {
+        links_gather(&quads, k, task, scaled_indices[k], kind);
+    }
+    for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+        if ((group->pairs >> k & 1) == 0) { continue; }
+        const uint8_t* ends = plii_link_pair_nodes[k];
+        const links_measure measure = links_measured(&quads, ends[0], ends[1], &law, slot);
+        links_move(&quads, ends[0], ends[1], &measure);
+        slot += PLII_LINK_LANES;
+    }
+    for (int k = node_count - 1; k >= 0; --k) {
+        links_scatter(&quads, k, task, scaled_indices[k]);
+    }
+}
+
+/* What most quads are gets code of its own, unless their nodes do not fit into registers: there it would only be large.
+ */
 PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const plii_link_group* groups, int count,
                                           int kind) {
     const int pairs = groups->pairs;
-    if (pairs == PLII_LINK_SINGLE) {
+    if (!PLII_FLOAT8_IS_ONE) {
+        links_one_by_one(task, groups, kind);
+    } else if (pairs == PLII_LINK_SINGLE) {
         links_batch(task, groups, count, PLII_LINK_SINGLE, kind);
-    } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_TWO_TRIANGLES) {
+    } else if (pairs == PLII_LINK_TWO_TRIANGLES) {
         links_batch(task, groups, count, PLII_LINK_TWO_TRIANGLES, kind);
-    } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_ALL_PAIRS) {
+    } else if (pairs == PLII_LINK_ALL_PAIRS) {
         links_batch(task, groups, count, PLII_LINK_ALL_PAIRS, kind);
-    } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_PATH) {
+    } else if (pairs == PLII_LINK_PATH) {
         links_batch(task, groups, count, PLII_LINK_PATH, kind);
     } else {
         links_batch(task, groups, count, pairs, kind);
