@@ -2,6 +2,7 @@
 
 #include "file/file_parts.h"
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 
 static const plii_state_part file_body_parts[] = {
@@ -152,7 +153,11 @@ pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
 
 void plii_file_body_end(plii_file* file, pli_body* body) {
     file_parts(file, file_body_last_parts, body);
-    if (body->joint_iterations < 0) { plii_file_refuse(file, "a setting is out of range"); }
+    const bool is_counted = body->sweeping_features >= 0 && body->sweeping_features <= body->pipeline.feature_count;
+    const bool has_events = plii_feature_state(body, &plii_contact_events_class) != NULL;
+    if (body->joint_iterations < 0 || !is_counted || body->records_contacts != has_events) {
+        plii_file_refuse(file, "a setting is out of range");
+    }
 }
 
 void plii_file_ignored_rigids(plii_file* file, pli_body* body) {
