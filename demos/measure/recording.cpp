@@ -247,7 +247,7 @@ Difference find_difference(const PliantEngine& a, const PliantEngine& b) {
     const size_t parts = std::min(left.list.size(), right.list.size());
     for (size_t i = 0; i < parts && result.part.empty(); ++i) {
         const bool is_mesh = left.list[i].name == "nodes"; // what differs there is said by the node
-        const bool is_of_body = result.is_rigid || left.list[i].body == result.body;
+        const bool is_of_body = result.body < 0 || result.is_rigid || left.list[i].body == result.body;
         if (is_mesh || !is_of_body) { continue; }
         const bool is_same = left.list[i].name == right.list[i].name && left.has_same(i, right);
         if (!is_same) { result.part = left.list[i].name; }

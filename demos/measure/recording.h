@@ -82,7 +82,7 @@ private:
     int frame_ = 0;
 };
 
-// Where two runs part, at a frame at which they have.
+// Where two runs part, at a frame at which they have; or which part will make them, while all bodies are equal yet.
 struct Difference {
     int body = -1; // soft ones, then rigid ones; -1: none
     bool is_rigid = false;

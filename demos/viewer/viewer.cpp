@@ -181,6 +181,7 @@ void Viewer::handle_key(Key key) {
         break;
     case Key::b:
         shoot_ball(*session_, camera(), ray_at(cursor_x_, cursor_y_), panel_.ball);
+        session_->take_snapshots(panel_.look);
         break;
     case Key::f:
         frame_scene();
