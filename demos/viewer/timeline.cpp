@@ -40,7 +40,10 @@ void Timeline::step() {
     }
     last_ = ++frame_;
     // What the user holds is not in a keyframe: it is grabbed again from the one before.
-    if (frame_ - keyframes_.back().keyframe.frame >= interval_ && !engine_.is_holding()) { add_keyframe(); }
+    if (frame_ - keyframes_.back().keyframe.frame < interval_ || engine_.is_holding()) { return; }
+    try {
+        add_keyframe();
+    } catch (const demos::Error&) {} // a state that no file may have, as one that is not finite: repeated from before
 }
 
 void Timeline::act(Input input) {
@@ -91,8 +94,9 @@ void Timeline::cut_off() {
 // The engine reads what it has written: what Bullet knows of pairs is then the same as when it goes back here. That
 // goes for all time, also when the keyframe has been taken out.
 void Timeline::add_keyframe() {
-    keyframes_.push_back({{frame_, demos::write_state(engine_)}, engine_.script_state(), engine_.balls()});
-    demos::read_state(engine_, keyframes_.back().keyframe.state);
+    Moment moment{{frame_, demos::write_state(engine_)}, engine_.script_state(), engine_.balls()};
+    demos::read_state(engine_, moment.keyframe.state);
+    keyframes_.push_back(std::move(moment));
     read_.push_back(frame_);
     bytes_ += keyframes_.back().bytes();
     make_room();

@@ -35,7 +35,7 @@ void join_broad_phase_anew(btDiscreteDynamicsWorld& world) {
     btBroadphaseInterface& broad_phase = *world.getBroadphase();
     std::vector<std::pair<int, int>> filters(static_cast<std::size_t>(array.size())); // group, mask
     for (int i = array.size() - 1; i >= 0; --i) {
-        btBroadphaseProxy* proxy = array[i]->getBroadphaseHandle();
+        btBroadphaseProxy* proxy = array[i]->getBroadphaseHandle(); // whatever is in a world has one
         filters[static_cast<std::size_t>(i)] = {proxy->m_collisionFilterGroup, proxy->m_collisionFilterMask};
         broad_phase.getOverlappingPairCache()->cleanProxyFromPairs(proxy, world.getDispatcher());
         broad_phase.destroyProxy(proxy, world.getDispatcher());
