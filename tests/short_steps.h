@@ -35,7 +35,8 @@ static inline bool has_short_steps(const pli_body* body) {
             is_short = is_short && def->substeps < MOST && def->sweeps < MOST;
         }
         if (feature->klass == &plii_implicit_class) {
-            is_short = is_short && ((const pli_implicit_def*)feature->state)->sweeps < MOST;
+            const pli_implicit_def* def = feature->state;
+            is_short = is_short && def->sweeps < MOST && def->finishing_iterations < MOST;
         }
     }
     return is_short;

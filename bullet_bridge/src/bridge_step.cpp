@@ -109,7 +109,8 @@ void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
     finish_step();
 }
 
-// Threads took the pairs in any order; the objects' places in the world do not depend on them.
+// Threads took the pairs in any order, and where an order is wanted that of the broad phase depends on what was before;
+// the objects' places in the world do not.
 void Bridge::Impl::sort_pairs() {
     std::sort(pairs_.begin(), pairs_.end(), [](const PairAlgorithm* a, const PairAlgorithm* b) {
         if (a == nullptr || b == nullptr) { return a != nullptr && b == nullptr; }
@@ -121,7 +122,8 @@ void Bridge::Impl::sort_pairs() {
 
 void Bridge::Impl::collide_pairs() {
     collects_pairs_ = false;
-    if (dispatches_in_parallel_) { sort_pairs(); }
+    const bool is_ordered = bullet_world_->getDispatchInfo().m_deterministicOverlappingPairs;
+    if (dispatches_in_parallel_ || is_ordered) { sort_pairs(); }
     if (mode == CollisionMode::reference) {
         collide_pairs_as_reference();
     } else {

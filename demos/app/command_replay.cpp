@@ -91,9 +91,11 @@ int run_diverge(const DivergeOptions& options) {
         }
         if (frame > 0) {
             demos::Player a(first, *description, frame - 1), b(second, *other, frame - 1);
+            const std::string cause = demos::find_difference(a.engine(), b.engine()).part;
             const bool goes_a = a.step(), goes_b = b.step();
             is_played = goes_a && goes_b;
             difference = demos::find_difference(a.engine(), b.engine());
+            if (!cause.empty()) { difference.part = cause; } // after the step all that follows from it differs too
         }
     } else { // against this build, from the start; then from its last keyframe before, where it was right
         const demos::Recording without_keyframes{first.settings, first.hashes, {}};

@@ -58,6 +58,7 @@ static ordered_json report_json(const viewer::Session& session, const viewer::Pl
     }
     return {{"scene", session.description().source->name},
             {"frame", session.frame()},
+            {"last_frame", session.timeline() != nullptr ? session.timeline()->last() : session.frame()},
             {"message", session.message()},
             {"controls", controls},
             {"engines", engines}};

@@ -107,10 +107,11 @@ struct ClusterMark {
 
 class RigidWorld;
 
-// Where the script of a scene is.
+// Where the script of a scene is, and what the user has set.
 struct ScriptState {
     ScriptClock clock;
     Drive drive;
+    std::vector<float> controls; // empty: none was set
 };
 
 class Engine : public scene_run {
@@ -121,11 +122,12 @@ public:
 
     // One step of EngineOptions::step_seconds.
     void step();
-    ScriptState script_state() const { return {clock_, drive_}; }
+    ScriptState script_state() const { return {clock_, drive_, changed_controls_}; }
     // Of this engine, before. Bodies stay where they are.
     void set_script_state(const ScriptState& state) {
         clock_ = state.clock;
         drive_ = state.drive;
+        changed_controls_ = state.controls;
     }
     // As after so many steps without a user, of an engine at its start. Bodies stay where they are.
     void skip_script(int steps) {
@@ -169,6 +171,7 @@ public:
     // From now on each step moves what is held, by its grip, towards the goal.
     void drag(pli_vec3 goal);
     void let_go();
+    bool is_holding() const { return held_.rigid >= 0 || held_.node >= 0; }
 
     // Throws Error when the body cannot be cut; it is then as before.
     virtual void cut_sphere(int soft, pli_vec3 center, float radius) = 0;
@@ -177,6 +180,10 @@ public:
 
     // Throws Error when there are `most_balls` balls.
     void shoot(pli_vec3 from, pli_vec3 velocity, float radius, float mass);
+    // Those that were shot, in their order.
+    std::vector<RigidRecord> balls() const;
+    // Takes away the last ones, or adds some as they were shot, until there are these.
+    void set_balls(const std::vector<RigidRecord>& balls);
 
     // Of the first soft body that has some.
     virtual scene_self_collision self_collision() const = 0;

@@ -41,6 +41,24 @@ void Engine::shoot(pli_vec3 from, pli_vec3 velocity, float radius, float mass) {
     rigids().add_ball(from, velocity, radius, mass);
 }
 
+std::vector<RigidRecord> Engine::balls() const {
+    std::vector<RigidRecord> shot;
+    for (size_t i = description().rigids.size(); i < static_cast<size_t>(rigid_count()); ++i) {
+        shot.push_back(rigid_record(static_cast<int>(i)));
+    }
+    return shot;
+}
+
+void Engine::set_balls(const std::vector<RigidRecord>& balls) {
+    const size_t first = description().rigids.size();
+    while (static_cast<size_t>(rigid_count()) > first + balls.size()) {
+        rigids().remove_last_ball();
+    }
+    for (size_t i = static_cast<size_t>(rigid_count()) - first; i < balls.size(); ++i) {
+        rigids().add_ball(balls[i]);
+    }
+}
+
 void Engine::set_gravity(pli_vec3 gravity) {
     rigids().set_gravity(gravity);
 }

@@ -122,9 +122,26 @@ void RigidWorld::add_ball(pli_vec3 center, pli_vec3 velocity, float radius, floa
     record.pose = pli_transform_identity();
     record.pose.origin = center;
     record.friction = 0.5f;
-    balls_.push_back(std::move(record));
-    add(balls_.back());
+    add_ball(record);
     body(object_count() - 1)->setLinearVelocity(to_bullet(velocity));
+}
+
+void RigidWorld::add_ball(const RigidRecord& record) {
+    balls_.push_back(record);
+    add(balls_.back());
+}
+
+void RigidWorld::remove_last_ball() {
+    btRigidBody* ball = body(object_count() - 1);
+    if (held_ != nullptr && &held_->getRigidBodyA() == ball) { let_go(); }
+    world_->removeRigidBody(ball);
+    objects_.pop_back();
+    records_.pop_back();
+    const Shape* own = &balls_.back().shape; // later balls of the same size have used it too, and have gone
+    shapes_.erase(
+        std::remove_if(shapes_.begin(), shapes_.end(), [&](const CachedShape& cached) { return cached.record == own; }),
+        shapes_.end());
+    balls_.pop_back();
 }
 
 // ------------------------------------------------------------------------------------------- rays and dragging

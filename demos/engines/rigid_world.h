@@ -25,6 +25,8 @@ public:
     void set_gravity(pli_vec3 gravity);
     void add(const RigidRecord& record); // which must outlive this
     void add_ball(pli_vec3 center, pli_vec3 velocity, float radius, float mass);
+    void add_ball(const RigidRecord& record); // at rest
+    void remove_last_ball();
     // Puts kinematic bodies where they are `seconds` after the start; before a step, where its end finds them.
     void move(const Description& description, double seconds);
 

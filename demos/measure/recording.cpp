@@ -121,15 +121,24 @@ static void check(PliantEngine& engine, pli_status status, const char* what) {
                 pli_last_error(engine.bridge().context()));
 }
 
+std::vector<unsigned char> write_state(PliantEngine& engine) {
+    std::vector<unsigned char> state;
+    check(engine, pliant::BridgeSnapshot::write_file(engine.bridge(), state), "the keyframe was not written");
+    return state;
+}
+
+void read_state(PliantEngine& engine, const std::vector<unsigned char>& state) {
+    check(engine, pliant::BridgeSnapshot::read_file(engine.bridge(), state.data(), state.size()),
+          "the keyframe does not fit");
+}
+
 void Recorder::add_frame(PliantEngine& engine) {
     recording_.hashes.push_back(hash_frame(engine));
     if (interval_ > 0 && recording_.frame_count() % interval_ == 0) { add_keyframe(engine); }
 }
 
 void Recorder::add_keyframe(PliantEngine& engine) {
-    Keyframe& keyframe = recording_.keyframes.emplace_back();
-    keyframe.frame = recording_.frame_count();
-    check(engine, pliant::BridgeSnapshot::write_file(engine.bridge(), keyframe.state), "the keyframe was not written");
+    recording_.keyframes.push_back({recording_.frame_count(), write_state(engine)});
 }
 
 static EngineOptions options_of(const RecordedSettings& settings) {
@@ -151,9 +160,7 @@ Player::Player(const Recording& recording, const Description& description, int f
     : recording_(recording), engine_(std::make_unique<PliantEngine>(description, options_of(recording.settings))) {
     const Keyframe* keyframe = recording.keyframe_before(frame);
     if (keyframe != nullptr) {
-        check(*engine_,
-              pliant::BridgeSnapshot::read_file(engine_->bridge(), keyframe->state.data(), keyframe->state.size()),
-              "the keyframe does not fit");
+        read_state(*engine_, keyframe->state);
         engine_->skip_script(keyframe->frame);
         frame_ = keyframe->frame;
     }
@@ -240,7 +247,7 @@ Difference find_difference(const PliantEngine& a, const PliantEngine& b) {
     const size_t parts = std::min(left.list.size(), right.list.size());
     for (size_t i = 0; i < parts && result.part.empty(); ++i) {
         const bool is_mesh = left.list[i].name == "nodes"; // what differs there is said by the node
-        const bool is_of_body = result.is_rigid || left.list[i].body == result.body;
+        const bool is_of_body = result.body < 0 || result.is_rigid || left.list[i].body == result.body;
         if (is_mesh || !is_of_body) { continue; }
         const bool is_same = left.list[i].name == right.list[i].name && left.has_same(i, right);
         if (!is_same) { result.part = left.list[i].name; }

@@ -44,6 +44,11 @@ struct Recording {
 // Positions and velocities of all soft and rigid bodies.
 uint64_t hash_frame(const PliantEngine& engine);
 
+// The whole state but for the script, the user's hand and the number of balls. Throw Error, where it cannot be written
+// or does not fit.
+std::vector<unsigned char> write_state(PliantEngine& engine);
+void read_state(PliantEngine& engine, const std::vector<unsigned char>& state);
+
 // Takes down the frames of an engine that stands at its start.
 class Recorder {
 public:
@@ -77,7 +82,7 @@ private:
     int frame_ = 0;
 };
 
-// Where two runs part, at a frame at which they have.
+// Where two runs part, at a frame at which they have; or which part will make them, while all bodies are equal yet.
 struct Difference {
     int body = -1; // soft ones, then rigid ones; -1: none
     bool is_rigid = false;

@@ -7,7 +7,30 @@
 
 namespace viewer {
 
-enum class Key { none, space, period, b, c, f, h, n, p, r, w, left, right, up, down, escape };
+enum class Key {
+    none,
+    space,
+    period,
+    comma,
+    b,
+    c,
+    f,
+    h,
+    n,
+    p,
+    r,
+    t,
+    w,
+    left,
+    right,
+    up,
+    down,
+    home,
+    end,
+    page_up,
+    page_down,
+    escape
+};
 enum class Button { none, left, middle, right };
 
 struct Event {

@@ -205,7 +205,10 @@ static void describe_help() {
                                                {"Shift+drag", "cut"},
                                                {"Ctrl+click", "cut a ball out"},
                                                {"B", "shoot a ball"},
-                                               {"space, .", "pause, one step"},
+                                               {"space", "pause, run"},
+                                               {",   .", "a frame back, on"},
+                                               {"PgUp, PgDn", "a second back, on"},
+                                               {"Home, End, T", "first, last, timeline"},
                                                {"R, N, P", "restart, next, previous"},
                                                {"W, C", "wireframe, contacts"},
                                                {"F, H", "whole scene, hide this"}};

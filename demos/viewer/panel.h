@@ -12,7 +12,7 @@ namespace viewer {
 
 // What the panel shows and changes in place.
 struct PanelState {
-    bool is_hidden = false;
+    bool is_hidden = false, hides_timeline = false;
     bool is_paused = false;
     render::Look look;
     bool follows = false;    // the camera goes along with the soft bodies

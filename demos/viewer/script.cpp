@@ -117,6 +117,9 @@ static Command read_command(Words& words) {
     } else if (verb == "steps") {
         command.kind = Command::Kind::steps;
         command.index = words.whole_number("the number of steps");
+    } else if (verb == "go") {
+        command.kind = Command::Kind::go;
+        command.index = words.whole_number("the frame of the timeline");
     } else if (verb == "scene") {
         command.kind = Command::Kind::scene;
         command.name = words.take("the name of the scene");

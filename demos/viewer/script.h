@@ -19,7 +19,7 @@ struct Place {
 };
 
 struct Command {
-    enum class Kind { press, release, move, wheel, key, key_down, key_up, set, steps, scene, report };
+    enum class Kind { press, release, move, wheel, key, key_down, key_up, set, steps, go, scene, report };
     Kind kind = Kind::report;
     int frame = 0; // happens before the step that follows so many frames
     Key key = Key::none;
@@ -27,7 +27,7 @@ struct Command {
     bool shift = false, control = false;
     Place place;
     float value = 0; // of a wheel or a control
-    int index = 0;   // of a control, or the number of steps
+    int index = 0;   // of a control, the number of steps, or a frame
     std::string name;
     std::string source; // file and line, as in messages
 };

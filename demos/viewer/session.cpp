@@ -21,6 +21,7 @@ void Session::restart() {
         const bool has_other_solver =
             settings.solver.kind.value_or(demos::SolverKind::position_based) != demos::SolverKind::position_based;
         if (is_beside && has_other_solver) { settings.solver = {}; }
+        settings.ordered_pairs = kind == demos::EngineKind::pliant; // so that it goes the same way again
         try {
             Run run;
             run.solver = demos::choose_solver(*description_, kind, settings);
@@ -33,8 +34,14 @@ void Session::restart() {
         }
     }
     if (started.empty()) { throw demos::Error(problem); }
+    timeline_.reset();
     runs_ = std::move(started);
     message_ = problem;
+    if (auto* engine = dynamic_cast<demos::PliantEngine*>(runs_.front().engine.get()); runs_.size() == 1 && engine) {
+        try {
+            timeline_ = std::make_unique<Timeline>(*engine);
+        } catch (const demos::Error& error) { message_ = std::string("no timeline: ") + error.what(); }
+    }
     frame_ = 0;
     is_over_ = false;
     moved_by_keys_.assign(description_->controls.size(), false);
@@ -48,13 +55,43 @@ void Session::for_each(const std::function<void(demos::Engine&, size_t)>& action
     }
 }
 
+void Session::act(const Action& action) {
+    take(action, false);
+}
+
+void Session::move(const Action& action) {
+    take(action, true);
+}
+
+void Session::take(const Action& action, bool is_move) {
+    if (timeline_ == nullptr) {
+        for_each([&](demos::Engine& engine, size_t run) { (void)action(engine, run); });
+        return;
+    }
+    try {
+        const Timeline::Input input = [action](demos::Engine& engine) { return action(engine, 0); };
+        is_move ? timeline_->move(input) : timeline_->act(input);
+    } catch (const demos::Error& error) { message_ = error.what(); }
+}
+
+void Session::go_to(int frame) {
+    if (timeline_ == nullptr) { return; }
+    try {
+        timeline_->go_to(std::clamp(frame, timeline_->first(), timeline_->last()));
+        is_over_ = false;
+        message_.clear();
+    } catch (const demos::Error& error) { message_ = error.what(); }
+    frame_ = timeline_->frame();
+    take_snapshots(look_);
+}
+
 void Session::step() {
     if (is_over_) { return; }
     move_controls();
     ++frame_;
     for (Run& run : runs_) {
         try {
-            run.engine->step();
+            timeline_ != nullptr ? timeline_->step() : run.engine->step();
             const double milliseconds = run.engine->step_milliseconds();
             run.ms_per_step = frame_ == 1 ? milliseconds : 0.95 * run.ms_per_step + 0.05 * milliseconds;
             run.measures = demos::measure(*run.engine);
@@ -83,15 +120,19 @@ float Session::control(size_t index) const {
 }
 
 void Session::set_control(size_t index, float value) {
-    for_each([&](demos::Engine& engine, size_t) { engine.set_control(static_cast<int>(index), value); });
+    act([index, value](demos::Engine& engine, size_t) {
+        engine.set_control(static_cast<int>(index), value);
+        return true;
+    });
 }
 
 static float towards(float value, float goal, float change) {
     return value < goal ? std::min(value + change, goal) : std::max(value - change, goal);
 }
 
-// What springs back takes half a second from end to end, the rest three.
+// What springs back takes half a second from end to end, the rest three. In frames that have been it does so by itself.
 void Session::move_controls() {
+    const bool is_new = timeline_ == nullptr || timeline_->is_at_end();
     for (size_t i = 0; i < description_->controls.size(); ++i) {
         const scene_control& def = description_->controls[i].def;
         if (def.keys == SCENE_KEYS_NONE) { continue; }
@@ -105,7 +146,7 @@ void Session::move_controls() {
         if (to_high != to_low) {
             wanted = towards(value, to_high ? def.high : def.low, change);
             moved_by_keys_[i] = true;
-        } else if (def.springs_back && moved_by_keys_[i]) {
+        } else if (is_new && def.springs_back && moved_by_keys_[i]) {
             wanted = towards(value, def.initial, change);
         }
         if (wanted < value || wanted > value) { set_control(i, wanted); }

@@ -6,6 +6,7 @@
 #include "input.h"
 #include "measure/measure.h"
 #include "render/snapshot.h"
+#include "timeline.h"
 
 #include <functional>
 #include <set>
@@ -42,12 +43,23 @@ public:
     void set_message(const std::string& message) { message_ = message; }
 
     void restart();
+    // One frame on; after a step back through those that have been, as they were.
     void step();
+    // Null: there is none, since btSoftBody cannot go back.
+    const Timeline* timeline() const { return timeline_.get(); }
+    // To the frame of the timeline that is nearest to this one.
+    void go_to(int frame);
     // What is drawn of contacts and clusters changes with the look, without a step.
     void take_snapshots(const render::Look& look);
 
-    // Does something to the engine of each run. Failures become the message, the others go on.
+    // Asks the engine of each run. Failures become the message, the others go on.
     void for_each(const std::function<void(demos::Engine&, size_t run)>& action);
+    // Changes something in the engine of each run, and keeps it for the timeline, with all that it has captured. False:
+    // nothing has changed. Failures as above.
+    using Action = std::function<bool(demos::Engine&, size_t run)>;
+    void act(const Action& action);
+    // The same for what the next such action replaces.
+    void move(const Action& action);
 
     float control(size_t index) const;
     void set_control(size_t index, float value);
@@ -55,12 +67,14 @@ public:
     void set_keys(const std::set<Key>& keys) { keys_ = keys; }
 
 private:
+    void take(const Action& action, bool is_move);
     void move_controls();
 
     std::unique_ptr<demos::Description> description_;
     SessionOptions options_;
     render::Look look_;
     std::vector<Run> runs_;
+    std::unique_ptr<Timeline> timeline_; // of the engine of the only run
     std::set<Key> keys_;
     std::vector<bool> moved_by_keys_; // controls that spring back when the keys are let go
     std::string message_;

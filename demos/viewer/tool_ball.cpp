@@ -17,8 +17,10 @@ BallSettings usual_ball(const render::Camera& camera) {
 void shoot_ball(Session& session, const render::Camera& camera, const Ray& ray, const BallSettings& ball) {
     const pli_vec3 direction = render::normalized(ray.to - ray.from);
     const pli_vec3 start = camera.eye + direction * (0.15f * camera.distance);
-    session.for_each(
-        [&](demos::Engine& engine, size_t) { engine.shoot(start, direction * ball.speed, ball.radius, ball.mass); });
+    session.act([=](demos::Engine& engine, size_t) {
+        engine.shoot(start, direction * ball.speed, ball.radius, ball.mass);
+        return true;
+    });
 }
 
 } // namespace viewer

@@ -12,15 +12,19 @@ void SweptCut::begin(const Ray& ray) {
 void SweptCut::move(Session& session, const Ray& ray) {
     const pli_vec3 way = pli_vec3_sub(ray.to, last_.to);
     if (!(pli_vec3_length_squared(way) > 0.0f)) { return; }
-    const pli_vec3 first[2] = {last_.from, last_.to}, second[2] = {ray.from, ray.to};
-    session.for_each([&](demos::Engine& engine, size_t) { engine.cut_swept(first, second); });
+    session.act([last = last_, ray](demos::Engine& engine, size_t) {
+        const pli_vec3 first[2] = {last.from, last.to}, second[2] = {ray.from, ray.to};
+        engine.cut_swept(first, second);
+        return true;
+    });
     last_ = ray;
 }
 
 void cut_ball(Session& session, const Ray& ray, float radius) {
-    session.for_each([&](demos::Engine& engine, size_t) {
+    session.act([ray, radius](demos::Engine& engine, size_t) {
         const demos::RayHit hit = engine.cast_ray(ray.from, ray.to, 0);
         if (hit.soft >= 0) { engine.cut_sphere(hit.soft, hit.point, radius); }
+        return hit.soft >= 0;
     });
 }
 

@@ -1,5 +1,6 @@
 #include "tools.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace viewer {
@@ -11,10 +12,13 @@ using render::operator*;
 bool DragTool::begin(Session& session, const render::Camera& camera, const Ray& ray, float radius) {
     grips_.clear();
     normal_ = camera.forward;
+    std::vector<demos::RayHit> hits(session.runs().size());
+    session.for_each([&](demos::Engine& engine, size_t run) { hits[run] = engine.cast_ray(ray.from, ray.to, radius); });
+    const auto is_met = [](const demos::RayHit& hit) { return hit.is_hit(); };
+    if (std::none_of(hits.begin(), hits.end(), is_met)) { return false; }
+    session.act([hits](demos::Engine& engine, size_t run) { return hits[run].is_hit() && engine.grab(hits[run]); });
     session.for_each([&](demos::Engine& engine, size_t run) {
-        const demos::RayHit hit = engine.cast_ray(ray.from, ray.to, radius);
-        if (!hit.is_hit() || !engine.grab(hit)) { return; }
-        grips_.push_back({run, hit.point, engine.grip() - hit.point});
+        if (engine.is_holding()) { grips_.push_back({run, hits[run].point, engine.grip() - hits[run].point}); }
     });
     return is_active();
 }
@@ -23,17 +27,24 @@ void DragTool::move(Session& session, const Ray& ray) const {
     const pli_vec3 way = ray.to - ray.from;
     const float descent = pli_vec3_dot(way, normal_);
     if (!(descent > 0.0f)) { return; }
-    session.for_each([&](demos::Engine& engine, size_t run) {
-        for (const Grip& grip : grips_) {
-            if (grip.run != run) { continue; }
-            const float share = pli_vec3_dot(grip.point - ray.from, normal_) / descent;
-            engine.drag(ray.from + way * share + grip.offset);
+    std::vector<std::pair<size_t, pli_vec3>> goals; // of a run
+    for (const Grip& grip : grips_) {
+        const float share = pli_vec3_dot(grip.point - ray.from, normal_) / descent;
+        goals.emplace_back(grip.run, ray.from + way * share + grip.offset);
+    }
+    session.move([goals](demos::Engine& engine, size_t run) {
+        for (const auto& [of, goal] : goals) {
+            if (of == run) { engine.drag(goal); }
         }
+        return true;
     });
 }
 
 void DragTool::end(Session& session) {
-    session.for_each([](demos::Engine& engine, size_t) { engine.let_go(); });
+    session.act([](demos::Engine& engine, size_t) {
+        engine.let_go();
+        return true;
+    });
     grips_.clear();
 }
 

@@ -5,10 +5,12 @@
 #include "scenes/scenes.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace viewer {
 
 static constexpr int most_steps_per_picture = 4;
+static constexpr int frames_per_page = 60;
 
 Viewer::Viewer(const ViewerOptions& options) : options_(options), window_("pliant", options.width, options.height) {
     window_.set_wait(options.frames == 0);
@@ -150,6 +152,24 @@ void Viewer::handle_key(Key key) {
     case Key::period:
         wants_step_ = true;
         break;
+    case Key::comma:
+        go_to(session_->frame() - 1);
+        break;
+    case Key::page_up:
+        go_to(session_->frame() - frames_per_page);
+        break;
+    case Key::page_down:
+        go_to(session_->frame() + frames_per_page);
+        break;
+    case Key::home:
+        go_to(0);
+        break;
+    case Key::end:
+        go_to(std::numeric_limits<int>::max());
+        break;
+    case Key::t:
+        panel_.hides_timeline = !panel_.hides_timeline;
+        break;
     case Key::r:
         attempt([&] { session_->restart(); });
         break;
@@ -161,6 +181,7 @@ void Viewer::handle_key(Key key) {
         break;
     case Key::b:
         shoot_ball(*session_, camera(), ray_at(cursor_x_, cursor_y_), panel_.ball);
+        session_->take_snapshots(panel_.look);
         break;
     case Key::f:
         frame_scene();
@@ -181,6 +202,12 @@ void Viewer::handle_key(Key key) {
     default:
         break;
     }
+}
+
+void Viewer::go_to(int frame) {
+    handle_release();
+    panel_.is_paused = true;
+    session_->go_to(frame);
 }
 
 void Viewer::handle_press(const Event& event) {
@@ -288,6 +315,9 @@ void Viewer::perform(const Command& command) {
             session_->step();
         }
         return;
+    case Command::Kind::go:
+        go_to(command.index);
+        return;
     case Command::Kind::report:
         options_.report(*session_, command.place);
         return;
@@ -344,6 +374,10 @@ void Viewer::draw() {
     window_.begin_panel();
     const int width = panel_width(panel_, window_.width(), window_.scale());
     const PanelWishes wishes = describe_panel(*session_, panel_, options_.session, width, window_.height());
+    TimelineWishes along;
+    if (!panel_.is_hidden && !panel_.hides_timeline) {
+        along = describe_timeline(*session_, panel_.is_paused, width, window_.width() - width, window_.height());
+    }
     const std::vector<Run>& runs = session_->runs();
     const std::vector<Viewport> places = viewports();
     std::vector<render::Extent> extents;
@@ -365,6 +399,8 @@ void Viewer::draw() {
     }
     window_.draw_panel();
     follow(wishes);
+    if (along.frame.has_value()) { go_to(*along.frame); }
+    if (along.toggles_pause) { panel_.is_paused = !panel_.is_paused; }
 }
 
 void Viewer::run() {

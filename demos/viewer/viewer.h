@@ -7,6 +7,7 @@
 #include "render/image.h"
 #include "render/renderer.h"
 #include "script.h"
+#include "timeline_bar.h"
 #include "window.h"
 
 #include <optional>
@@ -56,6 +57,8 @@ private:
     void handle_press(const Event& event);
     void handle_move(const Event& event);
     void handle_release();
+    // Along the timeline, and stops there.
+    void go_to(int frame);
 
     void run_script();
     void perform(const Command& command);

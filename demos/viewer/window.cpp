@@ -58,6 +58,16 @@ static Key key_from_glfw(int key) {
         return Key::space;
     case GLFW_KEY_PERIOD:
         return Key::period;
+    case GLFW_KEY_COMMA:
+        return Key::comma;
+    case GLFW_KEY_HOME:
+        return Key::home;
+    case GLFW_KEY_END:
+        return Key::end;
+    case GLFW_KEY_PAGE_UP:
+        return Key::page_up;
+    case GLFW_KEY_PAGE_DOWN:
+        return Key::page_down;
     case GLFW_KEY_B:
         return Key::b;
     case GLFW_KEY_C:
@@ -72,6 +82,8 @@ static Key key_from_glfw(int key) {
         return Key::p;
     case GLFW_KEY_R:
         return Key::r;
+    case GLFW_KEY_T:
+        return Key::t;
     case GLFW_KEY_W:
         return Key::w;
     case GLFW_KEY_LEFT:
@@ -120,7 +132,9 @@ static std::vector<Event>& events_of(GLFWwindow* window) {
 static void on_key(GLFWwindow* window, int key, int, int action, int) {
     Event event = event_at_cursor(window, action == GLFW_RELEASE ? Event::Kind::key_up : Event::Kind::key_down);
     event.key = key_from_glfw(key);
-    const bool is_repeat = action == GLFW_REPEAT && event.key != Key::period;
+    const bool repeats =
+        event.key == Key::period || event.key == Key::comma || event.key == Key::page_up || event.key == Key::page_down;
+    const bool is_repeat = action == GLFW_REPEAT && !repeats;
     if (event.key == Key::none || is_repeat) { return; }
     if (action != GLFW_RELEASE && ImGui::GetIO().WantTextInput) { return; }
     events_of(window).push_back(event);

@@ -2,6 +2,9 @@
 
 #include "program_run.h"
 
+#include "measure/recording.h"
+#include "scene_records.h"
+
 #include "check.h"
 
 #include <cstring>
@@ -59,6 +62,52 @@ static void what_parts_is_found(void** unused) {
     assert_int_equal(nlohmann::json::parse(replay.output).at("first_unequal_frame").get<int>(), 25);
 }
 
+// Of 20 frames, with a keyframe after ten, before which something is planted.
+static std::string record_with(const std::string& name, const char* which, void (*plant)(demos::PliantEngine&)) {
+    const std::unique_ptr<demos::Description> description = describe(which);
+    demos::EngineOptions options;
+    options.ordered_pairs = true;
+    options.solver.kind = demos::SolverKind::position_based;
+    demos::PliantEngine engine(*description, options);
+    demos::RecordedSettings settings;
+    settings.scene = which;
+    settings.solver = "position-based";
+    demos::Recorder recorder(settings, 0);
+    for (int i = 1; i <= 20; ++i) {
+        engine.step();
+        recorder.add_frame(engine);
+        if (i != 10) { continue; }
+        plant(engine);
+        recorder.add_keyframe(engine);
+    }
+    cli::write_file(scratch(name), recorder.recording().to_bytes());
+    return scratch(name);
+}
+
+static void expect_feature(const char* which, const char* feature, void (*plant)(demos::PliantEngine&)) {
+    const std::string a = record_with("plain", which, [](demos::PliantEngine&) {});
+    const std::string b = record_with("planted", which, plant);
+    assert_int_equal(cli::run("diverge " + a + " " + a).status, 0);
+    const cli::Result result = cli::run("diverge " + a + " " + b + " --json");
+    assert_int_equal(result.status, 1);
+    const nlohmann::json told = nlohmann::json::parse(result.output);
+    assert_int_equal(told.at("first_unequal_frame").get<int>(), 11);
+    assert_int_equal(told.at("body").get<int>(), 0);
+    assert_false(told.at("is_rigid").get<bool>());
+    assert_true(told.at("node").get<int>() >= 0);
+    assert_true(told.at("is_played").get<bool>());
+    assert_string_equal(told.at("feature").get<std::string>().c_str(), feature);
+}
+
+static void the_feature_that_differs_is_named(void** unused) {
+    (void)unused;
+    expect_feature("Aero", "vertex aerodynamics",
+                   [](demos::PliantEngine& engine) { engine.set_wind(0, pli_vec3_make(3, 0, 5)); });
+    expect_feature("Pressure", "pressure", [](demos::PliantEngine& engine) {
+        assert_int_equal(pli_body_enable_pressure(engine.body(0), 500), PLI_OK);
+    });
+}
+
 static void expect_error(const std::string& arguments, const char* message) {
     const cli::Result result = cli::run(arguments);
     assert_int_not_equal(result.status, 0);
@@ -82,9 +131,8 @@ static void what_is_wrong_is_told(void** unused) {
 
 int main() {
     const CMUnitTest tests[] = {
-        cmocka_unit_test(a_recording_is_played_again),
-        cmocka_unit_test(it_is_small),
-        cmocka_unit_test(what_parts_is_found),
+        cmocka_unit_test(a_recording_is_played_again), cmocka_unit_test(it_is_small),
+        cmocka_unit_test(what_parts_is_found),         cmocka_unit_test(the_feature_that_differs_is_named),
         cmocka_unit_test(what_is_wrong_is_told),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -183,6 +183,47 @@ static void test_cli_view_keys(void**) {
     assert_int_equal(reports[4].at("frame").get<int>(), 2);
 }
 
+// Back by keys and along the bar, on from there as it was; a ball in the past ends the frames that came after.
+static void test_cli_view_timeline(void**) {
+    need_window();
+    const json reports = view("Cutting1 --frames 3", "1 steps 99\n"
+                                                     "1 report\n" // frame 100
+                                                     "1 key ,\n"
+                                                     "1 report\n" // 99
+                                                     "1 key pageup\n"
+                                                     "1 report\n" // 39
+                                                     "1 go 20\n"
+                                                     "1 report\n" // 20
+                                                     "1 steps 79\n"
+                                                     "1 report\n" // 99 again
+                                                     "1 key end\n"
+                                                     "1 report\n" // 100 again
+                                                     "1 key home\n"
+                                                     "1 key pagedown\n"
+                                                     "1 move node 0 136\n"
+                                                     "1 key b\n"
+                                                     "1 report\n" // 60, with a ball
+                                                     "1 key ,\n"
+                                                     "1 report\n" // 59, without
+                                                     "2 key .\n"
+                                                     "2 key t\n");
+    const int frames[] = {100, 99, 39, 20, 99, 100, 60, 59, 60};
+    const int last[] = {100, 100, 100, 100, 100, 100, 60, 60, 60};
+    const size_t rigids[] = {1, 1, 1, 1, 1, 1, 2, 1, 2};
+    assert_int_equal(reports.size(), 9);
+    for (size_t i = 0; i < 9; ++i) {
+        assert_int_equal(reports[i].at("frame").get<int>(), frames[i]);
+        assert_int_equal(reports[i].at("last_frame").get<int>(), last[i]);
+        assert_int_equal(engine(reports[i]).at("rigids").size(), rigids[i]);
+        assert_string_equal(reports[i].at("message").get<std::string>().c_str(), "");
+    }
+    const auto place = [&](size_t i) { return soft(reports[i]).at("middle"); };
+    assert_true(place(0) == place(5) && place(1) == place(4));
+    assert_true(place(0) != place(1) && place(2) != place(3));
+    const json beside = view("Cutting1 --frames 3 --engine both", "1 key ,\n1 report\n"); // btSoftBody goes on
+    assert_int_equal(beside[0].at("frame").get<int>(), 1);
+}
+
 static void test_cli_view_shoots_balls(void**) {
     need_window();
     const json reports = view("Cutting1 --frames 2 --engine both", "1 move node 0 136\n"
@@ -276,6 +317,7 @@ int main(void) {
         cmocka_unit_test(test_cli_view_arrow_keys_drive_the_car),
         cmocka_unit_test(test_cli_view_slider_turns_the_wind),
         cmocka_unit_test(test_cli_view_keys),
+        cmocka_unit_test(test_cli_view_timeline),
         cmocka_unit_test(test_cli_view_shoots_balls),
         cmocka_unit_test(test_cli_view_picture_has_panel_and_scene),
         cmocka_unit_test(test_cli_view_failures),

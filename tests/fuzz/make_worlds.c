@@ -1,6 +1,7 @@
 /* Writes small files of worlds into a folder: where the fuzzer of their reader begins. */
 
-#define TRIAL_GRID 4
+#define TRIAL_GRID 3
+#define TRIAL_BALL 10
 #include "state_trials.h"
 
 #include <stdio.h>

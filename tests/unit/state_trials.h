@@ -15,6 +15,9 @@
 #ifndef TRIAL_GRID
 #define TRIAL_GRID 15 /* nodes of a side of a sheet */
 #endif
+#ifndef TRIAL_BALL
+#define TRIAL_BALL 60 /* nodes of a ball */
+#endif
 
 enum { MOST_BODIES = 6, MOST_RIGIDS = 4, BEFORE = 40, AFTER = 40, GRID = TRIAL_GRID };
 
@@ -85,7 +88,8 @@ static inline pli_body* add_sheet(trial* t, pli_vec3 center, float size, solver_
 
 static inline pli_body* add_ball(trial* t, pli_vec3 center, solver_choice solver) {
     pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create_ellipsoid(t->context, center, pli_vec3_make(0.5f, 0.5f, 0.5f), 60, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_create_ellipsoid(t->context, center, pli_vec3_make(0.5f, 0.5f, 0.5f), TRIAL_BALL, &mesh),
+                     PLI_OK);
     return add_body(t, mesh, 1, solver);
 }
 

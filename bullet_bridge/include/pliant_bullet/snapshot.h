@@ -49,7 +49,9 @@ public:
     static pli_status write_file(const Bridge& bridge, std::vector<unsigned char>& bytes);
     /// Brings both worlds to the moment of a file, in any process: the game has made them again as they were at their
     /// start, with the same objects in the same order and by the same build of Bullet. Handles stay, ids are those of
-    /// the file; soft bodies may have been cut since their start. On an error both worlds stay as they are.
+    /// the file; soft bodies may have been cut since their start. Worlds that have read the same file go the same way
+    /// from there, whatever was before; where compounds touch by several children at once, the world that wrote it may
+    /// differ from them by rounding, unless it reads the file as well. On an error both worlds stay as they are.
     /// @return PLI_ERROR_FILE_FORMAT for what is no such file, is truncated or damaged; PLI_ERROR_INVALID_VALUE where
     ///         other objects are there; errors of pli_world_file_restore; PLI_ERROR_WRONG_STATE as of save()
     static pli_status read_file(Bridge& bridge, const unsigned char* bytes, std::size_t size);
@@ -57,7 +59,8 @@ public:
 private:
     struct Moment;
     struct Naming;
-    static void restore_bullet(Bridge& bridge, btDiscreteDynamicsWorld& world, const Moment& moment);
+    static void restore_bullet(Bridge& bridge, btDiscreteDynamicsWorld& world, const Moment& moment,
+                               bool forgets_pairs);
     std::unique_ptr<Moment> moment_;
 };
 

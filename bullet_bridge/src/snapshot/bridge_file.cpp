@@ -257,7 +257,7 @@ pli_status BridgeSnapshot::read_file(Bridge& bridge, const unsigned char* bytes,
     const pli_world_file_def def = naming.def();
     status = pli_world_file_restore(bridge.world(), &def, bytes + sizeof header, header.core_size);
     if (status != PLI_OK) { return status; }
-    restore_bullet(bridge, *world, moment);
+    restore_bullet(bridge, *world, moment, true);
     return PLI_OK;
 }
 

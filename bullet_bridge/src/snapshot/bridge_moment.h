@@ -88,7 +88,8 @@ struct BridgeSnapshot::Moment {
     void take(btDiscreteDynamicsWorld& world);
     void take_contacts(const btDispatcher& dispatcher);
     bool fits(const btDiscreteDynamicsWorld& world) const;
-    void give_back(btDiscreteDynamicsWorld& world) const;
+    /// `forgets_pairs`: what Bullet knows of pairs is made anew, in an order that depends on the moment alone.
+    void give_back(btDiscreteDynamicsWorld& world, bool forgets_pairs) const;
     void give_contacts_back(btDispatcher& dispatcher) const;
 };
 

@@ -5,6 +5,7 @@
 
 #include "../accumulator.h"
 
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 
 namespace pliant {
@@ -15,9 +16,40 @@ bool is_of(const Points& points, const btPersistentManifold& manifold) {
     return points.bodies[0] == manifold.getBody0() && points.bodies[1] == manifold.getBody1();
 }
 
+// Two objects have several manifolds where one is a compound; its points know the child.
+bool is_of_same_children(const Points& points, const btPersistentManifold& manifold) {
+    if (manifold.getNumContacts() == 0 || !is_of(points, manifold)) { return false; }
+    const btManifoldPoint &kept = points.points[0], &now = manifold.getContactPoint(0);
+    return kept.m_partId0 == now.m_partId0 && kept.m_index0 == now.m_index0 && kept.m_partId1 == now.m_partId1 &&
+           kept.m_index1 == now.m_index1;
+}
+
 } // namespace
 
 namespace {
+
+// All pairs end, and what the broad phase knows follows from where objects are. The last one leaves first, so that all
+// get their ids again.
+void join_broad_phase_anew(btDiscreteDynamicsWorld& world) {
+    const btCollisionObjectArray& array = world.getCollisionObjectArray();
+    btBroadphaseInterface& broad_phase = *world.getBroadphase();
+    std::vector<std::pair<int, int>> filters(static_cast<std::size_t>(array.size())); // group, mask
+    for (int i = array.size() - 1; i >= 0; --i) {
+        btBroadphaseProxy* proxy = array[i]->getBroadphaseHandle(); // whatever is in a world has one
+        filters[static_cast<std::size_t>(i)] = {proxy->m_collisionFilterGroup, proxy->m_collisionFilterMask};
+        broad_phase.getOverlappingPairCache()->cleanProxyFromPairs(proxy, world.getDispatcher());
+        broad_phase.destroyProxy(proxy, world.getDispatcher());
+        array[i]->setBroadphaseHandle(nullptr);
+    }
+    for (int i = 0; i < array.size(); ++i) {
+        const auto [group, mask] = filters[static_cast<std::size_t>(i)];
+        const btCollisionShape& shape = *array[i]->getCollisionShape();
+        btVector3 low, high;
+        shape.getAabb(array[i]->getWorldTransform(), low, high);
+        array[i]->setBroadphaseHandle(
+            broad_phase.createProxy(low, high, shape.getShapeType(), array[i], group, mask, world.getDispatcher()));
+    }
+}
 
 btSequentialImpulseConstraintSolver* seeded_solver(btDiscreteDynamicsWorld& world) {
     return dynamic_cast<btSequentialImpulseConstraintSolver*>(world.getConstraintSolver());
@@ -65,30 +97,38 @@ bool BridgeSnapshot::Moment::fits(const btDiscreteDynamicsWorld& world) const {
 }
 
 void BridgeSnapshot::Moment::give_contacts_back(btDispatcher& dispatcher) const {
+    const auto count = static_cast<std::size_t>(dispatcher.getNumManifolds());
     std::vector<bool> is_given(contacts.size(), false);
-    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-        btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
-        manifold.clearManifold();
-        std::size_t k = 0;
-        while (k < contacts.size() && (is_given[k] || !is_of(contacts[k], manifold))) {
-            ++k;
+    std::vector<const Points*> chosen(count, nullptr);
+    for (const auto fits : {is_of_same_children, is_of}) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(static_cast<int>(i));
+            for (std::size_t k = 0; k < contacts.size() && chosen[i] == nullptr; ++k) {
+                if (is_given[k] || !fits(contacts[k], manifold)) { continue; }
+                chosen[i] = &contacts[k];
+                is_given[k] = true;
+            }
         }
-        if (k == contacts.size()) { continue; }
-        is_given[k] = true;
-        manifold.setNumContacts(contacts[k].count);
-        for (int p = 0; p < contacts[k].count; ++p) {
-            manifold.getContactPoint(p) = contacts[k].points[p];
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(static_cast<int>(i));
+        manifold.clearManifold();
+        if (chosen[i] == nullptr) { continue; }
+        manifold.setNumContacts(chosen[i]->count);
+        for (int p = 0; p < chosen[i]->count; ++p) {
+            manifold.getContactPoint(p) = chosen[i]->points[p];
         }
     }
 }
 
-void BridgeSnapshot::Moment::give_back(btDiscreteDynamicsWorld& world) const {
+void BridgeSnapshot::Moment::give_back(btDiscreteDynamicsWorld& world, bool forgets_pairs) const {
     const btCollisionObjectArray& array = world.getCollisionObjectArray();
     // Pairs of objects that sleep get no manifolds, so nothing sleeps while these are made.
     for (int i = 0; i < array.size(); ++i) {
         objects[static_cast<std::size_t>(i)].give_back(*array[i]);
         array[i]->forceActivationState(ACTIVE_TAG);
     }
+    if (forgets_pairs) { join_broad_phase_anew(world); }
     world.performDiscreteCollisionDetection();
     for (int i = 0; i < array.size(); ++i) {
         const ObjectState& state = objects[static_cast<std::size_t>(i)];
@@ -124,15 +164,16 @@ pli_status BridgeSnapshot::restore(Bridge& bridge) const {
     if (moment_->is_empty || !moment_->fits(*bullet_world)) { return PLI_ERROR_INVALID_VALUE; }
     const pli_status status = pli_world_restore(bridge.world(), moment_->soft.data(), moment_->soft.size());
     if (status != PLI_OK) { return status; }
-    restore_bullet(bridge, *bullet_world, *moment_);
+    restore_bullet(bridge, *bullet_world, *moment_, false);
     return PLI_OK;
 }
 
-void BridgeSnapshot::restore_bullet(Bridge& bridge, btDiscreteDynamicsWorld& world, const Moment& moment) {
+void BridgeSnapshot::restore_bullet(Bridge& bridge, btDiscreteDynamicsWorld& world, const Moment& moment,
+                                    bool forgets_pairs) {
     bridge.impl_->restore_knowledge(moment.bridge);
     world.setGravity(moment.gravity); // before the bodies, which may have others
     bridge.impl_->set_restoring(true);
-    moment.give_back(world);
+    moment.give_back(world, forgets_pairs);
     bridge.impl_->set_restoring(false);
 }
 

@@ -33,6 +33,7 @@ int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generat
 
 bool plii_id_pool_is_sound(const plii_id_pool* pool, int item_count) {
     int free_count = 0, listed = 0;
+    if (pool->first_free1 < 0) { return false; }
     for (int i = 0; i < pool->count; ++i) {
         const int item = pool->slots[i].item;
         if (item < PLI_NULL_INDEX || item >= item_count) { return false; }

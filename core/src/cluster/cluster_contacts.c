@@ -237,7 +237,7 @@ static const plii_state_part cluster_contacts_parts[] = {
     {0},
 };
 
-static bool cluster_contacts_take_slots(const plii_cluster_contacts* state, const plii_pair_record* records, int count,
+static bool cluster_contacts_meet_slots(const plii_cluster_contacts* state, const plii_pair_record* records, int count,
                                         bool* is_met) {
     for (int i = 0; i < count; ++i) {
         const int slot = records[i].slot;
@@ -250,10 +250,9 @@ static bool cluster_contacts_take_slots(const plii_cluster_contacts* state, cons
 /* No manifold is of two pairs, or of one and free. */
 static bool cluster_contacts_own_manifolds(const plii_cluster_contacts* state, bool* is_met) {
     const plii_pair_cache* memory = &state->memory;
-    if (!cluster_contacts_take_slots(state, memory->present, memory->present_count, is_met) ||
-        !cluster_contacts_take_slots(state, memory->before, memory->before_count, is_met)) {
-        return false;
-    }
+    const bool are_single = cluster_contacts_meet_slots(state, memory->present, memory->present_count, is_met) &&
+                            cluster_contacts_meet_slots(state, memory->before, memory->before_count, is_met);
+    if (!are_single) { return false; }
     for (int slot = state->free_manifold1; slot != 0; slot = state->manifolds[slot - 1].age) {
         if (slot < 0 || slot > state->manifold_count || is_met[slot - 1]) { return false; }
         is_met[slot - 1] = true;

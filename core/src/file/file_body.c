@@ -2,6 +2,7 @@
 
 #include "file/file_parts.h"
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 
 static const plii_state_part file_body_parts[] = {
@@ -153,7 +154,10 @@ pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
 
 void plii_file_body_end(plii_file* file, pli_body* body) {
     file_parts(file, file_body_last_parts, body);
-    if (!plii_update_interval_is_valid(&body->interval) || body->joint_iterations < 0) {
+    const bool is_counted = body->sweeping_features >= 0 && body->sweeping_features <= body->pipeline.feature_count;
+    const bool has_events = plii_feature_state(body, &plii_contact_events_class) != NULL;
+    if (!plii_update_interval_is_valid(&body->interval) || body->joint_iterations < 0 || !is_counted ||
+        body->records_contacts != has_events) {
         plii_file_refuse(file, "a setting is out of range");
     }
     if (body->interval.steps > 1) { plii_world_use_update_intervals(body->world); }

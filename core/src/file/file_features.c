@@ -156,7 +156,6 @@ static bool file_lists_have_room(pli_body* body, const plii_feature_class* klass
     return true;
 }
 
-/* Of a feature that is half read: what one list says of another is not there. */
 static void file_empty_lists(const plii_feature_class* klass, void* state) {
     const int none = 0;
     for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
@@ -186,7 +185,6 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
     if (file->mode == PLII_FILE_READ && file->status == PLI_OK && !file_lists_have_room(body, klass, state)) {
         plii_file_refuse(file, "two lists have different lengths");
     }
-    if (file->mode == PLII_FILE_READ && file->status != PLI_OK) { file_empty_lists(klass, state); }
 }
 
 void plii_file_features(plii_file* file, pli_body* body) {
@@ -202,6 +200,13 @@ void plii_file_features(plii_file* file, pli_body* body) {
         file_feature_state(file, body, &body->pipeline.features[i]);
     }
     file->what = NULL;
+}
+
+void plii_file_empty_features(pli_body* body) {
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        file_empty_lists(body->pipeline.features[i].klass, body->pipeline.features[i].state);
+    }
+    body->sweeping_features = 0; /* features count down as they end */
 }
 
 void plii_file_settle_features(plii_file* file, pli_body* body) {

@@ -309,7 +309,9 @@ static pli_status file_read_all(file_walk* walk) {
     if (file->status == PLI_OK) { file_check_order(file, walk->world); }
     if (file->status == PLI_OK) { file_settle(walk); }
     if (file->status != PLI_OK) {
-        /* Its features may be half read: they hold nothing that is not theirs. */
+        for (int i = 0; walk->world != NULL && i < walk->world->body_count; ++i) {
+            plii_file_empty_features(walk->world->bodies[i]);
+        }
         pli_world_destroy(walk->world);
         walk->world = NULL;
     }

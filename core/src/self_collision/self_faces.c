@@ -158,10 +158,22 @@ static const plii_state_part self_faces_parts[] = {
     {0},
 };
 
+static const plii_field self_faces_fields[] = {
+    PLII_FIELD(pli_self_faces_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_self_faces_def, friction, 0, 1),
+    PLII_FIELD(pli_self_faces_def, max_travel, 0, PLI_MAX_COORDINATE),
+};
+
+static bool self_faces_is_sound(const pli_body* body, const void* data) {
+    const plii_self_faces_state* state = data;
+    return PLII_CHECK_FIELDS(body->context, &state->def, self_faces_fields, __func__) == PLI_OK;
+}
+
 const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
     .state_parts = self_faces_parts,
+    .is_sound = self_faces_is_sound,
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
@@ -178,12 +190,6 @@ const plii_feature_class plii_self_faces_class = {
 pli_self_faces_def pli_self_faces_def_default(void) {
     return (pli_self_faces_def){.thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field self_faces_fields[] = {
-    PLII_FIELD(pli_self_faces_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_self_faces_def, friction, 0, 1),
-    PLII_FIELD(pli_self_faces_def, max_travel, 0, PLI_MAX_COORDINATE),
-};
 
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

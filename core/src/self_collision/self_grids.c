@@ -108,10 +108,21 @@ static const plii_state_part self_grids_parts[] = {
     {0},
 };
 
+static const plii_field self_grids_fields[] = {
+    PLII_FIELD(pli_self_grids_def, distance, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1),
+};
+
+static bool self_grids_is_sound(const pli_body* body, const void* data) {
+    const self_grids_state* state = data;
+    return PLII_CHECK_FIELDS(body->context, &state->def, self_grids_fields, __func__) == PLI_OK;
+}
+
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
     .state_parts = self_grids_parts,
+    .is_sound = self_grids_is_sound,
     .needs = self_grids_needs,
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
     .arrays = self_grids_arrays,
@@ -122,11 +133,6 @@ const plii_feature_class plii_self_grids_class = {
 pli_self_grids_def pli_self_grids_def_default(void) {
     return (pli_self_grids_def){.distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field self_grids_fields[] = {
-    PLII_FIELD(pli_self_grids_def, distance, PLII_ABOVE_0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1),
-};
 
 pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

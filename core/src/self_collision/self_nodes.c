@@ -388,9 +388,17 @@ static const plii_state_part self_nodes_parts[] = {
     {0},
 };
 
+static const plii_field self_nodes_fields[] = {
+    PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_self_collision_def, friction, 0, 1),
+    PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR),
+};
+
 static bool self_nodes_is_sound(const pli_body* body, const void* data) {
-    const int count = ((const self_nodes_state*)data)->pairs.apart_count;
-    return count >= 0 && count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
+    const self_nodes_state* state = data;
+    const int count = state->pairs.apart_count;
+    return PLII_CHECK_FIELDS(body->context, &state->def, self_nodes_fields, __func__) == PLI_OK && count >= 0 &&
+           count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
 }
 
 const plii_feature_class plii_self_nodes_class = {
@@ -417,12 +425,6 @@ pli_self_collision_def pli_self_collision_def_default(void) {
     return (pli_self_collision_def){
         .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field self_nodes_fields[] = {
-    PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_self_collision_def, friction, 0, 1),
-    PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR),
-};
 
 pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -267,10 +267,14 @@ static void implicit_follow_solution(pli_body* body, const plii_implicit_system*
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
 }
 
+/* Whether conjugate gradients take part. */
+static bool implicit_needs_direction(const pli_implicit_def* def) {
+    return def->method == PLI_IMPLICIT_CONJUGATE_GRADIENT || def->finishing_iterations > 0;
+}
+
 /* A step of conjugate gradients, or of sweeps that they may finish, is held to its energy. */
 static bool implicit_is_improved(const implicit_state* state) {
-    return state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT &&
-           (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT || state->def.finishing_iterations > 0);
+    return state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT && implicit_needs_direction(&state->def);
 }
 
 /* Whether nodes are not where they were noted: what moved them, as bodies that overlap, is not to become speed. */
@@ -492,8 +496,7 @@ static const plii_state_part implicit_parts[] = {
 static bool implicit_is_sound(const pli_body* body, const void* data) {
     const implicit_state* state = data;
     (void)body;
-    const bool needs_direction = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
-    return state->def.sweeps >= 1 && (state->direction != NULL || !needs_direction);
+    return state->def.sweeps >= 1 && (state->direction != NULL || !implicit_needs_direction(&state->def));
 }
 
 const plii_feature_class plii_implicit_class = {
@@ -534,7 +537,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_implicit_class, &data));
     implicit_state* state = data;
-    if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT && used.finishing_iterations == 0) {
+    if (!implicit_needs_direction(&used)) {
         PLII_RELEASE(body->context, state->direction, body->node_count);
         state->direction = NULL;
     } else if (state->direction == NULL && !PLII_ALLOCATE(body->context, &state->direction, body->node_count)) {
