@@ -2,8 +2,6 @@
 
 #include "file/file_parts.h"
 
-#include "body/pipeline.h"
-
 static const plii_state_part file_body_parts[] = {
     PLII_STATE_OF(pli_body, is_frozen, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_body, bounds, PLII_SAVED, "6f"),
