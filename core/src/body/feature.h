@@ -189,7 +189,8 @@ typedef struct plii_feature_class {
     /* All optional. */
     /* After the needs, with its arrays; must leave nothing behind on failure. */
     pli_status (*enable)(pli_body* body, void* state);
-    /* After `enable`, and after each change of topology: makes anew what follows from nodes, links and faces. */
+    /* After `enable`, and after each change of topology: makes anew what follows from nodes, links and faces, and ends
+       what no longer fits them, as contacts. */
     void (*build)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,

@@ -125,10 +125,7 @@ static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const 
 }
 
 /* New members join clusters, which keep their indices. */
-static void cluster_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
-                                             void** blocks) {
-    (void)change;
-    (void)blocks;
+static void cluster_contacts_build(pli_body* body, void* data) {
     cluster_contacts_on_body_removed(body, data, NULL);
     plii_cluster_contacts_drop_groups(body, data);
 }
@@ -303,7 +300,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                 [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body_removed},
     .bytes = cluster_contacts_bytes,
     .reserve = cluster_contacts_reserve,
-    .topology_commit = cluster_contacts_topology_commit,
+    .build = cluster_contacts_build,
 };
 
 pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {

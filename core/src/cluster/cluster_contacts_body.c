@@ -2,8 +2,6 @@
    all there is in reference mode (CollideCL_SS); otherwise up to three more at nodes of each side far from it, so that
    flat sides rest on each other. */
 
-#include "math/simd_float4.h"
-
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
 

@@ -1,7 +1,5 @@
 /* What is known of pairs from step to step, and the contacts that they get. */
 
-#include "math/simd_float4.h"
-
 #include "cluster/cluster_contacts_pair.h"
 
 // -------------------------------------------------------------------------------------------------------------- memory

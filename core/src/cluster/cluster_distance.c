@@ -1,10 +1,7 @@
 /* Distances of clusters from rigid shapes and from each other, by the user's function or by that of the core. */
 
-#include "math/simd_float4.h"
-
 #include "cluster/cluster_contacts_impl.h"
 
-#include "body/world_state.h"
 #include "geometry/convex_penetration.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"

@@ -2,8 +2,6 @@
    measured anew: while the sides hardly move against each other, their points move with the frames, to first order as
    the nearest points do. As btPersistentManifold keeps contacts, but all or none. */
 
-#include "math/simd_float4.h"
-
 #include "cluster/cluster_contacts_impl.h"
 
 /* How long and how far a pair is followed. */

@@ -474,11 +474,15 @@ static pli_status rigid_faces_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
+static void rigid_faces_build(pli_body* body, void* data) {
+    rigid_faces_clear_all(data);
+    plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
+}
+
 static void rigid_faces_disable(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
     --body->sweeping_features;
-    rigid_faces_clear_all(state);
-    plii_pair_cache_release(body->context, &state->memory);
+    rigid_faces_build(body, state);
     plii_rigid_faces_release_substeps(body, data);
 }
 
@@ -487,13 +491,6 @@ static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
     (void)body;
     return plii_key_table_bytes(&state->memory.table) +
            (size_t)state->substeps.capacity * sizeof *state->substeps.items;
-}
-
-static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    (void)change;
-    (void)blocks;
-    rigid_faces_clear_all(data);
-    plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
 }
 
 /* After contacts of nodes with rigid bodies. */
@@ -548,7 +545,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .visit_contacts = plii_rigid_faces_visit_contacts,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
     .bytes = rigid_faces_bytes,
-    .topology_commit = rigid_faces_topology_commit,
+    .build = rigid_faces_build,
 };
 
 static const plii_field rigid_faces_fields[] = {

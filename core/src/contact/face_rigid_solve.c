@@ -4,7 +4,6 @@
    point and the shape that will be left along the normal at the end of the step: a contact that is not needed does
    nothing. It has the last word after links, and looks again and again for what the solve itself has brought about. */
 
-#include "body/world_state.h"
 #include "contact/face_rigid_impl.h"
 
 #include <string.h>

@@ -6,9 +6,6 @@
 #include "geometry/fat_aabb.h"
 #include "math/bounds.h"
 #include "pliant/bullet_reference.h"
-#include "pliant/contact.h"
-
-#include <string.h>
 
 static void node_boxes_start(const pli_body* body, pli_bounds* boxes, int first) {
     for (int i = first; i < body->node_count; ++i) {

@@ -370,14 +370,6 @@ static const plii_feature_array rigid_contacts_arrays[] = {
     {0},
 };
 
-static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
-                                           void** blocks) {
-    (void)body;
-    (void)change;
-    (void)blocks;
-    ((plii_rigid_contacts*)data)->count = 0;
-}
-
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
@@ -405,7 +397,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .on_rigid_removed = rigid_contacts_on_rigid_removed,
     .bytes = rigid_contacts_bytes,
     .reserve = rigid_contacts_preallocate,
-    .topology_commit = rigid_contacts_topology_commit,
+    .build = rigid_contacts_clear,
 };
 
 static const plii_field rigid_contacts_fields[] = {

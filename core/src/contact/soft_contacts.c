@@ -132,10 +132,7 @@ static const plii_feature_array soft_contacts_arrays[] = {
 };
 
 /* Boxes start anew with the next step. */
-static void soft_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
-                                          void** blocks) {
-    (void)change;
-    (void)blocks;
+static void soft_contacts_build(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->order_count = 0;
     state->has_boxes = false;
@@ -187,7 +184,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .visit_contacts = plii_soft_contacts_visit,
     .bytes = soft_contacts_bytes,
     .reserve = plii_soft_contacts_reserve,
-    .topology_commit = soft_contacts_topology_commit,
+    .build = soft_contacts_build,
 };
 
 // ------------------------------------------------------------------------------------------------- settings and access

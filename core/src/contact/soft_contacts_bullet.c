@@ -3,7 +3,6 @@
    Bullet does not have, it gives those of a body that was solved before their velocities, too. */
 
 #include "contact/soft_contacts_impl.h"
-#include "math/range.h"
 
 static void soft_bullet_move(pli_vec4* position, pli_vec3 step) {
     plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));

@@ -14,7 +14,6 @@
 #include "math/bounds.h"
 #include "math/range.h"
 
-#include <float.h>
 #include <string.h>
 
 // ------------------------------------------------------------------------------------------------------- one candidate

@@ -39,18 +39,13 @@ static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, p
     return true;
 }
 
-static void trace_forget(trace_state* trace) {
+/* A cut of another kind ends the sweep; a swept cut sets its ends after this. */
+static void trace_forget(pli_body* body, void* state) {
+    trace_state* trace = state;
+    (void)body;
     trace->has_ray = false;
     trace->ends.tip_count = 0;
     trace->ends.edge_count = 0;
-}
-
-/* A cut of another kind ends the sweep; a swept cut sets its ends after this. */
-static void trace_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
-    (void)body;
-    (void)change;
-    (void)blocks;
-    trace_forget(state);
 }
 
 static const plii_feature_array trace_arrays[] = {
@@ -72,7 +67,7 @@ const plii_feature_class plii_trace_class = {
     .state_size = sizeof(trace_state),
     .state_parts = trace_parts,
     .arrays = trace_arrays,
-    .topology_commit = trace_topology_commit,
+    .build = trace_forget,
 };
 
 static bool trace_ends_at(const trace_state* trace, pli_vec3 start, pli_vec3 end) {
@@ -121,10 +116,6 @@ static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (
 pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                               pli_vec3 to_end, int* parted) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (!plii_vec3_is_finite(from_start) || !plii_vec3_is_finite(from_end) || !plii_vec3_is_finite(to_start) ||
-        !plii_vec3_is_finite(to_end)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "an end of a ray is not finite");
-    }
     const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
     PLII_TRY(plii_check_finite_points(body->context, 4, ends, "end", __func__));
     const bool was_enabled = plii_feature_state(body, &plii_trace_class) != NULL;
@@ -140,7 +131,7 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
             return status;
         }
     } else if (!goes_on) {
-        trace_forget(trace);
+        trace_forget(body, trace);
     }
     trace->has_ray = true;
     trace->ray[0] = to_start;

@@ -7,9 +7,7 @@
 #include "base/scratch.h"
 #include "body/feature_arrays.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/range.h"
-#include "mesh/mesh_impl.h"
 
 #include <limits.h>
 #include <string.h>

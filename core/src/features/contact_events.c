@@ -332,11 +332,8 @@ static void contact_events_on_topology_changed(pli_body* body, void* data, const
     (void)body;
     contact_events_drop_faces(data, other);
 }
-static void contact_events_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
-                                           void** old_arrays) {
+static void contact_events_build(pli_body* body, void* data) {
     (void)body;
-    (void)change;
-    (void)old_arrays;
     contact_events_drop_faces(data, NULL);
 }
 
@@ -417,7 +414,7 @@ const plii_feature_class plii_contact_events_class = {
                 [PLII_TOPOLOGY_CHANGED] = contact_events_on_topology_changed},
     .bytes = contact_events_bytes,
     .reserve = contact_events_reserve,
-    .topology_commit = contact_events_topology_commit,
+    .build = contact_events_build,
 };
 
 pli_contact_events_def pli_contact_events_def_default(void) {

@@ -352,10 +352,6 @@ static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* ot
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
 
-static void sleep_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** old_arrays) {
-    (void)body, (void)data, (void)change, (void)old_arrays; /* `build` takes the places anew */
-}
-
 static const plii_feature_array sleep_arrays[] = {
     {PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"}, {0}};
 static const plii_state_part sleep_parts[] = {
@@ -372,7 +368,6 @@ const plii_feature_class plii_sleep_class = {
     .on_rigid_removed = sleep_on_rigid_removed,
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
     .state_parts = sleep_parts,
-    .topology_commit = sleep_topology_commit,
 };
 
 static const plii_field sleep_fields[] = {

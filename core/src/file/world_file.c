@@ -5,7 +5,6 @@
 
 #include "file/file_parts.h"
 
-#include "body/pipeline.h"
 #include "math/definition.h"
 
 #include <string.h>

@@ -8,7 +8,6 @@
 
 #include <float.h>
 #include <stdbool.h>
-#include <stdint.h>
 
 #define PLII_EPSILON FLT_EPSILON
 

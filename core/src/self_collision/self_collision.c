@@ -2,8 +2,6 @@
 
 #include "self_collision/self_collision_impl.h"
 
-#include "body/world_state.h"
-
 /* Points on a sphere by the golden angle; the index is spread over them. */
 pli_vec3 plii_self_direction(int a, int b) {
     unsigned h = (unsigned)a * 0x9e3779b1u ^ (unsigned)b * 0x85ebca77u;

@@ -456,10 +456,8 @@ static void implicit_disable(pli_body* body, void* data) {
 }
 
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */
-static void implicit_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+static void implicit_build(pli_body* body, void* data) {
     (void)body;
-    (void)change;
-    (void)blocks;
     implicit_state* state = data;
     state->spectral_radius = 0.0;
     state->constraints.count = 0;
@@ -508,7 +506,7 @@ const plii_feature_class plii_implicit_class = {
     .arrays = implicit_arrays,
     .enable = implicit_enable,
     .disable = implicit_disable,
-    .topology_commit = implicit_topology_commit,
+    .build = implicit_build,
 };
 
 // --------------------------------------------------------------------------------------------------------- settings

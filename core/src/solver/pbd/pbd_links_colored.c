@@ -3,7 +3,6 @@
 
 #include "body/all_features.h"
 #include "body/pipeline.h"
-#include "math/simd_float8.h"
 #include "solver/coloring/links_kernel.h"
 
 #include <float.h>

@@ -3,7 +3,6 @@
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "math/range.h"
 #include "solver/pbd/pbd_nodes.h"
 
 // -------------------------------------------------------------------------------------------------- bounds
