@@ -311,6 +311,12 @@ void plii_file_fields(plii_file* file, const char* fields, void* element) {
     }
 }
 
+void plii_file_parts(plii_file* file, const plii_state_part* parts, void* element) {
+    for (const plii_state_part* part = parts; part->size > 0; ++part) {
+        plii_file_fields(file, part->fields, (unsigned char*)element + part->offset);
+    }
+}
+
 void plii_file_elements(plii_file* file, const char* fields, void* elements, size_t count, size_t element_size) {
     if (file->mode == PLII_FILE_COUNT) {
         file->at += count * plii_file_packed_size(fields);
