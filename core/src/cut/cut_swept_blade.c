@@ -165,10 +165,6 @@ static bool swept_meets_tetra(const int nodes[4], const void* user) {
     return false;
 }
 
-static pli_status swept_check_tetras(const swept_pass* pass) {
-    return plii_edit_check_tetras(pass->edit, swept_meets_tetra, pass, "the blade meets");
-}
-
 // ------------------------------------------------------------------------------------------------- links without faces
 
 /* The edge of a link that the blade crosses away from faces, or NULL. */
@@ -404,17 +400,14 @@ static pli_status swept_run_pass(swept_pass* pass) {
         swept_mark(pass, pass->work->ends.tips[i], SWEPT_IS_TIP);
     }
     if (!swept_find_edges(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    PLII_TRY(swept_check_tetras(pass));
+    PLII_TRY(plii_edit_check_tetras(edit, swept_meets_tetra, pass, "the blade meets"));
     swept_remove_links(pass); /* also those over the inside of a face */
     if (!swept_meets_something(pass)) { return PLI_OK; }
     bool ok = swept_part_rope_links(pass) && swept_part_rope_nodes(pass) && swept_add_nodes(pass) &&
               swept_judge_faces(pass) && swept_open_closed_edges(pass);
     if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
     pass->work->parted += swept_crossed_links(pass);
-    ok = plii_edit_add_crossed_faces(edit, &pass->edges);
-    plii_edit_learn_rest_lengths(edit, &pass->edges);
-    ok = ok && plii_edit_split_links(edit, &pass->edges) && plii_edit_split_faces(edit, &pass->edges) &&
-         swept_separate(pass);
+    ok = plii_edit_split(edit, &pass->edges) && swept_separate(pass);
     return ok ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 

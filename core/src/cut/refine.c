@@ -339,11 +339,7 @@ static pli_status refine_run(refine_work* work) {
     plii_edit_remove_links(edit, refine_removes, work->values);
     if (!refine_find_edges(work) || !refine_add_nodes(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
     PLII_TRY(work->status);
-    if (!plii_edit_add_crossed_faces(edit, &work->edges)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    plii_edit_learn_rest_lengths(edit, &work->edges);
-    if (!plii_edit_split_links(edit, &work->edges) || !plii_edit_split_faces(edit, &work->edges)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    if (!plii_edit_split(edit, &work->edges)) { return PLI_ERROR_OUT_OF_MEMORY; }
     return work->def.cut ? refine_cut(work) : PLI_OK;
 }
 

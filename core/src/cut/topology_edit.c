@@ -104,13 +104,13 @@ static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share, float limit) {
     return (pli_vec4){between.x, between.y, between.z, 0.0f};
 }
 
-static bool edit_grow_nodes(plii_edit* edit) {
-    return edit->node_count < INT_MAX &&
-           PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, edit->node_count + 1);
-}
+/* Room for one more node, link or face. */
+#define EDIT_GROW(edit, element)                                                                                       \
+    ((edit)->element##_count < INT_MAX &&                                                                              \
+     PLII_RESERVE((edit)->context, &(edit)->element##s, &(edit)->element##_capacity, (edit)->element##_count + 1))
 
 int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
-    if (!edit_grow_nodes(edit)) { return PLI_NULL_INDEX; }
+    if (!EDIT_GROW(edit, node)) { return PLI_NULL_INDEX; }
     plii_edit_node *first = &edit->nodes[a], *second = &edit->nodes[b];
     plii_edit_node* node = &edit->nodes[edit->node_count];
     node->position = edit_lerp(first->position, second->position, share, PLI_MAX_COORDINATE);
@@ -122,7 +122,7 @@ int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
 }
 
 int plii_edit_copy_node(plii_edit* edit, int source) {
-    if (!edit_grow_nodes(edit)) { return PLI_NULL_INDEX; }
+    if (!EDIT_GROW(edit, node)) { return PLI_NULL_INDEX; }
     plii_edit_node* old = &edit->nodes[source];
     plii_edit_node* node = &edit->nodes[edit->node_count];
     *node = *old;
@@ -135,19 +135,13 @@ int plii_edit_copy_node(plii_edit* edit, int source) {
 }
 
 bool plii_edit_add_link(plii_edit* edit, plii_edit_link link) {
-    if (edit->link_count == INT_MAX ||
-        !PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, edit->link_count + 1)) {
-        return false;
-    }
+    if (!EDIT_GROW(edit, link)) { return false; }
     edit->links[edit->link_count++] = link;
     return true;
 }
 
 bool plii_edit_add_face(plii_edit* edit, plii_edit_face face) {
-    if (edit->face_count == INT_MAX ||
-        !PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, edit->face_count + 1)) {
-        return false;
-    }
+    if (!EDIT_GROW(edit, face)) { return false; }
     edit->faces[edit->face_count++] = face;
     return true;
 }
@@ -200,7 +194,8 @@ void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map) {
     }
 }
 
-bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
+/* Adds the edges of all faces that have an edge with a node on it, for the rest lengths of new links. */
+static bool edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
     for (int i = 0; i < edit->face_count; ++i) {
         const int* nodes = edit->faces[i].nodes;
         bool is_crossed = false;
@@ -217,7 +212,7 @@ bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
 
 // -------------------------------------------------------------------------------------------------- splitting
 
-bool plii_edit_split_links(plii_edit* edit, const plii_edge_map* map) {
+static bool edit_split_links(plii_edit* edit, const plii_edge_map* map) {
     const int count = edit->link_count;
     for (int i = 0; i < count; ++i) {
         const int* nodes = edit->links[i].nodes;
@@ -256,7 +251,7 @@ static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, i
            edit_set_rest_squared(map, edge.node, to, (1.0f - share) * (1.0f - share) * edge_squared);
 }
 
-bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map) {
+static bool edit_split_faces(plii_edit* edit, plii_edge_map* map) {
     if (map->count == 0) { return true; }
     for (int i = 0; i < edit->face_count; ++i) {
         /* A face is looked at again after each split. */
@@ -273,6 +268,12 @@ bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map) {
         }
     }
     return true;
+}
+
+bool plii_edit_split(plii_edit* edit, plii_edge_map* map) {
+    if (!edit_add_crossed_faces(edit, map)) { return false; }
+    plii_edit_learn_rest_lengths(edit, map);
+    return edit_split_links(edit, map) && edit_split_faces(edit, map);
 }
 
 // ----------------------------------------------------------------------------------------------------- commit

@@ -73,10 +73,7 @@ void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user
 float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, int node, int b, int c, float share);
 /* Takes the rest lengths of links along edges that are in the map. */
 void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map);
-/* Adds the edges of all faces that have an edge with a node on it, for the rest lengths of new links. */
-bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map);
 
 /* Parts the links and the faces whose edges have a node on them in the map, in the order of btSoftBody::refine; faces
    get links between their new nodes. False when out of memory. */
-bool plii_edit_split_links(plii_edit* edit, const plii_edge_map* map);
-bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map);
+bool plii_edit_split(plii_edit* edit, plii_edge_map* map);

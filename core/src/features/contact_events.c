@@ -218,11 +218,16 @@ static void contact_item_finish(contact_item* item) {
     item->event.normal = plii_vec3_safe_normalize(item->event.normal);
 }
 
-static void contact_events_append(contact_events* state, pli_contact_phase phase, const contact_item* item) {
-    int end = 0;
-    for (int k = 0; k <= (int)phase; ++k) {
-        end += state->event_counts[k];
+static int contact_events_before(const contact_events* state, int phase) {
+    int count = 0;
+    for (int k = 0; k < phase; ++k) {
+        count += state->event_counts[k];
     }
+    return count;
+}
+
+static void contact_events_append(contact_events* state, pli_contact_phase phase, const contact_item* item) {
+    const int end = contact_events_before(state, (int)phase + 1);
     state->event_counts[phase] += 1;
     state->events[end] = item->event;
     if (phase != PLI_CONTACT_END) { return; }
@@ -278,11 +283,6 @@ static void contact_events_end(pli_body* body, void* data) {
 
 // ------------------------------------------------------------------------------------------- what goes away or changes
 
-static int contact_events_count(const contact_events* state) {
-    return state->event_counts[PLI_CONTACT_BEGIN] + state->event_counts[PLI_CONTACT_PERSIST] +
-           state->event_counts[PLI_CONTACT_END];
-}
-
 static void contact_forget(pli_contact_event* event, const void* gone) {
     if (event->rigid == gone) { event->rigid = NULL; }
     if (event->other == gone) { event->other = NULL; }
@@ -295,7 +295,7 @@ static void contact_events_forget(contact_events* state, const void* gone) {
         if (item->key.other == gone) { item->key.other = NULL; }
         contact_forget(&item->event, gone);
     }
-    for (int i = 0; i < contact_events_count(state); ++i) {
+    for (int i = 0; i < contact_events_before(state, CONTACT_PHASES); ++i) {
         contact_forget(&state->events[i], gone);
     }
     int kept = 0;
@@ -315,7 +315,9 @@ static void contact_events_on_body_removed(pli_body* body, void* data, const pli
 }
 
 /* Faces and links have other indices now: those of `other`, or of the body itself (NULL). */
-static void contact_events_drop_faces(contact_events* state, const pli_body* other) {
+static void contact_events_drop_faces(pli_body* body, void* data, const pli_body* other) {
+    contact_events* state = data;
+    (void)body;
     for (int i = 0; i < state->present.count; ++i) {
         contact_item* item = &state->present.items[i];
         pli_contact_event* event = &item->event;
@@ -328,13 +330,8 @@ static void contact_events_drop_faces(contact_events* state, const pli_body* oth
     }
 }
 
-static void contact_events_on_topology_changed(pli_body* body, void* data, const pli_body* other) {
-    (void)body;
-    contact_events_drop_faces(data, other);
-}
 static void contact_events_build(pli_body* body, void* data) {
-    (void)body;
-    contact_events_drop_faces(data, NULL);
+    contact_events_drop_faces(body, data, NULL);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -410,8 +407,8 @@ const plii_feature_class plii_contact_events_class = {
     .collide_rigid = contact_events_collide,
     .meets_sensors = true,
     .on_rigid_removed = contact_events_on_rigid_removed,
-    .on_body = {[PLII_BODY_REMOVED] = contact_events_on_body_removed,
-                [PLII_TOPOLOGY_CHANGED] = contact_events_on_topology_changed},
+    .on_body =
+        {[PLII_BODY_REMOVED] = contact_events_on_body_removed, [PLII_TOPOLOGY_CHANGED] = contact_events_drop_faces},
     .bytes = contact_events_bytes,
     .reserve = contact_events_reserve,
     .build = contact_events_build,
@@ -425,9 +422,8 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_contact_events_def used = def != NULL ? *def : pli_contact_events_def_default();
     PLII_TRY(PLII_CHECK_MADE(body->context, pli_contact_events_def, &used, __func__));
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_contact_events_class, &data));
-    contact_events* state = data;
+    contact_events* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_contact_events_class, (void**)&state));
     state->def = used;
     contact_list_clear(&state->present);
     memset(state->event_counts, 0, sizeof state->event_counts);
@@ -444,10 +440,6 @@ const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_c
     if (plii_check_body(body, __func__) != PLI_OK || (unsigned)phase >= CONTACT_PHASES) { return NULL; }
     const contact_events* state = plii_feature_state(body, &plii_contact_events_class);
     if (state == NULL || plii_body_is_idle(body) || state->event_counts[phase] == 0) { return NULL; }
-    int begin = 0;
-    for (int k = 0; k < (int)phase; ++k) {
-        begin += state->event_counts[k];
-    }
     if (count != NULL) { *count = state->event_counts[phase]; }
-    return &state->events[begin];
+    return &state->events[contact_events_before(state, (int)phase)];
 }

@@ -11,6 +11,8 @@
 #include "geometry/closest_point.h"
 #include "math/definition.h"
 
+#include <string.h>
+
 typedef struct drag_item {
     int slot;
     int nodes[3], node_count;
@@ -152,10 +154,6 @@ static bool drag_is_idle(const pli_body* body, const void* data) {
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static bool drag_is_face(const drag_item* item, const int* nodes) {
-    return nodes[0] == item->nodes[0] && nodes[1] == item->nodes[1] && nodes[2] == item->nodes[2];
-}
-
 /* Faces that are cut are no longer there; their old nodes are. */
 static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     drag_state* state = data;
@@ -163,7 +161,7 @@ static void drag_topology_commit(pli_body* body, void* data, const plii_topology
     for (int i = 0; i < state->count; ++i) {
         drag_item* item = &state->items[i];
         int face = 0, heaviest = 0;
-        while (face < change->face_count && !drag_is_face(item, change->faces[face])) {
+        while (face < change->face_count && memcmp(item->nodes, change->faces[face], sizeof item->nodes) != 0) {
             ++face;
         }
         if (item->node_count == 1 || face < change->face_count) { continue; }
@@ -265,11 +263,9 @@ static void drag_take_hold(const pli_body* body, const pli_drag_def* def, drag_i
     plii_closest_feature closest;
     plii_closest_point_on_triangle(def->point, a, b, c, &closest);
     item->node_count = 3;
-    const float weights[3] = {closest.weights.x, closest.weights.y, closest.weights.z};
-    for (int k = 0; k < 3; ++k) {
-        item->nodes[k] = nodes[k];
-        item->weights[k] = weights[k];
-    }
+    memcpy(item->nodes, nodes, sizeof item->nodes);
+    memcpy(item->weights, (const float[3]){closest.weights.x, closest.weights.y, closest.weights.z},
+           sizeof item->weights);
 }
 
 static void drag_set_spring(const pli_body* body, const pli_drag_def* def, drag_item* item) {
@@ -289,9 +285,8 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
     PLII_TRY(drag_check(body, def, __func__));
     if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
     const bool was_enabled = plii_feature_state(body, &plii_drag_class) != NULL;
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_drag_class, &data));
-    drag_state* state = data;
+    drag_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_drag_class, (void**)&state));
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, state->count + 1) ||
         !plii_id_pool_reserve(body->context, &state->ids)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_drag_class); }

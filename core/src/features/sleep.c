@@ -24,7 +24,8 @@ static bool sleep_is_near(pli_vec3 a, pli_vec3 b, float reach) {
 
 // ------------------------------------------------------------------------------------------------------------- rest
 
-static void sleep_take_places(const pli_body* body, sleep_state* state) {
+static void sleep_take_places(pli_body* body, void* data) {
+    sleep_state* state = data;
     for (int i = 0; i < body->node_count; ++i) {
         state->places[i] = plii_xyz(body->positions[i]);
     }
@@ -321,10 +322,6 @@ static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, s
 
 // ------------------------------------------------------------------------------------------------------------- class
 
-static void sleep_build(pli_body* body, void* data) {
-    sleep_take_places(body, data);
-}
-
 static pli_status sleep_enable(pli_body* body, void* data) {
     (void)data;
     pli_world* world = body->world;
@@ -363,7 +360,7 @@ const plii_feature_class plii_sleep_class = {
     .arrays = sleep_arrays,
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
     .enable = sleep_enable,
-    .build = sleep_build,
+    .build = sleep_take_places,
     .disable = sleep_disable,
     .on_rigid_removed = sleep_on_rigid_removed,
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
@@ -379,9 +376,8 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_sleep_def used = def != NULL ? *def : pli_sleep_def_default();
     PLII_TRY_DEF(body->context, pli_sleep_def, &used, sleep_fields, __func__);
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_sleep_class, &data));
-    sleep_state* state = data;
+    sleep_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_sleep_class, (void**)&state));
     state->def = used;
     state->time = 0.0f;
     return PLI_OK;

@@ -246,19 +246,17 @@ static void target_add_between(pli_body* body, target_state* state, int node, co
     const int a = state->places[origin->a] - 1, b = state->places[origin->b] - 1;
     if (a < 0 || b < 0) { return; }
     target_item *first = &state->items[a], *second = &state->items[b];
-    const bool is_copy = origin->a == origin->b;
-    if (is_copy) { first->inverse_mass *= 2.0f; } /* each has half of the mass */
+    if (origin->a == origin->b) { first->inverse_mass *= 2.0f; } /* a copy: each has half of the mass */
     const float share = origin->share;
     const pli_target *low = &first->limits, *high = &second->limits;
     target_item* item = &state->items[state->count];
     *item = (target_item){
         .limits = {.node = node,
-                   .max_distance = low->max_distance + share * (high->max_distance - low->max_distance),
-                   .backstop_distance =
-                       low->backstop_distance + share * (high->backstop_distance - low->backstop_distance),
-                   .backstop_radius = low->backstop_radius + share * (high->backstop_radius - low->backstop_radius)},
+                   .max_distance = plii_lerp(low->max_distance, high->max_distance, share),
+                   .backstop_distance = plii_lerp(low->backstop_distance, high->backstop_distance, share),
+                   .backstop_radius = plii_lerp(low->backstop_radius, high->backstop_radius, share)},
         .is_held = first->is_held && second->is_held && !(body->positions[node].w > 0.0f),
-        .inverse_mass = first->inverse_mass + share * (second->inverse_mass - first->inverse_mass),
+        .inverse_mass = plii_lerp(first->inverse_mass, second->inverse_mass, share),
         .parents = {a, b},
         .share = share,
         .from = target_between(&first->from, &second->from, share),
@@ -404,11 +402,12 @@ static pli_status target_check_def(pli_body* body, const pli_targets_def* def, c
     return status;
 }
 
-/* Those of a call that moves them. */
-static pli_status target_check_poses(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count,
-                                     const char* function, target_state** found) {
+// ------------------------------------------------------------------------------------------------------------- calls
+
+static pli_status target_move(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count,
+                              bool takes_nodes, const char* function) {
     PLII_TRY(plii_check_body_between_steps(body, function));
-    target_state* state = *found = plii_feature_state(body, &plii_target_class);
+    target_state* state = plii_feature_state(body, &plii_target_class);
     const int given = state != NULL ? state->given : 0;
     if (count != given || given == 0) {
         return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "count is %d, the body has %d targets",
@@ -416,23 +415,21 @@ static pli_status target_check_poses(pli_body* body, const pli_vec3* positions, 
     }
     if (positions == NULL) { return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "positions is null"); }
     PLII_TRY(plii_check_finite_points(body->context, count, positions, "position", function));
-    if (normals == NULL) { return PLI_OK; }
-    PLII_TRY(plii_check_finite_points(body->context, count, normals, "normal", function));
+    if (normals != NULL) { PLII_TRY(plii_check_finite_points(body->context, count, normals, "normal", function)); }
     for (int i = 0; i < count; ++i) {
         PLII_TRY(target_check_normal(body, &state->items[i].limits, normals, i, function));
     }
+    target_set_poses(body, state, positions, normals);
+    if (takes_nodes) { target_place_nodes(body, state); }
     return PLI_OK;
 }
-
-// ------------------------------------------------------------------------------------------------------------- calls
 
 pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));
     const bool was_enabled = plii_feature_state(body, &plii_target_class) != NULL;
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_target_class, &data));
-    target_state* state = data;
+    target_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_target_class, (void**)&state));
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, def->count)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_target_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d targets", def->count);
@@ -462,16 +459,9 @@ pli_status pli_body_disable_targets(pli_body* body) {
 }
 
 pli_status pli_body_move_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
-    target_state* state = NULL;
-    PLII_TRY(target_check_poses(body, positions, normals, count, __func__, &state));
-    target_set_poses(body, state, positions, normals);
-    return PLI_OK;
+    return target_move(body, positions, normals, count, false, __func__);
 }
 
 pli_status pli_body_teleport_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
-    target_state* state = NULL;
-    PLII_TRY(target_check_poses(body, positions, normals, count, __func__, &state));
-    target_set_poses(body, state, positions, normals);
-    target_place_nodes(body, state);
-    return PLI_OK;
+    return target_move(body, positions, normals, count, true, __func__);
 }

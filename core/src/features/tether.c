@@ -156,10 +156,6 @@ static void tether_begin(pli_body* body, void* data) {
 
 // ---------------------------------------------------------------------------------------- solving, whole steps
 
-static void tether_prepare(pli_body* body, void* data) {
-    tether_begin(body, data);
-}
-
 /* The rigid body stands at the end of this step already, its velocity is that of the next one. */
 static void tether_apply_load(const pli_body* body, const tether_state* state, const tether_load* load) {
     const pli_tether* tether = &state->tethers[load->node];
@@ -330,7 +326,7 @@ const plii_feature_class plii_tether_class = {
     .state_size = sizeof(tether_state),
     .state_parts = tether_parts,
     .stages =
-        {[PLII_STAGE_PREPARE] = {tether_prepare, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
+        {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &tether_kind,
     .arrays = tether_arrays,
     .topology_commit = tether_topology_commit,
@@ -346,9 +342,8 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_tethers_def used = def != NULL ? *def : pli_tethers_def_default();
     PLII_TRY_DEF(body->context, pli_tethers_def, &used, tether_fields, __func__);
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_tether_class, &data));
-    tether_state* state = data;
+    tether_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_tether_class, (void**)&state));
     state->def = used;
     tether_list_constraints(body, state);
     (void)tether_gather_origins(body, state);

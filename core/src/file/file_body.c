@@ -30,12 +30,6 @@ static const plii_state_part file_body_last_parts[] = {
     {0},
 };
 
-static void file_parts(plii_file* file, const plii_state_part* parts, pli_body* body) {
-    for (const plii_state_part* part = parts; part->size > 0; ++part) {
-        plii_file_fields(file, part->fields, (unsigned char*)body + part->offset);
-    }
-}
-
 /* What it is made of. */
 typedef struct file_body_sizes {
     int nodes, links, materials, faces, tetras;
@@ -141,7 +135,7 @@ pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
     if (file->mode == PLII_FILE_READ) { body = file_make_body(file, world, &sizes); }
     if (body == NULL) { return NULL; }
     file->body = body;
-    file_parts(file, file_body_parts, body);
+    plii_file_parts(file, file_body_parts, body);
     file_body_mesh(file, body);
     if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return body; }
     file_check_body(file, body);
@@ -153,7 +147,7 @@ pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
 }
 
 void plii_file_body_end(plii_file* file, pli_body* body) {
-    file_parts(file, file_body_last_parts, body);
+    plii_file_parts(file, file_body_last_parts, body);
     const bool is_counted = body->sweeping_features >= 0 && body->sweeping_features <= body->pipeline.feature_count;
     const bool has_events = plii_feature_state(body, &plii_contact_events_class) != NULL;
     if (!plii_update_interval_is_valid(&body->interval) || body->joint_iterations < 0 || !is_counted ||

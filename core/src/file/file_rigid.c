@@ -193,10 +193,10 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
     made.shapes = is_wanted ? shapes : source->shapes;
     made.shape_poses = is_wanted ? poses : source->shape_poses;
     pli_rigid* rigid = file->status == PLI_OK ? file_make_rigid(file, world, &made) : NULL;
-    for (const plii_state_part* part = file_rigid_parts; rigid != NULL && part->size > 0; ++part) {
-        plii_file_fields(file, part->fields, (unsigned char*)rigid + part->offset);
+    if (rigid != NULL) {
+        plii_file_parts(file, file_rigid_parts, rigid);
+        rigid->is_in_step = true;
     }
-    if (rigid != NULL) { rigid->is_in_step = true; }
     for (int k = 0; k < count && shapes != NULL; ++k) {
         if (shapes[k] != NULL) { plii_shape_release(shapes[k]); }
     }
@@ -214,9 +214,7 @@ static void file_write_rigid(plii_file* file, const pli_world_file_def* def, pli
     file_rigid_def(file, &written);
     (void)plii_file_count(file, rigid->shape_count, 1);
     file_rigid_shapes(file, def, world, index, rigid->shape_count, rigid->shapes, rigid->shape_poses, false);
-    for (const plii_state_part* part = file_rigid_parts; part->size > 0; ++part) {
-        plii_file_fields(file, part->fields, (unsigned char*)rigid + part->offset);
-    }
+    plii_file_parts(file, file_rigid_parts, rigid);
 }
 
 void plii_file_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,

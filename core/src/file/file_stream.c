@@ -24,19 +24,12 @@ void plii_file_begin_part(plii_file* file, const char* part) {
 
 // -------------------------------------------------------------------------------------------------------- numbers
 
-static bool file_is_little_endian(void) {
-    const uint16_t one = 1;
-    unsigned char first;
-    memcpy(&first, &one, 1);
-    return first == 1;
-}
-
 static void file_copy_number(unsigned char* to, const unsigned char* from, size_t size) {
-    if (file_is_little_endian()) {
-        memcpy(to, from, size);
-        return;
-    }
-    for (size_t i = 0; i < size; ++i) {
+    const uint16_t one = 1;
+    unsigned char is_little_endian;
+    memcpy(&is_little_endian, &one, 1);
+    memcpy(to, from, size);
+    for (size_t i = 0; i < size && is_little_endian == 0; ++i) {
         to[i] = from[size - 1 - i];
     }
 }
@@ -65,33 +58,12 @@ int plii_file_count(plii_file* file, int count, size_t bytes) {
 
 // ------------------------------------------------------------------------------------------------------- pointers
 
-static void file_read_index(plii_file* file, int64_t index, int64_t end, int64_t* used) {
-    const bool is_good = index >= 0 && index < end;
-    if (!is_good) { plii_file_refuse(file, "an index is out of range"); }
-    *used = is_good ? index : 0;
-}
-
-/* Index + 1 in the list, 0: none. */
-static void file_body_pointer(plii_file* file, pli_body** body, bool may_be_gone) {
-    uint32_t index1 = 0;
-    if (file->mode != PLII_FILE_READ && *body != NULL) {
-        /* One that may be gone must not be looked into. */
-        int i = may_be_gone ? 0 : (*body)->world_index;
-        while (i < file->body_count && file->bodies[i] != *body) {
-            ++i;
-        }
-        index1 = i < file->body_count ? (uint32_t)i + 1 : 0;
-        if (!may_be_gone && index1 == 0) { plii_file_refuse(file, "a body is not of this world"); }
+/* PLI_NULL_INDEX: it is not there. One that may be gone must not be looked into. */
+static int file_find_body(const plii_file* file, const pli_body* body, bool may_be_gone) {
+    for (int i = may_be_gone || body == NULL ? 0 : body->world_index; i < file->body_count && body != NULL; ++i) {
+        if (file->bodies[i] == body) { return i; }
     }
-    if (file->mode == PLII_FILE_REPOINT) {
-        *body = index1 > 0 ? file->new_world->bodies[index1 - 1] : NULL;
-        return;
-    }
-    index1 = plii_file_u32(file, index1);
-    if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return; }
-    int64_t index = 0;
-    if (index1 > 0) { file_read_index(file, (int64_t)index1 - 1, file->body_count, &index); }
-    *body = index1 > 0 && file->status == PLI_OK ? file->bodies[index] : NULL;
+    return PLI_NULL_INDEX;
 }
 
 static int file_find_rigid(const plii_file* file, const pli_rigid* rigid) {
@@ -99,18 +71,35 @@ static int file_find_rigid(const plii_file* file, const pli_rigid* rigid) {
     return is_of_world && file->rigids[rigid->world_index] == rigid ? rigid->world_index : PLI_NULL_INDEX;
 }
 
-static void file_rigid_pointer(plii_file* file, pli_rigid** rigid, bool may_be_null) {
-    const int found = file->mode != PLII_FILE_READ ? file_find_rigid(file, *rigid) : PLI_NULL_INDEX;
-    if (file->mode == PLII_FILE_REPOINT) {
-        *rigid = found != PLI_NULL_INDEX ? file->new_rigids[found] : NULL;
-        return;
-    }
+/* The index of what is found, of so many, + 1; 0: none. */
+static int file_index(plii_file* file, int found, int count) {
+    if (file->mode == PLII_FILE_REPOINT) { return found; }
     const uint32_t index1 = plii_file_u32(file, (uint32_t)(found + 1));
-    if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return; }
-    int64_t index = 0;
-    if (index1 > 0) { file_read_index(file, (int64_t)index1 - 1, file->rigid_count, &index); }
-    if (index1 == 0 && !may_be_null) { plii_file_refuse(file, "a rigid body is missing"); }
-    *rigid = index1 > 0 && file->status == PLI_OK ? file->rigids[index] : NULL;
+    if (file->mode == PLII_FILE_READ && index1 > (uint32_t)count) {
+        plii_file_refuse(file, "an index is out of range");
+        return PLI_NULL_INDEX;
+    }
+    return (int)index1 - 1;
+}
+
+static const void* file_body_pointer(plii_file* file, const void* body, bool may_be_gone) {
+    const int found = file->mode != PLII_FILE_READ ? file_find_body(file, body, may_be_gone) : PLI_NULL_INDEX;
+    if (body != NULL && file->mode != PLII_FILE_READ && found == PLI_NULL_INDEX && !may_be_gone) {
+        plii_file_refuse(file, "a body is not of this world");
+    }
+    const int index = file_index(file, found, file->body_count);
+    if (index == PLI_NULL_INDEX) { return NULL; }
+    return file->mode == PLII_FILE_REPOINT ? file->new_world->bodies[index] : file->bodies[index];
+}
+
+static const void* file_rigid_pointer(plii_file* file, const void* rigid, bool may_be_null) {
+    const int found = file->mode != PLII_FILE_READ ? file_find_rigid(file, rigid) : PLI_NULL_INDEX;
+    const int index = file_index(file, found, file->rigid_count);
+    if (index != PLI_NULL_INDEX) {
+        return file->mode == PLII_FILE_REPOINT ? file->new_rigids[index] : file->rigids[index];
+    }
+    if (file->mode == PLII_FILE_READ && !may_be_null) { plii_file_refuse(file, "a rigid body is missing"); }
+    return NULL;
 }
 
 /* What is only compared. */
@@ -153,51 +142,39 @@ static const void* file_find_identity(plii_file* file, file_identity identity, p
     return rigid->shapes[identity.shape];
 }
 
-static void file_compared_pointer(plii_file* file, const void** pointer) {
+static const void* file_compared_pointer(plii_file* file, const void* pointer) {
     file_identity identity = {FILE_NOTHING, 0, 0};
-    if (file->mode != PLII_FILE_READ) { identity = file_identify(file, *pointer); }
+    if (file->mode != PLII_FILE_READ) { identity = file_identify(file, pointer); }
     if (file->mode == PLII_FILE_REPOINT) {
-        *pointer = file_find_identity(file, identity, file->new_world->bodies, file->new_rigids);
-        return;
+        return file_find_identity(file, identity, file->new_world->bodies, file->new_rigids);
     }
     identity.kind = (file_identity_kind)plii_file_u32(file, (uint32_t)identity.kind);
     identity.index = plii_file_u32(file, identity.index);
     identity.shape = plii_file_u32(file, identity.shape);
-    if (file->mode == PLII_FILE_READ && file->status == PLI_OK) {
-        *pointer = file_find_identity(file, identity, file->bodies, file->rigids);
-    }
+    const bool is_read = file->mode == PLII_FILE_READ && file->status == PLI_OK;
+    return is_read ? file_find_identity(file, identity, file->bodies, file->rigids) : NULL;
 }
 
-static void file_joint_class(plii_file* file, const plii_joint_class** klass) {
+static const void* file_joint_class(plii_file* file, const void* klass) {
     const plii_joint_class* const classes[] = {&plii_linear_joint_class, &plii_angular_joint_class};
-    if (file->mode == PLII_FILE_REPOINT) { return; }
-    const uint32_t index = plii_file_u32(file, *klass == classes[1]);
-    if (file->mode != PLII_FILE_READ) { return; }
+    if (file->mode == PLII_FILE_REPOINT) { return klass; }
+    const uint32_t index = plii_file_u32(file, klass == classes[1]);
     if (index > 1) { plii_file_refuse(file, "there is no such kind of joint"); }
-    *klass = classes[index == 1];
+    return classes[index == 1];
 }
 
+/* Only reading and re-pointing change where it leads. */
 static void file_pointer(plii_file* file, char letter, void* at) {
-    void* pointer;
+    const void* pointer;
     memcpy(&pointer, at, sizeof pointer);
     if (letter == 'P' || letter == 'Q') {
-        pli_body* body = pointer;
-        file_body_pointer(file, &body, letter == 'Q');
-        pointer = body;
+        pointer = file_body_pointer(file, pointer, letter == 'Q');
     } else if (letter == 'R' || letter == 'S') {
-        pli_rigid* rigid = pointer;
-        file_rigid_pointer(file, &rigid, letter == 'R');
-        pointer = rigid;
-    } else if (letter == 'O') {
-        const void* compared = pointer;
-        file_compared_pointer(file, &compared);
-        pointer = (void*)(uintptr_t)compared;
+        pointer = file_rigid_pointer(file, pointer, letter == 'R');
     } else {
-        const plii_joint_class* klass = pointer;
-        file_joint_class(file, &klass);
-        pointer = (void*)(uintptr_t)klass;
+        pointer = letter == 'O' ? file_compared_pointer(file, pointer) : file_joint_class(file, pointer);
     }
-    memcpy(at, &pointer, sizeof pointer);
+    if (file->mode == PLII_FILE_READ || file->mode == PLII_FILE_REPOINT) { memcpy(at, &pointer, sizeof pointer); }
 }
 
 // --------------------------------------------------------------------------------------------------------- structs
@@ -218,6 +195,11 @@ static int file_read_digits(const char** fields) {
     return number;
 }
 
+static size_t file_number_size(char letter) {
+    if (letter == 'd' || letter == 'U') { return 8; }
+    return strchr("fgiunNFHL", letter) != NULL ? 4 : 0;
+}
+
 static file_letter file_next_letter(const char** fields) {
     const bool has_count = isdigit((unsigned char)**fields);
     file_letter next = {.count = has_count ? file_read_digits(fields) : 1};
@@ -236,26 +218,13 @@ static file_letter file_next_letter(const char** fields) {
     case '*':
         next.size = 1;
         break;
-    case 'd':
-    case 'U':
-        next.size = next.packed = 8;
-        break;
-    case 'O':
-        next.size = sizeof(void*), next.packed = 12;
-        break;
-    case 'P':
-    case 'Q':
-    case 'R':
-    case 'S':
-    case 'J':
-        next.size = sizeof(void*), next.packed = 4;
-        break;
     case 'e':
         next.largest = file_read_digits(fields);
         next.size = next.packed = 4;
         break;
     default:
-        next.size = next.packed = strchr("fgiunNFHL", next.letter) != NULL ? 4 : 0;
+        next.size = strchr("OPQRSJ", next.letter) != NULL ? sizeof(void*) : file_number_size(next.letter);
+        next.packed = next.letter == 'O' ? 12 : strchr("PQRSJ", next.letter) != NULL ? 4 : next.size;
         break;
     }
     return next;
@@ -288,29 +257,11 @@ size_t plii_file_struct_size(const char* fields, size_t size) {
 
 static void file_check_int(plii_file* file, char letter, int largest, int value) {
     const pli_body* body = file->body;
-    int low = INT32_MIN, high = INT32_MAX;
-    switch (letter) {
-    case 'n':
-        low = 0, high = body->node_count - 1;
-        break;
-    case 'N':
-        low = -1, high = body->node_count - 1;
-        break;
-    case 'F':
-        low = 0, high = body->topology->face_count - 1;
-        break;
-    case 'H':
-        low = -1, high = body->topology->face_count - 1;
-        break;
-    case 'L':
-        low = -1, high = body->link_count - 1;
-        break;
-    case 'e':
-        low = 0, high = largest;
-        break;
-    default:
-        break;
-    }
+    const int low = strchr("NHL", letter) != NULL ? -1 : 0;
+    int high = largest; /* of 'e' */
+    if (strchr("nN", letter) != NULL) { high = body->node_count - 1; }
+    if (strchr("FH", letter) != NULL) { high = body->topology->face_count - 1; }
+    if (letter == 'L') { high = body->link_count - 1; }
     if (value < low || value > high) { plii_file_refuse(file, "an index is out of range"); }
 }
 
@@ -327,7 +278,7 @@ static void file_check(plii_file* file, const file_letter* letter, const void* a
         unsigned char value;
         memcpy(&value, at, 1);
         if (value > 1) { plii_file_refuse(file, "something is neither true nor false"); }
-    } else if (letter->size == sizeof(int)) {
+    } else if (strchr("nNFHLe", letter->letter) != NULL) {
         int value;
         memcpy(&value, at, sizeof value);
         file_check_int(file, letter->letter, letter->largest, value);
@@ -357,6 +308,12 @@ void plii_file_fields(plii_file* file, const char* fields, void* element) {
             file_value(file, &letter, bytes + offset + (size_t)i * letter.size);
         }
         offset += (size_t)letter.count * letter.size;
+    }
+}
+
+void plii_file_parts(plii_file* file, const plii_state_part* parts, void* element) {
+    for (const plii_state_part* part = parts; part->size > 0; ++part) {
+        plii_file_fields(file, part->fields, (unsigned char*)element + part->offset);
     }
 }
 

@@ -56,6 +56,7 @@ int plii_file_count(plii_file* file, int count, size_t bytes);
 
 /* Structs by the letters of their members (body/feature.h). */
 void plii_file_fields(plii_file* file, const char* fields, void* element);
+void plii_file_parts(plii_file* file, const plii_state_part* parts, void* element);
 void plii_file_elements(plii_file* file, const char* fields, void* elements, size_t count, size_t element_size);
 /* Bytes that such a struct has in a file, and in memory; 0 in memory: `fields` has a letter that there is not. */
 size_t plii_file_packed_size(const char* fields);

@@ -9,13 +9,13 @@
 #include "pliant/io.h"
 
 #include <limits.h>
+#include <stdio.h>
 #include <string.h>
 
 /* One of the files. */
 typedef struct tetgen_file {
     plii_text text;
     char* path;
-    size_t path_size;
     int header_line;
     int record_count;   /* what the first line promises */
     int first_index;    /* number of the first record, 0 or 1 */
@@ -29,28 +29,6 @@ typedef struct tetgen_mesh {
     int* tetras; /* [4 * tetra_count] */
     int* faces;  /* [3 * face_count] */
 } tetgen_mesh;
-
-static void tetgen_close(tetgen_file* file) {
-    pli_context* context = file->text.context;
-    plii_text_close(&file->text);
-    plii_release(context, file->path, file->path_size);
-}
-
-static pli_status tetgen_open(pli_context* context, const char* base, const char* extension, const char* function,
-                              bool* missing, tetgen_file* file) {
-    memset(file, 0, sizeof *file);
-    const size_t base_length = strlen(base), extension_length = strlen(extension);
-    file->path_size = base_length + extension_length + 1;
-    file->path = plii_allocate(context, file->path_size);
-    if (file->path == NULL) {
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for a file name", base);
-    }
-    memcpy(file->path, base, base_length);
-    memcpy(file->path + base_length, extension, extension_length);
-    const pli_status status = plii_text_open(context, file->path, function, missing, &file->text);
-    if (status != PLI_OK) { tetgen_close(file); }
-    return status;
-}
 
 /* The first line: how many records, then other numbers that may be left out. */
 static pli_status tetgen_read_header(tetgen_file* file, const char* what, int value_count, int* values) {
@@ -200,10 +178,16 @@ static pli_status tetgen_read_faces(tetgen_file* file, tetgen_mesh* mesh) {
 /* Reads one of the files with its reader; `missing` as for plii_text_open. */
 static pli_status tetgen_read_file(pli_context* context, const char* base, const char* extension, const char* function,
                                    bool* missing, pli_status (*read)(tetgen_file*, tetgen_mesh*), tetgen_mesh* mesh) {
-    tetgen_file file;
-    PLII_TRY(tetgen_open(context, base, extension, function, missing, &file));
-    const pli_status status = missing != NULL && *missing ? PLI_OK : read(&file, mesh);
-    tetgen_close(&file);
+    const size_t path_size = strlen(base) + strlen(extension) + 1;
+    tetgen_file file = {.path = plii_allocate(context, path_size)};
+    if (file.path == NULL) {
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for a file name", base);
+    }
+    snprintf(file.path, path_size, "%s%s", base, extension);
+    pli_status status = plii_text_open(context, file.path, function, missing, &file.text);
+    if (status == PLI_OK && !(missing != NULL && *missing)) { status = read(&file, mesh); }
+    plii_text_close(&file.text);
+    plii_release(context, file.path, path_size);
     return status;
 }
 

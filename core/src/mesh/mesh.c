@@ -114,6 +114,15 @@ plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) 
 
 // ------------------------------------------------------------------------------------------------------ life
 
+/* ARRAY(field, count, capacity) for each. */
+#define MESH_ARRAYS(ARRAY)                                                                                             \
+    ARRAY(positions, node_count, node_capacity)                                                                        \
+    ARRAY(inverse_masses, node_count, mass_capacity)                                                                   \
+    ARRAY(links, link_count, link_capacity)                                                                            \
+    ARRAY(faces, face_count, face_capacity)                                                                            \
+    ARRAY(tetras, tetra_count, tetra_capacity)                                                                         \
+    ARRAY(materials, material_count, material_capacity)
+
 pli_status plii_check_mesh_create(pli_context* context, pli_mesh** mesh, const char* function) {
     PLII_TRY(plii_check_context_change(context, function));
     return mesh != NULL ? PLI_OK : plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "mesh is null");
@@ -146,16 +155,10 @@ pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
         return PLII_FAIL(source->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d materials",
                          source->material_count);
     }
-#define MESH_CLONE(field, count)                                                                                       \
+#define MESH_CLONE(field, count, capacity)                                                                             \
     if (source->count > 0) { memcpy(made->field, source->field, (size_t)source->count * sizeof *made->field); }        \
-    made->count = source->count
-    MESH_CLONE(positions, node_count);
-    MESH_CLONE(inverse_masses, node_count);
-    MESH_CLONE(links, link_count);
-    MESH_CLONE(faces, face_count);
-    MESH_CLONE(tetras, tetra_count);
-    MESH_CLONE(materials, material_count);
-#undef MESH_CLONE
+    made->count = source->count;
+    MESH_ARRAYS(MESH_CLONE)
     *mesh = made;
     return PLI_OK;
 }
@@ -164,14 +167,8 @@ void pli_mesh_destroy(pli_mesh* mesh) {
     if (mesh == NULL || plii_check_mesh_change(mesh, __func__) != PLI_OK) { return; }
     pli_context* context = mesh->context;
     plii_mesh_clear_topology(mesh);
-#define MESH_RELEASE(field, capacity) plii_release(context, mesh->field, (size_t)mesh->capacity * sizeof *mesh->field)
-    MESH_RELEASE(positions, node_capacity);
-    MESH_RELEASE(inverse_masses, mass_capacity);
-    MESH_RELEASE(links, link_capacity);
-    MESH_RELEASE(faces, face_capacity);
-    MESH_RELEASE(tetras, tetra_capacity);
-    MESH_RELEASE(materials, material_capacity);
-#undef MESH_RELEASE
+#define MESH_RELEASE(field, count, capacity) PLII_RELEASE(context, mesh->field, mesh->capacity);
+    MESH_ARRAYS(MESH_RELEASE)
     plii_handle_release(context, mesh, PLII_HANDLE_MESH, sizeof *mesh);
 }
 
@@ -179,17 +176,10 @@ pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {
     pli_mesh_view view;
     memset(&view, 0, sizeof view); /* callers may compare views by their bytes */
     if (plii_check_mesh(mesh, __func__) != PLI_OK) { return view; }
-    view.node_count = mesh->node_count;
-    view.link_count = mesh->link_count;
-    view.face_count = mesh->face_count;
-    view.tetra_count = mesh->tetra_count;
-    view.material_count = mesh->material_count;
-    view.positions = mesh->positions;
-    view.inverse_masses = mesh->inverse_masses;
-    view.links = mesh->links;
-    view.faces = mesh->faces;
-    view.tetras = mesh->tetras;
-    view.materials = mesh->materials;
+#define MESH_VIEW(field, count, capacity)                                                                              \
+    view.field = mesh->field;                                                                                          \
+    view.count = mesh->count;
+    MESH_ARRAYS(MESH_VIEW)
     return view;
 }
 

@@ -52,10 +52,6 @@ static void self_faces_run_finish(pli_body* body, void* data) {
     }
 }
 
-static void self_faces_begin_substeps(pli_body* body, void* data) {
-    plii_self_faces_begin(body, data);
-}
-
 static void self_faces_motion_block(int begin, int end, int block, void* data) {
     plii_self_faces_motions* motions = data;
     float squared = 0.0f;
@@ -114,15 +110,6 @@ static pli_status self_faces_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
-static void self_faces_disable(pli_body* body, void* data) {
-    plii_self_faces_release_hits(body->context, data);
-}
-
-static size_t self_faces_bytes(const pli_body* body, const void* data) {
-    (void)body;
-    return plii_self_faces_hit_bytes(data);
-}
-
 static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     plii_self_faces_state* state = data;
     (void)blocks;
@@ -140,7 +127,7 @@ enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORD
 static const plii_substep_class self_faces_kind = {
     .order = SELF_FACES_SUBSTEP_ORDER,
     .klass = &plii_self_faces_class,
-    .begin = self_faces_begin_substeps,
+    .begin = plii_self_faces_begin,
     .restart = self_faces_restart_substep,
     .sweep = self_faces_sweep,
 };
@@ -180,8 +167,8 @@ const plii_feature_class plii_self_faces_class = {
     .substepped = &self_faces_kind,
     .arrays = self_faces_arrays,
     .enable = self_faces_enable,
-    .disable = self_faces_disable,
-    .bytes = self_faces_bytes,
+    .disable = plii_self_faces_release_hits,
+    .bytes = plii_self_faces_hit_bytes,
     .topology_commit = self_faces_topology_commit,
 };
 

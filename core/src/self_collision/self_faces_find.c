@@ -266,13 +266,16 @@ static bool self_faces_search_run(pli_body* body, plii_self_faces_state* state, 
     return self_faces_find_pairs(&search, is_edges ? state->edge_count : body->node_count);
 }
 
-void plii_self_faces_release_hits(pli_context* context, plii_self_faces_state* state) {
+void plii_self_faces_release_hits(pli_body* body, void* data) {
+    plii_self_faces_state* state = data;
     for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
-        PLII_RELEASE(context, state->hits[b].items, state->hits[b].capacity);
+        PLII_RELEASE(body->context, state->hits[b].items, state->hits[b].capacity);
     }
 }
 
-size_t plii_self_faces_hit_bytes(const plii_self_faces_state* state) {
+size_t plii_self_faces_hit_bytes(const pli_body* body, const void* data) {
+    const plii_self_faces_state* state = data;
+    (void)body;
     size_t bytes = 0;
     for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
         bytes += (size_t)state->hits[b].capacity * sizeof *state->hits[b].items;
@@ -329,7 +332,8 @@ static void self_faces_count_motion(const pli_body* body, plii_self_faces_state*
     state->moved += plii_self_faces_largest(body, state, nodes, self_faces_count_block) * (1.0f + 1e-5f);
 }
 
-void plii_self_faces_begin(pli_body* body, plii_self_faces_state* state) {
+void plii_self_faces_begin(pli_body* body, void* data) {
+    plii_self_faces_state* state = data;
     const plii_self_nodes nodes = {NULL, body->previous, body->previous};
     state->report = (pli_self_faces_report){.pairs = state->pair_count};
     state->travel = self_faces_wanted_travel(body, state);
@@ -381,8 +385,7 @@ static bool self_faces_activate(plii_self_faces_state* state, int index) {
     float low = FLT_MAX, high = -FLT_MAX;
     for (int k = 0; k < 4; ++k) {
         const float level = pli_vec3_dot(pair->normal, pli_vec3_sub(x[k], x[0]));
-        const bool is_first = k == 0 || (k == 1 && pair->is_edges);
-        if (is_first) {
+        if (k == 0 || (k == 1 && pair->is_edges)) {
             low = plii_min(low, level);
         } else {
             high = plii_max(high, level);

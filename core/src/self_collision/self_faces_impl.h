@@ -53,8 +53,9 @@ typedef struct plii_self_faces_state {
     pli_self_faces_report report;
 } plii_self_faces_state;
 
-void plii_self_faces_release_hits(pli_context* context, plii_self_faces_state* state);
-size_t plii_self_faces_hit_bytes(const plii_self_faces_state* state);
+/* Of a plii_self_faces_state, as the class of the feature calls them. */
+void plii_self_faces_release_hits(pli_body* body, void* data);
+size_t plii_self_faces_hit_bytes(const pli_body* body, const void* data);
 
 /* Of the largest of what blocks of nodes came to. */
 typedef struct plii_self_faces_motions {
@@ -69,8 +70,8 @@ float plii_self_faces_largest(const pli_body* body, plii_self_faces_state* state
 
 /* Edges of all faces, each once. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);
-/* At the start of a step: pairs that could come together in it. */
-void plii_self_faces_begin(pli_body* body, plii_self_faces_state* state);
+/* At the start of a step: pairs that could come together in it. `data`: the state. */
+void plii_self_faces_begin(pli_body* body, void* data);
 /* Collects the pairs that could come together when no node moves by more than `motion`. */
 void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes, float motion);
 
