@@ -10,17 +10,6 @@ static inline float plii_contact_recovery_speed(float of_definition) {
     return of_definition > 0.0f ? of_definition : 1.0f;
 }
 
-/* Before the sweeps of a substep: a penetration that is there already goes at `recovery_speed`, by a shift of the
-   node's `share`, lest it turns into speed, which would keep cloth on a body in motion for good. Returns the lowest gap
-   that the sweeps allow. */
-static inline float plii_contact_recover(const plii_substep* substep, int node, pli_vec3 normal, float gap, float share,
-                                         float recovery_speed) {
-    if (!(gap < 0.0f) || !(substep->displacements[node].w > 0.0f)) { return plii_min(gap, 0.0f); }
-    const float shift = share * plii_min(-gap, recovery_speed * substep->dt);
-    plii_substep_shift(substep, node, pli_vec3_scale(normal, shift));
-    return gap + shift;
-}
-
 /* Change of the multiplier of a contact that is `gap` above what it allows. `alpha`: compliance / dt^2. 0 where it has
    nothing to act on. */
 static inline float plii_contact_multiplier(float gap, float weight, float alpha, float multiplier) {

@@ -74,9 +74,8 @@ static plii_contact_report soft_contact_report(const pli_body* node_body, const 
     report.point = point;
     report.normal = contact->normal;
     report.impulse = index < state->impulse_count ? state->impulses.items[index] : pli_vec3_make(0, 0, 0);
-    report.gap =
-        pli_vec3_dot(contact->normal, pli_vec3_sub(plii_soft_contacts_position(node_body, contact->node), point)) -
-        contact->margin;
+    report.gap = pli_vec3_dot(contact->normal, pli_vec3_sub(plii_xyz(node_body->positions[contact->node]), point)) -
+                 contact->margin;
     return report;
 }
 

@@ -30,7 +30,7 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
     const float slack = margin * 0.25f;
     const float ahead = body->step.dt * 3.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 x = plii_soft_contacts_position(body, i);
+        const pli_vec3 x = plii_xyz(body->positions[i]);
         const pli_bounds box = {x, x};
         plii_fat_aabb_update(&state->node_boxes[i], plii_bounds_grow(box, margin),
                              pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);

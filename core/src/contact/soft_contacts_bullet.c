@@ -56,7 +56,7 @@ void plii_soft_contacts_solve_bullet(pli_body* body, void* data) {
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
         const pli_vec3 n = contact->normal, weights = contact->weights;
-        const pli_vec3 x = plii_soft_contacts_position(body, contact->node);
+        const pli_vec3 x = plii_xyz(body->positions[contact->node]);
         const pli_vec3 point = plii_soft_contacts_blend(other->positions, face, weights);
         const pli_vec3 point_before = plii_soft_contacts_blend(other->previous, face, weights);
         const pli_vec3 motion =

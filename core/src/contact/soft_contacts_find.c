@@ -26,7 +26,7 @@
    before it was so much. */
 static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
     const pli_body* body = pass->node_body;
-    const pli_vec3 motion = pli_vec3_sub(plii_soft_contacts_position(body, node), plii_xyz(body->previous[node]));
+    const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
     const float reach = pass->margin + pli_vec3_length(pli_vec3_sub(motion, pass->common_motion)) * 2.0f;
     if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach}; }
     const float slack = SOFT_CONTACTS_SLACK * pass->margin + 2.0f * pass->node_state->missed[node];
@@ -41,9 +41,9 @@ static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass
    place part. */
 pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face,
                                         pli_vec3 weights) {
-    const pli_vec3 a = plii_soft_contacts_position(pass->face_body, face[0]);
-    const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(plii_soft_contacts_position(pass->face_body, face[1]), a),
-                                          pli_vec3_sub(plii_soft_contacts_position(pass->face_body, face[2]), a));
+    const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
+    const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(plii_xyz(pass->face_body->positions[face[1]]), a),
+                                          pli_vec3_sub(plii_xyz(pass->face_body->positions[face[2]]), a));
     const pli_vec3 normal = plii_vec3_divide(cross, pli_vec3_length(cross));
     const pli_vec4* previous = pass->face_body->previous;
     const pli_vec3 point = plii_soft_contacts_blend(previous, face, weights);
@@ -59,7 +59,11 @@ pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int
 static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights) {
     const pli_vec4* positions = pass->face_body->positions;
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
-    if (!pass->use_boxes) { return plii_soft_contacts_face_weight(pass->face_body, face, weights); }
+    if (!pass->use_boxes) {
+        const float weight =
+            w.x * (weights.x * weights.x) + w.y * (weights.y * weights.y) + w.z * (weights.z * weights.z);
+        return plii_body_is_idle(pass->face_body) ? 0.0f : weight;
+    }
     const bool is_pinned = w.x <= 0.0f || w.y <= 0.0f || w.z <= 0.0f;
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
 }
@@ -92,10 +96,10 @@ pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_s
 /* As Bullet does it. */
 static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
     const int* face = pass->face_body->topology->faces[face_index];
-    const pli_vec3 origin = plii_soft_contacts_position(pass->node_body, node);
-    const pli_vec3 a = plii_soft_contacts_position(pass->face_body, face[0]);
-    const pli_vec3 b = plii_soft_contacts_position(pass->face_body, face[1]);
-    const pli_vec3 c = plii_soft_contacts_position(pass->face_body, face[2]);
+    const pli_vec3 origin = plii_xyz(pass->node_body->positions[node]);
+    const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
+    const pli_vec3 b = plii_xyz(pass->face_body->positions[face[1]]);
+    const pli_vec3 c = plii_xyz(pass->face_body->positions[face[2]]);
     pli_vec3 point;
     float distance_squared;
     if (!plii_project_origin_on_triangle(pli_vec3_sub(a, origin), pli_vec3_sub(b, origin), pli_vec3_sub(c, origin),
@@ -289,7 +293,7 @@ enum { SOFT_CONTACTS_TOGETHER = 8 };
 #define SOFT_CONTACTS_SPREAD 2.0f
 
 static pli_bounds soft_contacts_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
-    const pli_vec3 x = plii_soft_contacts_position(pass->node_body, near.node);
+    const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
     return plii_bounds_grow((pli_bounds){x, x}, near.reach * 1.0001f);
 }
 
@@ -317,7 +321,7 @@ static pli_status soft_contacts_run_near(const plii_soft_contacts_pass* pass) {
         const int group_count = plii_bvh4_find_groups(&search->near, &all, search->groups);
         for (int i = first; i < end && group_count > 0; ++i) {
             const plii_soft_contacts_node near = search->nodes[i];
-            const pli_vec3 x = plii_soft_contacts_position(pass->node_body, near.node);
+            const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
             search->hit_count = plii_bvh4_find(&search->near, search->groups, group_count, x, near.reach, search->hits);
             for (int k = 0; k < search->hit_count; ++k) {
                 search->hits[k] = search->faces[search->hits[k]];

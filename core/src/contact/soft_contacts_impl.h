@@ -70,23 +70,11 @@ typedef struct plii_soft_contacts_state {
 
 extern const plii_feature_class plii_soft_contacts_class;
 
-static inline pli_vec3 plii_soft_contacts_position(const pli_body* body, int node) {
-    return plii_xyz(body->positions[node]);
-}
-
 /* At a point of a face, by its barycentric weights. */
 static inline pli_vec3 plii_soft_contacts_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
     return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
                                      pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
                         pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
-}
-
-/* Inverse of the mass that a face shows at a point, 1/kg. */
-static inline float plii_soft_contacts_face_weight(const pli_body* body, const int* face, pli_vec3 weights) {
-    if (plii_body_is_idle(body)) { return 0.0f; }
-    const pli_vec4* positions = body->positions;
-    return positions[face[0]].w * (weights.x * weights.x) + positions[face[1]].w * (weights.y * weights.y) +
-           positions[face[2]].w * (weights.z * weights.z);
 }
 
 static inline pli_bounds plii_soft_contacts_face_bounds(const pli_vec4* positions, const int* face) {

@@ -48,7 +48,7 @@ static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft
     const float distance = pli_vec3_length(point);
     if (!(distance < near.reach)) { return false; }
     /* A direction of the length of rounding errors means nothing. */
-    const float noise = 4.0f * PLII_EPSILON * pli_vec3_length(plii_soft_contacts_position(pass->node_body, near.node));
+    const float noise = 4.0f * PLII_EPSILON * pli_vec3_length(plii_xyz(pass->node_body->positions[near.node]));
     pick->distance = distance;
     pick->contact.weights = closest.weights;
     pick->contact.normal = distance > noise ? plii_vec3_divide(point, -distance)
