@@ -16,17 +16,24 @@ typedef struct plii_rigid_group {
     float height[PLII_RIGID_GROUP_SIZE];            /* m: the gap at the positions that displacements count from */
     float friction[PLII_RIGID_GROUP_SIZE];          /* Coulomb's coefficient */
     uint32_t scaled_indices[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
-    bool is_still;                                  /* else the surfaces have velocities, m/s, where the contacts are */
-    float velocity[3 * PLII_RIGID_GROUP_SIZE];
-    /* What it has moved its nodes by in a substep, m; from sweep to sweep: along the normal, without what recovers, and
-       by friction. */
-    float push[PLII_RIGID_GROUP_SIZE];
-    float slide[3 * PLII_RIGID_GROUP_SIZE];
+    int surface;                                    /* index of what moves, PLI_NULL_INDEX: all stand still */
 } plii_rigid_group;
+
+typedef struct plii_rigid_surface {
+    float velocity[3 * PLII_RIGID_GROUP_SIZE]; /* m/s, where the contacts are */
+} plii_rigid_surface;
+
+/* What a group has moved its nodes by in a substep, m; from sweep to sweep. */
+typedef struct plii_rigid_sum {
+    float push[PLII_RIGID_GROUP_SIZE]; /* along the normal, without what recovers */
+    float friction[3 * PLII_RIGID_GROUP_SIZE];
+} plii_rigid_sum;
 
 typedef struct plii_rigid_groups {
     plii_rigid_group* groups;
-    int count, capacity;
+    plii_rigid_surface* surfaces;
+    plii_rigid_sum* sums; /* [count] */
+    int count, capacity, surface_count, surface_capacity, sum_capacity;
     int filled; /* contacts of the last group, while they are added */
 } plii_rigid_groups;
 

@@ -52,7 +52,8 @@ PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indi
     plii_simd_store_two(records, scaled_indices + 6, moved[3]);
 }
 
-PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* group) {
+PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* group, const plii_rigid_surface* surface,
+                                  plii_rigid_sum* sum) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_nodes8 start = groups_gather(pass->start_displacements, group->scaled_indices);
     const plii_nodes8 now = groups_gather(pass->displacements, group->scaled_indices);
@@ -68,8 +69,8 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* gro
     }
     plii_vec3x8 from = {start.x, start.y, start.z};
     plii_vec3x8 motion = plii_vec3x8_sub((plii_vec3x8){now.x, now.y, now.z}, from);
-    if (!group->is_still) {
-        const plii_vec3x8 velocity = groups_load(group->velocity);
+    if (surface != NULL) {
+        const plii_vec3x8 velocity = groups_load(surface->velocity);
         from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all(pass->moved_time)));
         motion = plii_vec3x8_sub(motion, plii_vec3x8_scale(velocity, plii_float8_all(pass->dt)));
     }
@@ -77,18 +78,15 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* gro
     const plii_float8 along = plii_vec3x8_dot(normal, motion);
     const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
     if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero)) == 0) {
-        if (!pass->is_last) {
-            plii_float8_store(group->push, zero);
-            groups_store(group->slide, (plii_vec3x8){zero, zero, zero});
-        }
+        if (!pass->is_last) { *sum = (plii_rigid_sum){0}; }
         return;
     }
 
     plii_float8 pushed_before = zero;
     plii_vec3x8 rubbed_before = {zero, zero, zero};
     if (!pass->is_first) {
-        pushed_before = plii_float8_load(group->push);
-        rubbed_before = groups_load(group->slide);
+        pushed_before = plii_float8_load(sum->push);
+        rubbed_before = groups_load(sum->friction);
     }
     plii_float8 change = plii_float8_sub(zero, c);
     if (pass->alpha > 0.0f) {
@@ -107,8 +105,8 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* gro
     rubbed = plii_vec3x8_scale(
         rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
     if (!pass->is_last) {
-        plii_float8_store(group->push, pushed);
-        groups_store(group->slide, rubbed);
+        plii_float8_store(sum->push, pushed);
+        groups_store(sum->friction, rubbed);
     }
 
     plii_vec3x8 moves = plii_vec3x8_add(plii_vec3x8_scale(normal, plii_float8_sub(pushed, pushed_before)),
@@ -137,6 +135,8 @@ static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_sett
                               .is_first = substep->is_first_sweep,
                               .is_last = substep->is_last_sweep && !settings->keeps_sums};
     for (int i = 0; i < groups->count; ++i) {
-        groups_solve(&pass, &groups->groups[i]);
+        plii_rigid_group* group = &groups->groups[i];
+        const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
+        groups_solve(&pass, group, surface, &groups->sums[i]);
     }
 }

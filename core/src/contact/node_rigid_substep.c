@@ -8,6 +8,12 @@
 
 // ----------------------------------------------------------------------------------------------------------- memory
 
+static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
+    return PLII_RESERVE(body->context, &groups->groups, &groups->capacity, count) &&
+           PLII_RESERVE(body->context, &groups->sums, &groups->sum_capacity, count) &&
+           PLII_RESERVE(body->context, &groups->surfaces, &groups->surface_capacity, surface_count);
+}
+
 static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps* substeps) {
     int** nearest = &substeps->fixed_of_node;
     if (*nearest == NULL) { *nearest = plii_allocate(body->context, (size_t)body->node_count * sizeof **nearest); }
@@ -17,9 +23,11 @@ static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps*
 /* For `count` contacts, all with dynamic bodies or all with others. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
     enum { MOST_PARTIAL_GROUPS = 8 }; /* as a rule; one per shape that the body touches may not be full */
-    int dynamic_count = 0;
+    int dynamic_count = 0, surface_count = 0;
     for (int i = 0; i < body->world->rigid_count; ++i) {
-        dynamic_count += body->world->rigids[i]->kind == PLI_RIGID_DYNAMIC;
+        const pli_rigid* rigid = body->world->rigids[i];
+        dynamic_count += rigid->kind == PLI_RIGID_DYNAMIC;
+        surface_count += rigid->kind == PLI_RIGID_KINEMATIC;
     }
     if (dynamic_count > 0) {
         (void)PLII_RESERVE(body->context, &substeps->contacts.items, &substeps->contacts.capacity, count);
@@ -28,19 +36,26 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
     if (dynamic_count == body->world->rigid_count) { return; }
     const int partial_groups = count < MOST_PARTIAL_GROUPS ? count : MOST_PARTIAL_GROUPS;
     const int groups = count / PLII_RIGID_GROUP_SIZE + partial_groups;
-    (void)PLII_RESERVE(body->context, &substeps->groups.groups, &substeps->groups.capacity, groups);
+    (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
 }
 
 size_t plii_rigid_substeps_bytes(const plii_rigid_substeps* substeps) {
+    const plii_rigid_groups* groups = &substeps->groups;
     return (size_t)substeps->contacts.capacity * sizeof *substeps->contacts.items +
-           (size_t)substeps->groups.capacity * sizeof *substeps->groups.groups;
+           (size_t)groups->capacity * sizeof *groups->groups + (size_t)groups->sum_capacity * sizeof *groups->sums +
+           (size_t)groups->surface_capacity * sizeof *groups->surfaces;
 }
 
 void plii_rigid_substeps_release(pli_body* body, void* data) {
     plii_rigid_substeps* substeps = &((plii_rigid_contacts*)data)->substeps;
-    PLII_RELEASE(body->context, substeps->contacts.items, substeps->contacts.capacity);
-    PLII_RELEASE(body->context, substeps->groups.groups, substeps->groups.capacity);
-    PLII_RELEASE(body->context, substeps->fixed_of_node, body->node_count);
+    const plii_rigid_groups* groups = &substeps->groups;
+    pli_context* context = body->context;
+    plii_release(context, substeps->contacts.items,
+                 (size_t)substeps->contacts.capacity * sizeof *substeps->contacts.items);
+    plii_release(context, groups->groups, (size_t)groups->capacity * sizeof *groups->groups);
+    plii_release(context, groups->sums, (size_t)groups->sum_capacity * sizeof *groups->sums);
+    plii_release(context, groups->surfaces, (size_t)groups->surface_capacity * sizeof *groups->surfaces);
+    plii_release(context, substeps->fixed_of_node, (size_t)body->node_count * sizeof *substeps->fixed_of_node);
     *substeps = (plii_rigid_substeps){0};
 }
 
@@ -66,8 +81,10 @@ static void rigid_groups_close(plii_rigid_groups* groups) {
         const int lane = rigid_groups_lane(groups->filled);
         for (int k = 0; k < 3; ++k) {
             group->normal[k * PLII_RIGID_GROUP_SIZE + lane] = group->normal[k * PLII_RIGID_GROUP_SIZE + last];
-            if (group->is_still) { continue; }
-            group->velocity[k * PLII_RIGID_GROUP_SIZE + lane] = group->velocity[k * PLII_RIGID_GROUP_SIZE + last];
+            if (group->surface != PLI_NULL_INDEX) {
+                float* velocity = groups->surfaces[group->surface].velocity + k * PLII_RIGID_GROUP_SIZE;
+                velocity[lane] = velocity[last];
+            }
         }
         group->offset[lane] = group->offset[last];
         group->friction[lane] = group->friction[last];
@@ -79,14 +96,16 @@ static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid
     if (groups->count == 0 || groups->filled == PLII_RIGID_GROUP_SIZE) { return false; }
     const plii_rigid_group* group = &groups->groups[groups->count - 1];
     return group->scaled_indices[groups->filled - 1] < plii_scaled_index(contact->node) &&
-           group->is_still == contact->is_still;
+           (group->surface == PLI_NULL_INDEX) == contact->is_still;
 }
 
 /* False without memory. */
 static bool rigid_groups_open(pli_body* body, plii_rigid_groups* groups, bool is_still) {
     rigid_groups_close(groups);
-    if (!PLII_RESERVE(body->context, &groups->groups, &groups->capacity, groups->count + 1)) { return false; }
-    groups->groups[groups->count++].is_still = is_still;
+    const int surfaces = groups->surface_count + !is_still;
+    if (!rigid_groups_reserve(body, groups, groups->count + 1, surfaces)) { return false; }
+    groups->groups[groups->count++].surface = is_still ? PLI_NULL_INDEX : groups->surface_count;
+    groups->surface_count = surfaces;
     groups->filled = 0;
     return true;
 }
@@ -103,7 +122,7 @@ static void rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pl
     if (from->is_still) { return; }
     const pli_rigid* rigid = from->rigid;
     const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[from->node]), rigid->state.pose.origin);
-    rigid_groups_put(group->velocity, lane, plii_rigid_velocity_at(rigid, offset));
+    rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_velocity_at(rigid, offset));
 }
 
 // ----------------------------------------------------------------------------------------------------------- sweeps
@@ -160,7 +179,7 @@ static bool rigid_substep_is_pressed(const pli_body* body) {
 static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
-    substeps->contacts.count = substeps->groups.count = 0;
+    substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
     const pli_rigid* rigid = NULL;
     bool is_fixed = false, has_still = false;
     for (int i = 0; i < found->count; ++i) { /* those without memory are left out in this step */
@@ -209,11 +228,12 @@ static pli_vec3 rigid_groups_get(const float* components, int lane) {
 static pli_vec3 rigid_groups_impulse(const plii_rigid_groups* groups, int index, int record,
                                      const plii_substep* substep, int node) {
     const plii_rigid_group* group = &groups->groups[index];
+    const plii_rigid_sum* sum = &groups->sums[index];
     const int lane = rigid_groups_lane(record);
     const float inverse_mass = substep->displacements[node].w;
     if (!(inverse_mass > 0.0f)) { return pli_vec3_make(0, 0, 0); }
-    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(rigid_groups_get(group->normal, lane), group->push[lane]),
-                                        rigid_groups_get(group->slide, lane));
+    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(rigid_groups_get(group->normal, lane), sum->push[lane]),
+                                        rigid_groups_get(sum->friction, lane));
     return pli_vec3_scale(moved, substep->inverse_dt / inverse_mass);
 }
 
