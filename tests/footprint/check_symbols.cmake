@@ -8,7 +8,7 @@ cmake_minimum_required(VERSION 3.25)
 set(forbidden_words aero pressure volume "(^|_)pose" polar anchor soft_contact face_contact read_obj
     read_tetgen lattice triangle_mesh sampled_mesh triangle_soup winding convex_hull convex_distance gjk penetration
     "^ccd" rotation_fit self_ spatial_hash
-    crossings cluster "^joints?_" "^plii_joint" "(linear|angular)_joint" support_points pair_cache refine "^plii_edit"
+    crossings cluster "^joints?_" "^plii_joint" "(linear|angular)_joint" pair_cache refine "^plii_edit"
     "_cut_" "^cut_" "^pthread_" "^plii?_threads" "^threads_")
 foreach(module IN LISTS ALLOWED) # what may be linked may be named
     foreach(word IN LISTS forbidden_words)

@@ -840,6 +840,9 @@ static void the_solve_tells_what_the_prediction_had_no_memory_for(void** state) 
     landing_begin(&l, false);
     enable_clusters(&l.t, l.sheets[0], false, 2);
     enable_cluster_contacts(&l.t, l.sheets[0], false);
+    add_box(&l.t, PLI_RIGID_STATIC, pli_vec3_make(1, 0.5f, 1), pli_vec3_make(0, 0.46f, 0));
+    /* What the prediction of the next step makes a table of: the pairs of clusters and box. */
+    assert_int_equal(pli_world_step(l.t.world, dt), PLI_OK);
     l.t.allocator.fail_at = 1;
     assert_int_equal(pli_world_predict(l.t.world, dt), PLI_OK);
     assert_int_equal(l.t.allocator.failed, 1);

@@ -96,11 +96,7 @@ static void cluster_contacts_clear(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     state->count = 0;
     state->has_tree = false;
-    for (int i = 0; i < state->hull_count; ++i) {
-        state->hulls[i].is_current = false;
-    }
-    /* What the first contacts would need; when memory runs out they ask again. */
-    (void)plii_cluster_contacts_update_groups(body, state);
+    plii_cluster_contacts_follow_clusters(body, state);
     plii_cluster_contacts_begin_step(body, state);
 }
 
@@ -114,9 +110,7 @@ static void cluster_contacts_on_body_removed(pli_body* body, void* data, const p
 
 static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, const pli_body* other) {
     cluster_contacts_on_body_removed(body, data, other);
-    if (other != body) { return; }
-    plii_cluster_contacts_drop_groups(body, data);
-    plii_cluster_contacts_drop_neighbours(data);
+    if (other == body) { plii_cluster_contacts_drop_neighbours(data); }
 }
 
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
@@ -127,7 +121,7 @@ static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const 
 /* New members join clusters, which keep their indices. */
 static void cluster_contacts_build(pli_body* body, void* data) {
     cluster_contacts_on_body_removed(body, data, NULL);
-    plii_cluster_contacts_drop_groups(body, data);
+    plii_cluster_contacts_drop_neighbours(data);
 }
 
 static const plii_feature_array cluster_contacts_arrays[] = {
@@ -149,7 +143,6 @@ static const plii_feature_array cluster_contacts_arrays[] = {
 
 static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
-    plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
     plii_pair_cache_release(body->context, &state->memory);
 }
@@ -157,12 +150,7 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes = (size_t)state->hull_count * sizeof *state->hulls + plii_key_table_bytes(&state->memory.table) +
-                   plii_key_table_bytes(&state->neighbours);
-    for (int i = 0; i < state->hull_count; ++i) {
-        bytes += plii_support_points_bytes(&state->hulls[i]);
-    }
-    return bytes;
+    return plii_key_table_bytes(&state->memory.table) + plii_key_table_bytes(&state->neighbours);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- room
@@ -223,9 +211,7 @@ static const plii_state_part cluster_contacts_parts[] = {
     PLII_STATE(plii_cluster_contacts, groups, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
     PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
-    PLII_STATE(plii_cluster_contacts, has_hulls, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, hulls, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, hull_count, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, cluster_count, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, tree, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, has_tree, PLII_LEFT),
     PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),

@@ -104,7 +104,7 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
 
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
     plii_key_table_free(&state->neighbours);
-    state->has_neighbours = false;
+    state->has_neighbours = state->has_tree = false;
 }
 
 /* Pairs that share a node, or lie within reach of each other as the body is now, never meet: the cloth would push
@@ -112,9 +112,7 @@ void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
 static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contacts* state) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const float margin = 2.0f * body->collision_margin;
-    if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state)) {
-        return false;
-    }
+    if (!cluster_contacts_update_tree(body, state)) { return false; }
     state->neighbours.context = body->context;
     for (int i = 0; i < clusters->count; ++i) {
         cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
@@ -176,10 +174,9 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
-    if (!plii_cluster_contacts_update_groups(body, state) || !plii_cluster_contacts_update_groups(other, other_state) ||
-        !cluster_contacts_update_tree(other, other_state)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    plii_cluster_contacts_follow_clusters(body, state);
+    plii_cluster_contacts_follow_clusters(other, other_state);
+    if (!cluster_contacts_update_tree(other, other_state)) { return PLI_ERROR_OUT_OF_MEMORY; }
     /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
     const float reach = state->clusters->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
     plii_clusters_update_frames(body, state->clusters, plii_bounds_grow(other->bounds, reach));
@@ -188,7 +185,8 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
 }
 
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
-    if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state) ||
+    plii_cluster_contacts_follow_clusters(body, state);
+    if (!cluster_contacts_update_tree(body, state) ||
         (!state->has_neighbours && !cluster_contacts_find_neighbours(body, state))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }

@@ -9,7 +9,6 @@
 #include "cluster/joint_end.h"
 #include "geometry/bvh4.h"
 #include "geometry/pair_cache.h"
-#include "geometry/support_points.h"
 
 /* In reference mode 1. */
 #define PLII_CLUSTER_CONTACTS_PER_PAIR 4
@@ -66,6 +65,7 @@ typedef struct plii_nearest_surface_point {
 typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
     plii_clusters* clusters; /* of the body, as of the last search */
+    int cluster_count;       /* so many then */
     plii_cluster_contact* contacts;
     int count, capacity;
     bool leads;                  /* solves the contacts of all bodies, but for those in reference mode */
@@ -74,11 +74,8 @@ typedef struct plii_cluster_contacts {
     plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
     int manifold_count, manifold_capacity; /* those that have been in use */
     int free_manifold1;                    /* first that is not any more, + 1; `age` is the next. 0: none */
-    bool has_hulls;
-    plii_support_points* hulls; /* [hull_count] per cluster */
-    int hull_count;
-    plii_bvh4 tree; /* over the clusters' bounds */
-    bool has_tree;  /* of this step */
+    plii_bvh4 tree;                        /* over the clusters' bounds */
+    bool has_tree;                         /* of this step */
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;
@@ -111,14 +108,12 @@ typedef struct plii_cluster_hull {
     const pli_body* body;
     const plii_clusters* clusters;
     const plii_cluster* cluster;
-    const plii_support_points* groups;
     pli_vec3 origin;
 } plii_cluster_hull;
 
-/* False when out of memory. plii_cluster_contacts_hull needs it. */
-bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state);
-void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state);
-plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
+/* Before searches: there may be more clusters than before. */
+void plii_cluster_contacts_follow_clusters(const pli_body* body, plii_cluster_contacts* state);
+plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, const plii_cluster_contacts* state, int cluster,
                                              pli_vec3 origin);
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
 /* How far along a direction it reaches from its origin. */
@@ -175,4 +170,5 @@ void plii_cluster_contacts_clear(plii_cluster_contacts* state);
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
+/* Where clusters, or their members, are others now. */
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state);

@@ -188,7 +188,7 @@ static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_co
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
     plii_cluster_contacts* state = data;
     if (!state->def.with_rigids) { return PLI_OK; }
-    if (!plii_cluster_contacts_update_groups(body, state)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    plii_cluster_contacts_follow_clusters(body, state);
     const int before = state->count;
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_status status = cluster_contacts_collide_shape(body, state, rigid, i);

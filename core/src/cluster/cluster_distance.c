@@ -12,20 +12,34 @@
 #define CLUSTER_CONTACTS_SAME_AXIS 0.9f /* cosine of how far the direction out of an overlap may turn */
 #define CLUSTER_CONTACTS_UNIT 1e-3f     /* of a squared length: what counts as a unit vector */
 
-static int cluster_hull_farthest(const plii_cluster_hull* hull, pli_vec3 direction) {
+/* How far four members reach along a direction, from `first` on; the first of all where there are no more. */
+PLII_SIMD_INLINE plii_float4 cluster_hull_along(const plii_cluster_hull* hull, int first, plii_vec3x4 direction) {
     const pli_vec4* positions = hull->body->positions;
-    if (hull->groups->node_count > 0) { return plii_support_points_query(hull->groups, direction); }
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
-    float best = -INFINITY;
-    int farthest = members[0].node;
-    for (int i = 0; i < hull->cluster->member_count; ++i) {
-        const float along = pli_vec3_dot(plii_xyz(positions[members[i].node]), direction);
-        if (along > best) {
-            best = along;
-            farthest = members[i].node;
-        }
+    const int left = hull->cluster->member_count - first;
+    plii_float4 rows[PLII_LANES];
+    rows[0] = plii_float4_from(&positions[members[first].node]);
+    rows[1] = plii_float4_from(&positions[members[left > 1 ? first + 1 : 0].node]);
+    rows[2] = plii_float4_from(&positions[members[left > 2 ? first + 2 : 0].node]);
+    rows[3] = plii_float4_from(&positions[members[left > 3 ? first + 3 : 0].node]);
+    plii_float4_transpose(rows);
+    return plii_vec3x4_dot((plii_vec3x4){rows[0], rows[1], rows[2]}, direction);
+}
+
+/* The first of the farthest members: each lane keeps the first of its farthest. Indices are counted in floats, and
+   nothing branches: which lane has the farthest node is anybody's guess. */
+static int cluster_hull_farthest(const plii_cluster_hull* hull, pli_vec3 direction) {
+    const plii_vec3x4 along = plii_vec3x4_all(direction);
+    plii_float4 index = plii_lanes_xyzw(0, 1, 2, 3), best = plii_float4_all(-INFINITY), found = index;
+    for (int first = 0; first < hull->cluster->member_count; first += PLII_LANES) {
+        const plii_float4 reach = cluster_hull_along(hull, first, along);
+        found = plii_lanes_select(best < reach, index, found);
+        best = plii_lanes_max(reach, best);
+        index += (float)PLII_LANES;
     }
-    return farthest;
+    const plii_float4 farthest = plii_float4_all(plii_lanes_largest(best));
+    const int member = (int)plii_lanes_least(plii_lanes_select(best < farthest, plii_float4_all(INFINITY), found));
+    return hull->clusters->members[hull->cluster->first_member + member].node;
 }
 
 static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
@@ -44,50 +58,24 @@ static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
     return pli_transform_point(hull->pose, hull->shape->def.support(hull->shape->def.user, local));
 }
 
-void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state) {
-    for (int i = 0; i < state->hull_count; ++i) {
-        plii_support_points_release(body->context, &state->hulls[i]);
-    }
-    PLII_RELEASE(body->context, state->hulls, state->hull_count);
-    state->hulls = NULL;
-    state->hull_count = 0;
-    state->has_hulls = state->has_tree = false;
+void plii_cluster_contacts_follow_clusters(const pli_body* body, plii_cluster_contacts* state) {
+    state->clusters = plii_body_clusters(body);
+    if (state->cluster_count != state->clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
+    state->cluster_count = state->clusters->count;
 }
 
-bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state) {
-    plii_clusters* clusters = plii_body_clusters(body);
-    state->clusters = clusters;
-    if (state->has_hulls && state->hull_count == clusters->count) { return true; }
-    /* Clusters were added, or memory ran out before all were there. */
-    if (state->hull_count != clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
-    plii_cluster_contacts_drop_groups(body, state);
-    state->hulls = plii_allocate(body->context, (size_t)clusters->count * sizeof *state->hulls);
-    if (state->hulls == NULL && clusters->count > 0) { return false; }
-    state->hull_count = clusters->count;
-    for (int i = 0; i < clusters->count; ++i) {
-        const plii_cluster* cluster = &clusters->items[i];
-        if (!cluster->settings.collides) { continue; }
-        if (!plii_support_points_create(body->context, &clusters->members[cluster->first_member].node,
-                                        (int)(sizeof(plii_cluster_member) / sizeof(int)), cluster->member_count,
-                                        &state->hulls[i])) {
-            return false;
-        }
-    }
-    state->has_hulls = true;
-    return true;
-}
-
-plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
+plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, const plii_cluster_contacts* state, int cluster,
                                              pli_vec3 origin) {
-    const plii_clusters* clusters = state->clusters;
-    plii_support_points* groups = &state->hulls[cluster];
-    if (groups->node_count > 0 && !groups->is_current) { plii_support_points_update(body->positions, groups); }
-    return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
+    return (plii_cluster_hull){body, state->clusters, &state->clusters->items[cluster], origin};
 }
 
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
-    if (hull->groups->node_count == 0) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
-    return plii_support_points_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
+    const plii_vec3x4 along = plii_vec3x4_all(direction);
+    plii_float4 best = plii_float4_all(-INFINITY);
+    for (int first = 0; first < hull->cluster->member_count; first += PLII_LANES) {
+        best = plii_lanes_max(cluster_hull_along(hull, first, along), best);
+    }
+    return plii_lanes_largest(best) - pli_vec3_dot(hull->origin, direction);
 }
 
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {

@@ -34,9 +34,7 @@ static inline float plii_near_nodes_spread(const plii_near_nodes* nodes, pli_vec
     static const float excepted[PLII_CLUSTER_CONTACTS_PER_PAIR][PLII_CLUSTER_CONTACTS_PER_PAIR] = {
         {INFINITY, 0, 0, 0}, {0, INFINITY, 0, 0}, {0, 0, INFINITY, 0}, {0, 0, 0, INFINITY}};
     const plii_vec3x4 offsets = plii_vec3x4_sub(plii_group_vec3_load(&nodes->points), plii_vec3x4_all(point));
-    plii_float4 least = plii_lanes_max(plii_vec3x4_dot(offsets, offsets), plii_float4_load(excepted[except]));
-    least = plii_lanes_min(least, plii_lanes_all_w(least));
-    return plii_lanes_first(plii_lanes_min(plii_lanes_min(least, plii_lanes_all_y(least)), plii_lanes_all_z(least)));
+    return plii_lanes_least(plii_lanes_max(plii_vec3x4_dot(offsets, offsets), plii_float4_load(excepted[except])));
 }
 
 static inline void plii_near_nodes_add(plii_near_nodes* nodes, plii_near_node node) {

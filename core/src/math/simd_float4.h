@@ -187,6 +187,16 @@ PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
 }
 #endif
 
+/* Of all lanes. */
+PLII_SIMD_INLINE float plii_lanes_least(plii_float4 a) {
+    a = plii_lanes_min(a, plii_lanes_all_w(a));
+    return plii_lanes_first(plii_lanes_min(plii_lanes_min(a, plii_lanes_all_y(a)), plii_lanes_all_z(a)));
+}
+PLII_SIMD_INLINE float plii_lanes_largest(plii_float4 a) {
+    a = plii_lanes_max(a, plii_lanes_all_w(a));
+    return plii_lanes_first(plii_lanes_max(plii_lanes_max(a, plii_lanes_all_y(a)), plii_lanes_all_z(a)));
+}
+
 /* pli_vec3_cross; w: 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_cross(plii_float4 a, plii_float4 b) {
     const plii_float4 zxy = a * plii_lanes_yzx(b) - plii_lanes_yzx(a) * b;
