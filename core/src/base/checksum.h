@@ -22,9 +22,10 @@ static inline plii_checksum_lanes plii_checksum_take(unsigned char* to, const un
     return words;
 }
 
-/* Whole blocks, which are copied when `to` is given. The sums of four lanes are kept in registers. */
-static inline void plii_checksum_add_blocks(plii_checksum* checksum, unsigned char* to, const unsigned char* bytes,
-                                            size_t size) {
+/* Whole blocks, which are copied when `to` is given. The sums of four lanes are kept in registers. Inlined, so that a
+   NULL costs nothing in the loop. */
+__attribute__((always_inline)) static inline void plii_checksum_add_blocks(plii_checksum* checksum, unsigned char* to,
+                                                                           const unsigned char* bytes, size_t size) {
     plii_checksum_lanes *sums = checksum->sums, *weighted = checksum->weighted;
     plii_checksum_lanes s0 = sums[0], s1 = sums[1], s2 = sums[2], s3 = sums[3];
     plii_checksum_lanes w0 = weighted[0], w1 = weighted[1], w2 = weighted[2], w3 = weighted[3];
@@ -43,7 +44,11 @@ static inline void plii_checksum_add_blocks(plii_checksum* checksum, unsigned ch
 static inline void plii_checksum_add(plii_checksum* checksum, unsigned char* to, const unsigned char* bytes,
                                      size_t size) {
     const size_t left = size % PLII_CHECKSUM_BLOCK, whole = size - left;
-    plii_checksum_add_blocks(checksum, to, bytes, whole);
+    if (to != NULL) {
+        plii_checksum_add_blocks(checksum, to, bytes, whole);
+    } else {
+        plii_checksum_add_blocks(checksum, NULL, bytes, whole);
+    }
     if (left > 0) {
         unsigned char rest[PLII_CHECKSUM_BLOCK] = {0};
         memcpy(rest, bytes + whole, left);
