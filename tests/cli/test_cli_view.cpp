@@ -279,7 +279,8 @@ static void test_cli_view_failures(void**) {
     expect_failure("Bunny --frames 1", 1, "a window needs a display", "env -u DISPLAY -u WAYLAND_DISPLAY");
     expect_failure("Bunny --png x.png", 1, "--png and --json need --frames", screen->environment());
     expect_failure("Bunnny", 1, "did you mean Bunny?", screen->environment());
-    expect_failure("Cloth --mesh " PLIANT_DATA_DIR "/bunny.obj", 1, "scene Cloth has no triangle mesh", screen->environment());
+    expect_failure("Cloth --mesh " PLIANT_DATA_DIR "/bunny.obj", 1, "scene Cloth has no triangle mesh",
+                   screen->environment());
     expect_failure("Bunny --resolution 20", 2, "--resolution", screen->environment());
     expect_failure("--engine physx", 2, "physx not in {pliant,bullet,both}", screen->environment());
     expect_failure("--width 5", 2, "--width", screen->environment());

@@ -207,14 +207,14 @@ PLI_API pli_status pli_body_enable_colored_links(pli_body* body);
 /// @return as pli_body_enable_velocity_links
 PLI_API pli_status pli_body_disable_colored_links(pli_body* body);
 
-/// Lets a body step less often, for one that is far away or that few look at: a step of it covers so many of the world's
-/// and costs as much as one, begins with the first of them, and nothing moves it in the others. Bodies of one interval
-/// take turns. pli_body_write_vertices goes evenly through the longer step, so that drawn bodies neither lag nor jump,
-/// also when the interval changes: the step in progress is waited for. Positions in pli_body_view are ahead by up to
-/// steps - 1 steps of the world. Results are those of the longer step: stretch of the position-based solver grows, XPBD
-/// wants as many substeps more. A body that has met a dynamic rigid body or another soft body, or is held to one by an
-/// anchor or a joint, takes each step, as long as that lasts; what comes fast goes in by what it moves in a step of the
-/// body before that.
+/// Lets a body step less often, for one that is far away or that few look at: a step of it covers so many of the
+/// world's and costs as much as one, begins with the first of them, and nothing moves it in the others. Bodies of one
+/// interval take turns. pli_body_write_vertices goes evenly through the longer step, so that drawn bodies neither lag
+/// nor jump, also when the interval changes: the step in progress is waited for. Positions in pli_body_view are ahead
+/// by up to steps - 1 steps of the world. Results are those of the longer step: stretch of the position-based solver
+/// grows, XPBD wants as many substeps more. A body that has met a dynamic rigid body or another soft body, or is held
+/// to one by an anchor or a joint, takes each step, as long as that lasts; what comes fast goes in by what it moves in
+/// a step of the body before that.
 /// @param steps 1 to 60, default 1; fewer where a step would be longer than PLI_MAX_TIME_STEP
 /// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_update_interval(pli_body* body, int steps);

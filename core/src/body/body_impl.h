@@ -187,13 +187,13 @@ void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
-static inline bool plii_body_rests(const pli_body* body) {
+static inline bool plii_body_is_stopped(const pli_body* body) {
     return body->is_frozen || body->is_asleep;
 }
 
 /* Not stepped. */
 static inline bool plii_body_is_idle(const pli_body* body) {
-    return plii_body_rests(body) || body->interval.is_waiting;
+    return plii_body_is_stopped(body) || body->interval.is_waiting;
 }
 
 /* Wakes what is asleep. */

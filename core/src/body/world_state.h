@@ -37,11 +37,11 @@ struct pli_world {
     int* group_begin;        /* [group_count + 1] of each group in group_bodies */
     pli_body** group_bodies; /* [body_count] */
     int group_count, group_root_capacity, group_begin_capacity, group_body_capacity;
-    const plii_world_sleep* sleep; /* NULL until a body may sleep */
-    uint32_t sleep_group;          /* the last one */
+    const plii_world_sleep* sleep;                             /* NULL until a body may sleep */
+    uint32_t sleep_group;                                      /* the last one */
     void (*take_update_intervals)(pli_world* world, float dt); /* NULL until a body has one */
-    bool has_frozen;               /* bodies froze, and their events are not in the list yet */
-    bool is_entered;               /* a thread is in a call of a step */
+    bool has_frozen; /* bodies froze, and their events are not in the list yet */
+    bool is_entered; /* a thread is in a call of a step */
     pli_rigid** rigids;
     int rigid_count, rigid_capacity;
     pli_event* events;

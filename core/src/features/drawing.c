@@ -102,7 +102,7 @@ static pli_vec3 vertices_normal(pli_vec3 previous, pli_vec3 present, float facto
 /* Of the body's step, given that of the world's. */
 static float vertices_share_of_step(const pli_body* body, float factor) {
     const plii_update_interval* interval = &body->interval;
-    if (plii_body_rests(body)) { return 1.0f; }
+    if (plii_body_is_stopped(body)) { return 1.0f; }
     if (body->world->take_update_intervals == NULL || interval->step <= 0.0f) { return factor; }
     const float passed = interval->step - interval->lead;
     return (passed - (1.0f - factor) * body->world->dt) / interval->step;

@@ -30,7 +30,8 @@ void plii_file_ignored_rigids(plii_file* file, pli_body* body);
 void plii_file_features(plii_file* file, pli_body* body);
 /* After all bodies are read: what holds more than one number together. */
 void plii_file_settle_features(plii_file* file, pli_body* body);
-/* Of a body that is given up: its lists, which may be half read or not sound, hold nothing that its end would follow. */
+/* Of a body that is given up: its lists, which may be half read or not sound, hold nothing that its end would follow.
+ */
 void plii_file_empty_features(pli_body* body);
 /* After pointers have changed: what follows from them, and callbacks of the body that had the same features before. */
 void plii_file_take_over(pli_body* body, const pli_body* before);

@@ -20,7 +20,7 @@ pli_status plii_check_pair(const pli_world* world, const pli_world* world_a, con
 }
 
 static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
-    if (plii_body_rests(body) || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return false; }
+    if (plii_body_is_stopped(body) || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return false; }
     if (rigid->kind == PLI_RIGID_DYNAMIC) { body->interval.is_near = true; }
     return !body->interval.is_waiting;
 }
@@ -137,7 +137,7 @@ static void world_collide_range_of_bodies(int begin, int end, void* data) {
     pli_world* world = data;
     for (int b = begin; b < end; ++b) {
         pli_body* body = world->bodies[b];
-        for (int r = 0; r < world->rigid_count && !plii_body_rests(body); ++r) {
+        for (int r = 0; r < world->rigid_count && !plii_body_is_stopped(body); ++r) {
             pli_rigid* rigid = world->rigids[r];
             if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
             world_run_collide_rigid(world, body, rigid);

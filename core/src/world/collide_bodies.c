@@ -15,7 +15,7 @@ bool pli_body_collides_with_bodies(const pli_body* body) {
 }
 
 static bool world_meets_body(pli_body* body_a, pli_body* body_b) {
-    if (plii_body_rests(body_a) || plii_body_rests(body_b) || !body_a->collides_with_bodies) { return false; }
+    if (plii_body_is_stopped(body_a) || plii_body_is_stopped(body_b) || !body_a->collides_with_bodies) { return false; }
     body_a->interval.is_near = body_b->interval.is_near = true;
     return !body_a->interval.is_waiting && !body_b->interval.is_waiting;
 }

@@ -44,7 +44,7 @@ static void update_interval_take(pli_body* body, float dt) {
 static void update_intervals_take(pli_world* world, float dt) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        if (plii_body_rests(body)) {
+        if (plii_body_is_stopped(body)) {
             body->interval = (plii_update_interval){.steps = body->interval.steps, .step = dt};
         } else {
             update_interval_take(body, dt);
