@@ -16,11 +16,6 @@ typedef struct plii_group_vec3 {
 static inline plii_vec3x4 plii_group_vec3_load(const plii_group_vec3* v) {
     return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
 }
-static inline void plii_group_vec3_set(plii_group_vec3* target, int lane, pli_vec3 v) {
-    target->x[lane] = v.x;
-    target->y[lane] = v.y;
-    target->z[lane] = v.z;
-}
 
 /* Of each lane on side 0, then of each on side 1. */
 typedef struct plii_group_sides3 {

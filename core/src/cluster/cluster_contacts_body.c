@@ -27,11 +27,6 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
     return state->has_tree;
 }
 
-/* Clusters of a body near a box, ascending. */
-static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) {
-    state->candidate_count = plii_bvh4_overlaps(&state->tree, &box, state->candidates);
-}
-
 // ------------------------------------------------------------------------------------------------------------ one pair
 
 /* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
@@ -115,7 +110,8 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     if (!cluster_contacts_update_tree(body, state)) { return false; }
     state->neighbours.context = body->context;
     for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
+        const pli_bounds near = plii_bounds_grow(state->boxes[i], margin);
+        state->candidate_count = plii_bvh4_overlaps(&state->tree, &near, state->candidates); /* ascending */
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i) { continue; }
@@ -152,7 +148,8 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
     const int before = state->count;
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
+        const pli_bounds near = plii_bounds_grow(clusters->items[i].bounds, reach);
+        other_state->candidate_count = plii_bvh4_overlaps(&other_state->tree, &near, other_state->candidates);
         for (int k = 0; k < other_state->candidate_count; ++k) {
             const int candidate = other_state->candidates[k];
             if (!other_clusters->items[candidate].settings.collides ||

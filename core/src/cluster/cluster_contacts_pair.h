@@ -1,7 +1,6 @@
 #pragma once
 
-/* A pair of a cluster and what it meets: what the step before knew of it, and its contacts as they are made. Goes after
-   "math/simd_float4.h". */
+/* A pair of a cluster and what it meets: what the step before knew of it, and its contacts as they are made. */
 
 #include "cluster/cluster_near_nodes.h"
 
@@ -28,15 +27,6 @@ typedef pli_status plii_measure_pair_fn(plii_pair_context* pair, pli_cluster_con
 pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
                                               plii_cluster_contacts* other_state, const pli_cluster_contact* info,
                                               const plii_contact_terms terms[2], plii_measure_pair_fn* measure);
-
-/* What is not set here is read when `has_sides`. */
-static inline void plii_pair_context_start(plii_pair_context* pair, pli_body* body, plii_cluster_contacts* state,
-                                           plii_cluster_contacts* other_state) {
-    pair->body = body;
-    pair->state = state;
-    pair->other_state = other_state;
-    pair->has_sides = false;
-}
 
 pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
                                      const plii_contact_terms* terms);

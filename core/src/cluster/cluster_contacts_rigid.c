@@ -139,7 +139,7 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* cluster = &clusters->items[pair->cluster];
     plii_near_nodes found;
-    plii_near_nodes_start_empty(&found);
+    found.count = 0;
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = clusters->members[cluster->first_member + i].node;
         const plii_nearest_surface_point* surface = &state->surface[node];
@@ -148,8 +148,7 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
                             (plii_near_node){plii_xyz(body->positions[node]), surface->normal, surface->distance});
     }
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
-    plii_pair_context touched;
-    plii_pair_context_start(&touched, body, state, NULL);
+    plii_pair_context touched = {.body = body, .state = state};
     return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
 

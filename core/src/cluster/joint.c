@@ -88,43 +88,30 @@ void plii_joint_split_drift(plii_joint* joint, int iterations, float response, f
     joint->drift = plii_vec3_divide(joint->drift, (float)iterations);
 }
 
-/* Takes out the joints that `goes` names; the others keep their order. */
-typedef bool joint_goes_fn(const plii_joint* joint, const pli_body* owner, const void* what);
-
-static void joints_remove_if(pli_body* body, joints_state* joints, joint_goes_fn* goes, const void* what) {
+/* Takes out the joint of a slot, or those with what goes away, a body or a rigid body; the others keep their order. */
+static void joints_remove(pli_body* body, joints_state* joints, int slot, const void* gone) {
     int kept = 0;
     for (int i = 0; i < joints->count; ++i) {
-        if (goes(&joints->items[i], body, what)) {
-            plii_id_pool_free(&joints->ids, joints->items[i].slot);
+        const plii_joint* joint = &joints->items[i];
+        const bool has_gone = body == gone || joint->other.body == gone || joint->other.rigid == gone;
+        if (joint->slot == slot || (gone != NULL && has_gone)) {
+            plii_id_pool_free(&joints->ids, joint->slot);
             continue;
         }
-        joints->items[kept] = joints->items[i];
-        joints->ids.slots[joints->items[kept].slot].item = kept;
-        kept += 1;
+        joints->items[kept] = *joint;
+        joints->ids.slots[joint->slot].item = kept++;
     }
     joints->count = kept;
-}
-
-static bool joint_has_rigid(const plii_joint* joint, const pli_body* owner, const void* rigid) {
-    (void)owner;
-    return joint->other.rigid == rigid;
-}
-static bool joint_has_body(const plii_joint* joint, const pli_body* owner, const void* body) {
-    return owner == body || joint->other.body == body;
-}
-static bool joint_is(const plii_joint* joint, const pli_body* owner, const void* slot) {
-    (void)owner;
-    return joint->slot == *(const int*)slot;
 }
 
 static void joints_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
     const joints_state* joints = state;
     const int before = joints->count;
-    joints_remove_if(body, state, joint_has_rigid, rigid);
+    joints_remove(body, state, PLI_NULL_INDEX, rigid);
     if (joints->count < before) { plii_world_add_anchors_lost(body); }
 }
 static void joints_on_body_removed(pli_body* body, void* state, const pli_body* other) {
-    joints_remove_if(body, state, joint_has_body, other);
+    joints_remove(body, state, PLI_NULL_INDEX, other);
 }
 
 /* Joints hold to clusters, which follow a cut and keep their index. */
@@ -266,7 +253,7 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
         return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "joint %d of generation %u is gone", (int)joint.index1,
                          (unsigned)joint.generation);
     }
-    joints_remove_if(body, joints, joint_is, &joints->items[item].slot);
+    joints_remove(body, joints, joints->items[item].slot, NULL);
     return PLI_OK;
 }
 

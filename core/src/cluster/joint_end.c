@@ -2,16 +2,11 @@
 
 #include "cluster/joint_end.h"
 
-static plii_joint_end joint_end_fixed(pli_transform frame) {
-    return (plii_joint_end){.frame = frame, .inverse_inertia = plii_mat3_diagonal(0, 0, 0)};
-}
-
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster) {
     plii_clusters* clusters = plii_body_clusters(body);
     plii_cluster* item = &clusters->items[cluster];
     plii_cluster_update_frame(body, clusters, item);
-    plii_joint_end side = joint_end_fixed(item->frame);
-    side.rest_centre = item->rest_centre;
+    plii_joint_end side = {.frame = item->frame, .rest_centre = item->rest_centre};
     /* A frozen body takes no impulses. */
     if (plii_body_is_idle(body)) { return side; }
     side.target.cluster = item;
@@ -28,7 +23,7 @@ plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid) {
 }
 
 plii_joint_end plii_joint_end_of_world(void) {
-    return joint_end_fixed(pli_transform_identity());
+    return (plii_joint_end){.frame = pli_transform_identity()};
 }
 
 static pli_mat3 joint_end_response(const plii_joint_end* side, pli_vec3 r) {

@@ -244,10 +244,7 @@ const plii_feature_class plii_anchor_class = {
 };
 
 pli_anchor_def pli_anchor_def_default(void) {
-    pli_anchor_def def = {0};
-    def.influence = 1.0f;
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_anchor_def){.influence = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
 
 static const plii_field anchor_fields[] = {

@@ -1,9 +1,22 @@
 #pragma once
 
-/* What contacts with rigid and with soft bodies have in common in substeps. */
+/* What contacts with rigid and with soft bodies have in common. */
 
 #include "body/substep.h"
 #include "math/range.h"
+
+/* At a point of a face, by its barycentric weights. */
+static inline pli_vec3 plii_contact_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
+    return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
+                                     pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
+                        pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
+}
+
+/* Inverse of the mass that a face shows at a point, 1/kg. */
+static inline float plii_contact_face_weight(const pli_vec4* positions, const int* face, pli_vec3 weights) {
+    return positions[face[0]].w * (weights.x * weights.x) + positions[face[1]].w * (weights.y * weights.y) +
+           positions[face[2]].w * (weights.z * weights.z);
+}
 
 /* m/s, where the definition names none. Position-based steps of Bullet's kind know no such speed. */
 static inline float plii_contact_recovery_speed(float of_definition) {

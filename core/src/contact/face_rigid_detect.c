@@ -19,12 +19,8 @@
 #define RIGID_FACES_SMALLEST_SLACK 1e-3f /* of the size of the way of a face */
 
 pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
-    pli_rigid_face_contacts_def def = {0};
-    def.friction = 0.2f;
-    def.dynamic_hardness = 1.0f;
-    def.static_hardness = 0.1f;
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_rigid_face_contacts_def){
+        .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
 }
 
 // --------------------------------------------------------------------------------------------------- elements in reach
@@ -74,10 +70,9 @@ plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int elemen
 }
 
 static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* end) {
-    pli_bounds all = {plii_vec3_min(begin[0], end[0]), plii_vec3_max(begin[0], end[0])};
-    for (int k = 1; k < 3; ++k) {
-        all.min = plii_vec3_min(all.min, plii_vec3_min(begin[k], end[k]));
-        all.max = plii_vec3_max(all.max, plii_vec3_max(begin[k], end[k]));
+    pli_bounds all = plii_bounds_of_triangle(begin[0], begin[1], begin[2]);
+    for (int k = 0; k < 3; ++k) {
+        all = plii_bounds_add(all, end[k]);
     }
     return all;
 }
@@ -260,15 +255,15 @@ static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, float beg
 /* At the start of a step. Of a triangle only its front counts: faces behind it are inside or belong to another one. */
 static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float max_distance,
                               plii_face_moment* moment) {
-    if (pass->triangle == NULL) { return plii_face_sweep_begin(sweep, max_distance, moment); }
+    if (pass->triangle == NULL) { return plii_face_sweep_look(sweep, 0.0f, max_distance, moment); }
     const pli_mat3 rotation = pli_mat3_mul(pass->begin.rotation, pass->core.pose.rotation);
     const pli_vec3 front = pli_mat3_mul_vec3(rotation, pass->triangle->normal);
     plii_face_sweep known = *sweep;
-    if (!plii_face_sweep_begin(&known, max_distance, moment)) { return false; }
+    if (!plii_face_sweep_look(&known, 0.0f, max_distance, moment)) { return false; }
     if (moment->is_overlapping && !known.has_side) {
         known.has_side = true;
         known.side = front;
-        return plii_face_sweep_begin(&known, max_distance, moment);
+        return plii_face_sweep_look(&known, 0.0f, max_distance, moment);
     }
     return pli_vec3_dot(moment->normal, front) > 0.0f;
 }
@@ -358,7 +353,7 @@ static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int 
     end.has_side = true;
     end.side = side;
     plii_face_moment moment;
-    if (!plii_face_sweep_end(&end, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
+    if (!plii_face_sweep_look(&end, 1.0f, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
     if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!(end_gap < target_gap - rigid_faces_tolerance(pass->body))) { return PLI_OK; }
@@ -448,14 +443,11 @@ static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rig
 
 // -------------------------------------------------------------------------------------------------------- the feature
 
-static void rigid_faces_clear_all(plii_rigid_faces* state) {
+static void rigid_faces_clear(pli_body* body, void* data) {
+    plii_rigid_faces* state = data;
+    (void)body;
     state->count = 0;
     plii_rigid_faces_drop_candidates(state, 0);
-}
-
-static void rigid_faces_clear(pli_body* body, void* data) {
-    (void)body;
-    rigid_faces_clear_all(data);
 }
 
 static void rigid_faces_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
@@ -475,22 +467,18 @@ static pli_status rigid_faces_enable(pli_body* body, void* data) {
 }
 
 static void rigid_faces_build(pli_body* body, void* data) {
-    rigid_faces_clear_all(data);
+    rigid_faces_clear(body, data);
     plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
 }
 
 static void rigid_faces_disable(pli_body* body, void* data) {
-    plii_rigid_faces* state = data;
     --body->sweeping_features;
-    rigid_faces_build(body, state);
-    plii_rigid_faces_release_substeps(body, data);
+    rigid_faces_build(body, data);
 }
 
 static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
-    const plii_rigid_faces* state = data;
     (void)body;
-    return plii_key_table_bytes(&state->memory.table) +
-           (size_t)state->substeps.capacity * sizeof *state->substeps.items;
+    return plii_key_table_bytes(&((const plii_rigid_faces*)data)->memory.table);
 }
 
 /* After contacts of nodes with rigid bodies. */
@@ -501,6 +489,7 @@ static const plii_feature_array rigid_faces_arrays[] = {
      .snapshot = PLII_LEFT},
     {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
     {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_rigid_faces, substeps.items, substeps.capacity), .snapshot = PLII_LEFT},
     PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory, PLII_LEFT),
     {0},
 };

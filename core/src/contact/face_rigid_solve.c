@@ -4,6 +4,7 @@
    point and the shape that will be left along the normal at the end of the step: a contact that is not needed does
    nothing. It has the last word after links, and looks again and again for what the solve itself has brought about. */
 
+#include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 
 #include <string.h>
@@ -12,21 +13,7 @@
 #define RIGID_FACES_REVIEWS 16
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact) {
-    pli_vec3 corners[3];
-    for (int k = 0; k < 3; ++k) {
-        corners[k] = plii_xyz(positions[contact->nodes[k]]);
-    }
-    return plii_face_blend(corners, contact->weights);
-}
-
-/* Of the witness point of the face. */
-static float rigid_faces_inverse_mass(const pli_body* body, const plii_rigid_face_contact* contact) {
-    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
-    float sum = 0.0f;
-    for (int k = 0; k < 3; ++k) {
-        sum += weights[k] * weights[k] * body->positions[contact->nodes[k]].w;
-    }
-    return sum;
+    return plii_contact_blend(positions, contact->nodes, contact->weights);
 }
 
 /* From the centre of mass to the point of the surface whose tangent plane is at a right angle to the contact's normal,
@@ -50,17 +37,16 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
                                       pli_transform end, plii_rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
     const float dt = body->step.dt;
+    const float face_weight = plii_contact_face_weight(body->positions, contact->nodes, contact->weights);
     const plii_dvec3 end_arm = rigid_faces_arm(candidate, end.rotation, contact);
     const pli_vec3 surface = plii_dvec3_to_float(plii_dvec3_add(plii_dvec3_from(end.origin), end_arm));
     contact->arm = plii_dvec3_to_float(rigid_faces_arm(candidate, candidate->begin.rotation, contact));
     contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt));
-    contact->impulse_matrix =
-        plii_effective_mass(dt, rigid_faces_inverse_mass(body, contact), rigid->state.inverse_mass,
-                            rigid->state.inverse_inertia_world, contact->arm);
+    contact->impulse_matrix = plii_effective_mass(dt, face_weight, rigid->state.inverse_mass,
+                                                  rigid->state.inverse_inertia_world, contact->arm);
     const pli_vec3 torque = pli_vec3_cross(contact->arm, contact->normal);
     const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque);
-    contact->normal_response =
-        dt * (rigid_faces_inverse_mass(body, contact) + rigid->state.inverse_mass + pli_vec3_dot(spin, torque));
+    contact->normal_response = dt * (face_weight + rigid->state.inverse_mass + pli_vec3_dot(spin, torque));
 }
 
 /* Contacts stand in the order of the meetings, those of reviews behind them. */
@@ -145,8 +131,10 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
     free.has_side = false;
     plii_face_moment moment;
     const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(sweep);
-    if (!plii_face_sweep_end(&free, reach, &moment)) { return PLI_OK; }
-    if (moment.is_overlapping && !sweep->has_side && !plii_face_sweep_begin(sweep, reach, &moment)) { return PLI_OK; }
+    if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return PLI_OK; }
+    if (moment.is_overlapping && !sweep->has_side && !plii_face_sweep_look(sweep, 0.0f, reach, &moment)) {
+        return PLI_OK;
+    }
     if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
     plii_convex_cache* cache =
         plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass, element));

@@ -95,7 +95,7 @@ static bool faces_are_idle(const pli_body* body, const void* data) {
     return ((const plii_rigid_faces*)data)->substeps.count == 0;
 }
 
-void plii_rigid_faces_release_substeps(pli_body* body, void* data) {
+static void faces_leave(pli_body* body, void* data) {
     plii_point_contacts* contacts = &((plii_rigid_faces*)data)->substeps;
     PLII_RELEASE(body->context, contacts->items, contacts->capacity);
     *contacts = (plii_point_contacts){0};
@@ -111,5 +111,5 @@ const plii_substep_class plii_rigid_faces_substepped = {
     .restart = faces_restart,
     .sweep = faces_sweep,
     .is_idle = faces_are_idle,
-    .leave = plii_rigid_faces_release_substeps,
+    .leave = faces_leave,
 };

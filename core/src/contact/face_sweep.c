@@ -147,7 +147,7 @@ static bool face_sweep_lift(const plii_face_sweep* sweep, const face_sweep_core*
     return true;
 }
 
-static bool face_sweep_look(const plii_face_sweep* sweep, float time, float max_distance, plii_face_moment* moment) {
+bool plii_face_sweep_look(const plii_face_sweep* sweep, float time, float max_distance, plii_face_moment* moment) {
     pli_vec3 corners[3];
     face_sweep_corners(sweep, time, corners);
     const face_sweep_core core = face_sweep_core_at(sweep->core, sweep->origin, time);
@@ -159,14 +159,6 @@ static bool face_sweep_look(const plii_face_sweep* sweep, float time, float max_
     const bool is_beyond = sweep->has_side && pli_vec3_dot(moment->normal, sweep->side) < 0.0f;
     return !(sweep->has_side && (moment->is_overlapping || is_beyond)) ||
            face_sweep_lift(sweep, &core, corners, moment);
-}
-
-bool plii_face_sweep_begin(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment) {
-    return face_sweep_look(sweep, 0.0f, max_distance, moment);
-}
-
-bool plii_face_sweep_end(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment) {
-    return face_sweep_look(sweep, 1.0f, max_distance, moment);
 }
 
 /* How much nearer face and core may come along `normal` on the whole way. */

@@ -39,10 +39,8 @@ typedef struct plii_face_moment {
     pli_vec3 weights;    /* of the point; set by plii_face_sweep_weigh */
 } plii_face_moment;
 
-/* At the begin. False where face and core are farther apart than `max_distance`, or have no distance. */
-bool plii_face_sweep_begin(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment);
-/* At the end. */
-bool plii_face_sweep_end(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment);
+/* At `time`. False where face and core are farther apart than `max_distance`, or have no distance. */
+bool plii_face_sweep_look(const plii_face_sweep* sweep, float time, float max_distance, plii_face_moment* moment);
 /* From a moment on to the next one where face and core are at `target` > 0 from each other, or up to `tolerance` more.
    False when there is none. */
 bool plii_face_sweep_advance(const plii_face_sweep* sweep, float target, float tolerance, plii_face_moment* moment);

@@ -30,12 +30,8 @@
 #define RIGID_CONTACTS_BEHIND 0.25f
 
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
-    pli_rigid_contacts_def def = {0};
-    def.friction = 0.2f;
-    def.dynamic_hardness = 1.0f;
-    def.static_hardness = 0.1f;
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_rigid_contacts_def){
+        .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
 }
 
 // ------------------------------------------------------------------------------------------------ making contacts
@@ -352,19 +348,15 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (plii_follows_rigids(body)) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
-static void rigid_contacts_disable(pli_body* body, void* data) {
-    plii_rigid_substeps_release(body, data);
-}
-
-static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
-    (void)body;
-    return plii_rigid_substeps_bytes(&((const plii_rigid_contacts*)data)->substeps);
-}
-
 static const plii_feature_array rigid_contacts_arrays[] = {
     {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
      .snapshot = PLII_LEFT},
     {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
+    {PLII_LIST_OF(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.sums, substeps.groups.sum_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
+     .snapshot = PLII_LEFT},
     {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
      .snapshot = PLII_LEFT},
     {0},
@@ -390,12 +382,10 @@ const plii_feature_class plii_rigid_contacts_class = {
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,
-    .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
     .list_constraints = rigid_contacts_list_constraints,
     .visit_contacts = rigid_contacts_visit,
     .on_rigid_removed = rigid_contacts_on_rigid_removed,
-    .bytes = rigid_contacts_bytes,
     .reserve = rigid_contacts_preallocate,
     .build = rigid_contacts_clear,
 };

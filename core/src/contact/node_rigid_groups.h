@@ -37,12 +37,16 @@ typedef struct plii_rigid_groups {
     int filled; /* contacts of the last group, while they are added */
 } plii_rigid_groups;
 
-typedef struct plii_rigid_groups_settings {
-    float compliance, recovery_speed; /* m/N, m/s */
-    bool keeps_sums;                  /* of the last sweep too */
-} plii_rigid_groups_settings;
+/* One sweep of a substep. */
+typedef struct plii_rigid_groups_pass {
+    const pli_vec4* positions; /* NULL: displacements are positions */
+    pli_vec4 *displacements, *start_displacements;
+    float dt, moved_time;                      /* s, of the substep and of those before */
+    float alpha;                               /* compliance / dt^2, 1/kg */
+    float recovery;                            /* m, in a substep at most */
+    bool is_first, is_last, has_new_positions; /* is_last: nobody asks for the sums */
+} plii_rigid_groups_pass;
 
 /* One sweep with the instructions of every processor of the target or with more; all with the same results. */
-typedef void plii_rigid_groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
-                                     const pli_vec4* positions, const plii_substep* substep);
+typedef void plii_rigid_groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass);
 plii_rigid_groups_sweep plii_rigid_groups_sweep_base, plii_rigid_groups_sweep_avx2;

@@ -6,15 +6,6 @@
 
 #include "contact/node_rigid_groups.h"
 
-typedef struct groups_pass {
-    const pli_vec4* positions; /* NULL: displacements are positions */
-    pli_vec4 *displacements, *start_displacements;
-    float dt, moved_time; /* s, of the substep and of those before */
-    float alpha;          /* compliance / dt^2, 1/kg */
-    float recovery;       /* m, in a substep at most */
-    bool is_first, is_last, has_new_positions;
-} groups_pass;
-
 /* Components of vectors, one after the other. */
 PLII_SIMD_INLINE plii_vec3x8 groups_load(const float* components) {
     return (plii_vec3x8){plii_float8_load(components), plii_float8_load(components + PLII_RIGID_GROUP_SIZE),
@@ -52,8 +43,8 @@ PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indi
     plii_simd_store_two(records, scaled_indices + 6, moved[3]);
 }
 
-PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* group, const plii_rigid_surface* surface,
-                                  plii_rigid_sum* sum) {
+PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group,
+                                  const plii_rigid_surface* surface, plii_rigid_sum* sum) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_nodes8 start = groups_gather(pass->start_displacements, group->scaled_indices);
     const plii_nodes8 now = groups_gather(pass->displacements, group->scaled_indices);
@@ -122,21 +113,10 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* gro
     groups_move(pass->displacements, group->scaled_indices, moves);
 }
 
-static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
-                         const pli_vec4* positions, const plii_substep* substep) {
-    const groups_pass pass = {.positions = substep->is_absolute ? NULL : positions,
-                              .displacements = substep->displacements,
-                              .start_displacements = substep->start_displacements,
-                              .dt = substep->dt,
-                              .moved_time = (float)substep->index * substep->dt,
-                              .alpha = settings->compliance * substep->inverse_dt * substep->inverse_dt,
-                              .recovery = settings->recovery_speed * substep->dt,
-                              .has_new_positions = substep->has_new_positions,
-                              .is_first = substep->is_first_sweep,
-                              .is_last = substep->is_last_sweep && !settings->keeps_sums};
+static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass) {
     for (int i = 0; i < groups->count; ++i) {
         plii_rigid_group* group = &groups->groups[i];
         const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
-        groups_solve(&pass, group, surface, &groups->sums[i]);
+        groups_solve(pass, group, surface, &groups->sums[i]);
     }
 }

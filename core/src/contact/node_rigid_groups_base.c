@@ -2,7 +2,6 @@
 
 #include "contact/node_rigid_groups.inl"
 
-void plii_rigid_groups_sweep_base(plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
-                                  const pli_vec4* positions, const plii_substep* substep) {
-    groups_sweep(groups, settings, positions, substep);
+void plii_rigid_groups_sweep_base(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass) {
+    groups_sweep(groups, pass);
 }

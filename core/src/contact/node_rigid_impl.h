@@ -47,6 +47,3 @@ extern const plii_substep_class plii_rigid_contacts_substepped;
 
 /* Room for the contacts of a step. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count);
-size_t plii_rigid_substeps_bytes(const plii_rigid_substeps* substeps);
-/* `data`: plii_rigid_contacts */
-void plii_rigid_substeps_release(pli_body* body, void* data);

@@ -39,23 +39,14 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
     (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
 }
 
-size_t plii_rigid_substeps_bytes(const plii_rigid_substeps* substeps) {
-    const plii_rigid_groups* groups = &substeps->groups;
-    return (size_t)substeps->contacts.capacity * sizeof *substeps->contacts.items +
-           (size_t)groups->capacity * sizeof *groups->groups + (size_t)groups->sum_capacity * sizeof *groups->sums +
-           (size_t)groups->surface_capacity * sizeof *groups->surfaces;
-}
-
-void plii_rigid_substeps_release(pli_body* body, void* data) {
+static void rigid_substeps_release(pli_body* body, void* data) {
     plii_rigid_substeps* substeps = &((plii_rigid_contacts*)data)->substeps;
-    const plii_rigid_groups* groups = &substeps->groups;
-    pli_context* context = body->context;
-    plii_release(context, substeps->contacts.items,
-                 (size_t)substeps->contacts.capacity * sizeof *substeps->contacts.items);
-    plii_release(context, groups->groups, (size_t)groups->capacity * sizeof *groups->groups);
-    plii_release(context, groups->sums, (size_t)groups->sum_capacity * sizeof *groups->sums);
-    plii_release(context, groups->surfaces, (size_t)groups->surface_capacity * sizeof *groups->surfaces);
-    plii_release(context, substeps->fixed_of_node, (size_t)body->node_count * sizeof *substeps->fixed_of_node);
+    plii_rigid_groups* groups = &substeps->groups;
+    PLII_RELEASE(body->context, substeps->contacts.items, substeps->contacts.capacity);
+    PLII_RELEASE(body->context, groups->groups, groups->capacity);
+    PLII_RELEASE(body->context, groups->sums, groups->sum_capacity);
+    PLII_RELEASE(body->context, groups->surfaces, groups->surface_capacity);
+    PLII_RELEASE(body->context, substeps->fixed_of_node, body->node_count);
     *substeps = (plii_rigid_substeps){0};
 }
 
@@ -269,12 +260,21 @@ static void rigid_substep_record(plii_rigid_contacts* found, const plii_substep*
 /* What cannot yield has the last word. */
 static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
     plii_rigid_contacts* found = data;
-    const plii_rigid_groups_settings settings = {
-        found->def.compliance, plii_contact_recovery_speed(found->def.recovery_speed), body->records_contacts};
-    plii_point_contacts_sweep(body, &found->substeps.contacts, substep, settings.compliance);
+    const float compliance = found->def.compliance;
+    const plii_rigid_groups_pass pass = {.positions = substep->is_absolute ? NULL : body->positions,
+                                         .displacements = substep->displacements,
+                                         .start_displacements = substep->start_displacements,
+                                         .dt = substep->dt,
+                                         .moved_time = (float)substep->index * substep->dt,
+                                         .alpha = compliance * substep->inverse_dt * substep->inverse_dt,
+                                         .recovery =
+                                             plii_contact_recovery_speed(found->def.recovery_speed) * substep->dt,
+                                         .has_new_positions = substep->has_new_positions,
+                                         .is_first = substep->is_first_sweep,
+                                         .is_last = substep->is_last_sweep && !body->records_contacts};
+    plii_point_contacts_sweep(body, &found->substeps.contacts, substep, compliance);
     if (found->substeps.groups.count > 0) {
-        PLII_KERNEL(body->context, plii_rigid_groups_sweep)
-        (&found->substeps.groups, &settings, body->positions, substep);
+        PLII_KERNEL(body->context, plii_rigid_groups_sweep)(&found->substeps.groups, &pass);
     }
     if (body->records_contacts && substep->is_last_sweep) { rigid_substep_record(found, substep); }
 }
@@ -297,5 +297,5 @@ const plii_substep_class plii_rigid_contacts_substepped = {
     .room = rigid_substep_room,
     .is_limit = rigid_substep_is_limit,
     .is_idle = rigid_substep_is_idle,
-    .leave = plii_rigid_substeps_release,
+    .leave = rigid_substeps_release,
 };

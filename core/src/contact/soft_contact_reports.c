@@ -67,7 +67,7 @@ static plii_contact_report soft_contact_report(const pli_body* node_body, const 
     const plii_soft_contact* contact = &state->contacts[index];
     const pli_body* other = contact->face_body;
     const int* face = other->topology->faces[contact->face];
-    const pli_vec3 point = plii_soft_contacts_blend(other->positions, face, contact->weights);
+    const pli_vec3 point = plii_contact_blend(other->positions, face, contact->weights);
     plii_contact_report report = plii_contact_report_make(NULL, contact->face_body);
     report.node = contact->node;
     report.other_face = contact->face;

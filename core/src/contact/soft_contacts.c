@@ -5,7 +5,6 @@
 #include "contact/contact_order.h"
 #include "contact/soft_contacts_impl.h"
 #include "geometry/fat_aabb.h"
-#include "math/bounds.h"
 #include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
@@ -46,12 +45,6 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
     }
 }
 
-static void soft_contacts_note_predicted(const pli_body* body, plii_soft_contacts_state* state) {
-    for (int i = 0; i < body->node_count; ++i) {
-        state->predicted[i] = plii_xyz(body->positions[i]);
-    }
-}
-
 static void soft_contacts_refresh(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
@@ -63,7 +56,9 @@ static void soft_contacts_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->impulse_count = state->met_count = 0;
     state->has_coupled = false;
-    if (state->is_sweeping) { soft_contacts_note_predicted(body, state); }
+    for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
+        state->predicted[i] = plii_xyz(body->positions[i]);
+    }
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
     soft_contacts_update_boxes(body, state);
@@ -190,11 +185,7 @@ const plii_feature_class plii_soft_contacts_class = {
 // ------------------------------------------------------------------------------------------------- settings and access
 
 pli_soft_contacts_def pli_soft_contacts_def_default(void) {
-    pli_soft_contacts_def def = {0};
-    def.friction = 0.2f;
-    def.hardness = 1.0f;
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_soft_contacts_def){.friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
 
 static const plii_field soft_contacts_fields[] = {

@@ -26,7 +26,7 @@ void plii_soft_contacts_recover_bullet(pli_body* body, void* data) {
         const int* face = other->topology->faces[contact->face];
         const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
         const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
-                                            plii_soft_contacts_blend(other->previous, face, contact->weights));
+                                            plii_contact_blend(other->previous, face, contact->weights));
         const float distance = pli_vec3_dot(contact->normal, apart);
         const float depth = body->collision_margin + other->collision_margin - distance;
         if (!(depth > 0.0f) || distance < 0.0f) { continue; }
@@ -35,15 +35,6 @@ void plii_soft_contacts_recover_bullet(pli_body* body, void* data) {
         for (int k = 0; k < 3; ++k) {
             soft_bullet_shift(other, face[k], pli_vec3_scale(shift, -contact->face_share * weights[k]));
         }
-    }
-}
-
-/* A body that was solved before takes its velocities from positions no more. */
-static void soft_bullet_push_solved(pli_body* other, const int* face, pli_vec3 weights, pli_vec3 correction) {
-    const float w[3] = {weights.x, weights.y, weights.z};
-    for (int k = 0; k < 3; ++k) {
-        const pli_vec3 change = pli_vec3_scale(correction, w[k] * other->step.inverse_dt);
-        soft_bullet_move(&other->velocities[face[k]], change);
     }
 }
 
@@ -57,8 +48,8 @@ void plii_soft_contacts_solve_bullet(pli_body* body, void* data) {
         const int* face = other->topology->faces[contact->face];
         const pli_vec3 n = contact->normal, weights = contact->weights;
         const pli_vec3 x = plii_xyz(body->positions[contact->node]);
-        const pli_vec3 point = plii_soft_contacts_blend(other->positions, face, weights);
-        const pli_vec3 point_before = plii_soft_contacts_blend(other->previous, face, weights);
+        const pli_vec3 point = plii_contact_blend(other->positions, face, weights);
+        const pli_vec3 point_before = plii_contact_blend(other->previous, face, weights);
         const pli_vec3 motion =
             pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), pli_vec3_sub(point, point_before));
         const float along_normal = pli_vec3_dot(motion, n);
@@ -70,12 +61,14 @@ void plii_soft_contacts_solve_bullet(pli_body* body, void* data) {
         const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));
         const pli_vec3 correction = pli_vec3_sub(pli_vec3_scale(n, depth), pli_vec3_scale(sliding, contact->friction));
         plii_set_xyz(&body->positions[contact->node], pli_vec3_add(x, pli_vec3_scale(correction, contact->node_share)));
-        soft_bullet_move(&other->positions[face[0]], pli_vec3_scale(correction, contact->face_share * weights.x));
-        soft_bullet_move(&other->positions[face[1]], pli_vec3_scale(correction, contact->face_share * weights.y));
-        soft_bullet_move(&other->positions[face[2]], pli_vec3_scale(correction, contact->face_share * weights.z));
-        if (i < state->impulse_count) { plii_soft_contacts_note(body, state, i, correction); }
-        if (shifts && other->is_solved) {
-            soft_bullet_push_solved(other, face, weights, pli_vec3_scale(correction, contact->face_share));
+        const float w[3] = {weights.x, weights.y, weights.z};
+        for (int k = 0; k < 3; ++k) {
+            soft_bullet_move(&other->positions[face[k]], pli_vec3_scale(correction, contact->face_share * w[k]));
+            if (!shifts || !other->is_solved) { continue; }
+            /* It takes its velocities from positions no more. */
+            const pli_vec3 share = pli_vec3_scale(correction, contact->face_share);
+            soft_bullet_move(&other->velocities[face[k]], pli_vec3_scale(share, w[k] * other->step.inverse_dt));
         }
+        if (i < state->impulse_count) { plii_soft_contacts_note(body, state, i, correction); }
     }
 }

@@ -4,7 +4,6 @@
    substep. Another body, with another solver or other substeps, is solved before or after: it takes part by its
    velocities, as a rigid body does. */
 
-#include "contact/contact_substep.h"
 #include "contact/soft_contacts_impl.h"
 
 // ------------------------------------------------------------------------------------------------- where nodes are

@@ -11,8 +11,6 @@
 #include "body/world_state.h"
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point.h"
-#include "math/bounds.h"
-#include "math/range.h"
 
 #include <string.h>
 
@@ -46,7 +44,7 @@ pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int
                                           pli_vec3_sub(plii_xyz(pass->face_body->positions[face[2]]), a));
     const pli_vec3 normal = plii_vec3_divide(cross, pli_vec3_length(cross));
     const pli_vec4* previous = pass->face_body->previous;
-    const pli_vec3 point = plii_soft_contacts_blend(previous, face, weights);
+    const pli_vec3 point = plii_contact_blend(previous, face, weights);
     const pli_vec3 before = pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point);
     const float side = pli_vec3_dot(before, normal);
     const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(point);
@@ -60,9 +58,7 @@ static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, cons
     const pli_vec4* positions = pass->face_body->positions;
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
     if (!pass->use_boxes) {
-        const float weight =
-            w.x * (weights.x * weights.x) + w.y * (weights.y * weights.y) + w.z * (weights.z * weights.z);
-        return plii_body_is_idle(pass->face_body) ? 0.0f : weight;
+        return plii_body_is_idle(pass->face_body) ? 0.0f : plii_contact_face_weight(positions, face, weights);
     }
     const bool is_pinned = w.x <= 0.0f || w.y <= 0.0f || w.z <= 0.0f;
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
@@ -353,23 +349,19 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
     const float dt = body->step.dt;
-    plii_soft_contacts_pass pass = {.node_body = body,
-                                    .node_state = state,
-                                    .face_body = other,
-                                    .face_state = other_state,
-                                    .search = state,
-                                    .margin = body->collision_margin + other->collision_margin,
-                                    .fall = pli_vec3_length(body->world->def.gravity) * dt * dt,
-                                    .use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL};
-    if (!pass.use_boxes) { pass.common_motion = soft_contacts_common_motion(other); }
-    pli_status status = soft_contacts_run_pass(&pass);
-    if (status == PLI_OK) {
-        pass.node_body = other;
-        pass.node_state = other_state;
-        pass.face_body = body;
-        pass.face_state = state;
-        pass.is_second = true;
-        if (!pass.use_boxes) { pass.common_motion = soft_contacts_common_motion(body); }
+    const bool use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL;
+    pli_status status = PLI_OK;
+    for (int i = 0; i < 2 && status == PLI_OK; ++i) { /* nodes of the one, then of the other */
+        plii_soft_contacts_pass pass = {.node_body = i == 0 ? body : other,
+                                        .node_state = i == 0 ? state : other_state,
+                                        .face_body = i == 0 ? other : body,
+                                        .face_state = i == 0 ? other_state : state,
+                                        .search = state,
+                                        .margin = body->collision_margin + other->collision_margin,
+                                        .fall = pli_vec3_length(body->world->def.gravity) * dt * dt,
+                                        .use_boxes = use_boxes,
+                                        .is_second = i == 1};
+        if (!use_boxes) { pass.common_motion = soft_contacts_common_motion(pass.face_body); }
         status = soft_contacts_run_pass(&pass);
     }
     if (status == PLI_OK && !plii_soft_contacts_record_pair(body, state, other, other_state)) {
@@ -378,7 +370,7 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
     if (status != PLI_OK) {
         state->count = count;
         other_state->count = other_count;
-    } else if (!pass.use_boxes && (state->count > count || other_state->count > other_count)) {
+    } else if (!use_boxes && (state->count > count || other_state->count > other_count)) {
         plii_world_join_bodies(body->world, body, other);
     }
     return status;

@@ -5,9 +5,10 @@
    (soft_contacts_bullet.c). */
 
 #include "body/contact_report.h"
-#include "body/substep.h"
+#include "contact/contact_substep.h"
 #include "geometry/bvh.h"
 #include "geometry/bvh4.h"
+#include "math/bounds.h"
 #include "pliant/contact.h"
 
 typedef struct plii_soft_contact {
@@ -70,17 +71,9 @@ typedef struct plii_soft_contacts_state {
 
 extern const plii_feature_class plii_soft_contacts_class;
 
-/* At a point of a face, by its barycentric weights. */
-static inline pli_vec3 plii_soft_contacts_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
-    return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
-                                     pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
-                        pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
-}
-
 static inline pli_bounds plii_soft_contacts_face_bounds(const pli_vec4* positions, const int* face) {
     const pli_vec3 a = plii_xyz(positions[face[0]]), b = plii_xyz(positions[face[1]]), c = plii_xyz(positions[face[2]]);
-    const pli_bounds bounds = {plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
-    return bounds;
+    return plii_bounds_of_triangle(a, b, c);
 }
 
 static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {

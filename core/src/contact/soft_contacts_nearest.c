@@ -34,10 +34,6 @@ static soft_contacts_corners soft_contacts_seen(const pli_vec4* faces, const int
     return corners;
 }
 
-static plii_triangle_size soft_contacts_size(const soft_contacts_corners* corners) {
-    return plii_measure_triangle(corners->at[0], corners->at[1], corners->at[2]);
-}
-
 /* The nearest point of a face within reach. */
 static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* face,
                                   const soft_contacts_corners* now, soft_contacts_pick* pick,
@@ -119,7 +115,7 @@ static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft
     const int* face = pass->face_body->topology->faces[face_index];
     const soft_contacts_corners now =
         soft_contacts_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
-    const plii_triangle_size size = soft_contacts_size(&now);
+    const plii_triangle_size size = plii_measure_triangle(now.at[0], now.at[1], now.at[2]);
     const float height = -pli_vec3_dot(now.at[0], size.normal);
     if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
     soft_contacts_pick pick = {.contact = {.node = near.node, .face = face_index, .margin = near.margin}};
