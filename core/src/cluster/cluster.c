@@ -29,10 +29,11 @@ pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters
     return pli_vec3_scale(centre, cluster->inverse_mass);
 }
 
+/* In reference mode; others sum up in one pass. */
 static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
                                    pli_vec3 centre) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const float epsilon = clusters->def.reference_mode ? 1e-4f : 0.0f;
+    const float epsilon = 1e-4f;
     const pli_mat3 start = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
     plii_float4 rows[3];
     for (int k = 0; k < 3; ++k) {

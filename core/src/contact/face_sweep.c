@@ -91,10 +91,6 @@ static void face_sweep_corners(const plii_face_sweep* sweep, float time, pli_vec
     }
 }
 
-static bool face_sweep_is_known(const plii_convex_result* result) {
-    return result->relation == PLII_CONVEX_SEPARATED || result->relation == PLII_CONVEX_OVERLAPPING;
-}
-
 static pli_vec3 face_sweep_middle(const pli_vec3* corners) {
     return pli_vec3_scale(pli_vec3_add(pli_vec3_add(corners[0], corners[1]), corners[2]), 1.0f / 3.0f);
 }
@@ -109,7 +105,7 @@ static bool face_sweep_measure(const face_sweep_core* core, const pli_vec3* corn
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
     plii_convex_distance(&face, &rigid, &options, cache, result);
-    return face_sweep_is_known(result);
+    return result->relation == PLII_CONVEX_SEPARATED || result->relation == PLII_CONVEX_OVERLAPPING;
 }
 
 static void face_sweep_record(const face_sweep_core* core, const plii_face_sweep* sweep,

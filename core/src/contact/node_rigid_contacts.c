@@ -409,9 +409,7 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
 }
 
 pli_status pli_body_disable_rigid_contacts(pli_body* body) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &plii_rigid_contacts_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_rigid_contacts_class);
 }
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {
