@@ -240,6 +240,11 @@ typedef struct plii_feature_class {
     void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change, void** old_arrays);
 } plii_feature_class;
 
+/* For the tables of a class, which are written where they belong. */
+#define PLII_NEEDS(...) ((const plii_feature_class* const[]){__VA_ARGS__, NULL})
+#define PLII_ARRAYS(...) ((const plii_feature_array[]){__VA_ARGS__, {0}})
+#define PLII_STATE_PARTS(...) ((const plii_state_part[]){__VA_ARGS__, {0}})
+
 typedef struct plii_feature {
     const plii_feature_class* klass;
     void* state;

@@ -15,16 +15,11 @@ static void link_graph_build(pli_body* body, void* state) {
     plii_union_flatten(body->node_count, graph->components);
 }
 
-static const plii_feature_array link_graph_arrays[] = {
-    {PLII_MEMBER(plii_link_graph, begin), PLII_PER_NODE, .more = 1, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_link_graph, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_link_graph, components), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {0},
-};
-
 const plii_feature_class plii_link_graph_class = {
     .name = "link graph",
     .state_size = sizeof(plii_link_graph),
-    .arrays = link_graph_arrays,
+    .arrays = PLII_ARRAYS({PLII_MEMBER(plii_link_graph, begin), PLII_PER_NODE, .more = 1, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_link_graph, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_link_graph, components), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .build = link_graph_build,
 };

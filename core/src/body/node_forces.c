@@ -4,16 +4,13 @@
 
 #include "body/body_impl.h"
 
-static const plii_feature_array forces_arrays[] = {
-    {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED,
-     .fields = "3f"},
-    {0},
-};
-
 const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,
                                                               &plii_areas_class, NULL};
 
-const plii_feature_class plii_forces_class = {.name = "forces", .arrays = forces_arrays};
+const plii_feature_class plii_forces_class = {
+    .name = "forces",
+    .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true,
+                           .snapshot = PLII_SAVED, .fields = "3f"})};
 
 float plii_forces_volume_response(const pli_body* body, float dt) {
     float sum = 0.0f;

@@ -51,17 +51,13 @@ static void normals_refresh(pli_body* body, void* data) {
     memcpy(&body->normals[i], last, (size_t)(count - i) * sizeof *last);
 }
 
-/* After a cut the refresh fills them. */
-static const plii_feature_array normals_arrays[] = {
-    {PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_SAVED, .fields = "3f"},
-    {PLII_MEMBER(normals_state, sums), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {0},
-};
-
 const plii_feature_class plii_normals_class = {
     .name = "normals",
     .state_size = sizeof(normals_state),
-    .arrays = normals_arrays,
+    /* After a cut the refresh fills them. */
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_SAVED, .fields = "3f"},
+        {PLII_MEMBER(normals_state, sums), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
 };
 
@@ -76,14 +72,10 @@ static void face_normals_refresh(pli_body* body, void* state) {
     }
 }
 
-static const plii_feature_array face_normals_arrays[] = {
-    {PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_SAVED, .fields = "3f"},
-    {0},
-};
-
 const plii_feature_class plii_face_normals_class = {
     .name = "face normals",
-    .arrays = face_normals_arrays,
+    .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true,
+                           .snapshot = PLII_SAVED, .fields = "3f"}),
     .stages[PLII_STAGE_REFRESH] = {.run = face_normals_refresh},
 };
 
@@ -131,17 +123,13 @@ static void areas_topology_commit(pli_body* body, void* state, const plii_topolo
     areas_of_nodes(body, state);
 }
 
-static const plii_feature_array areas_arrays[] = {
-    {PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
-    {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
-    {PLII_MEMBER(areas_state, face_counts), PLII_PER_NODE, .is_scratch = true},
-    {0},
-};
-
 const plii_feature_class plii_areas_class = {
     .name = "areas",
     .state_size = sizeof(areas_state),
-    .arrays = areas_arrays,
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
+        {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
+        {PLII_MEMBER(areas_state, face_counts), PLII_PER_NODE, .is_scratch = true}),
     .enable = areas_enable,
     .topology_commit = areas_topology_commit,
 };

@@ -96,17 +96,12 @@ static void iterated_sweeps_iterate(pli_body* body, void* data) {
 
 enum { ITERATED_SWEEPS_ORDER = 300 }; /* after all else */
 
-static const plii_state_part iterated_sweeps_parts[] = {
-    PLII_STATE(iterated_sweeps, substep, PLII_LEFT),
-    PLII_STATE(iterated_sweeps, kinds, PLII_LEFT),
-    PLII_STATE(iterated_sweeps, done, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_iterated_sweeps_class = {
     .name = "iterated sweeps",
     .state_size = sizeof(iterated_sweeps),
-    .state_parts = iterated_sweeps_parts,
+    .state_parts =
+        PLII_STATE_PARTS(PLII_STATE(iterated_sweeps, substep, PLII_LEFT), PLII_STATE(iterated_sweeps, kinds, PLII_LEFT),
+                         PLII_STATE(iterated_sweeps, done, PLII_LEFT)),
     .stages = {[PLII_STAGE_PREPARE] = {iterated_sweeps_prepare, ITERATED_SWEEPS_ORDER},
                [PLII_STAGE_COUPLE] = {iterated_sweeps_iterate, ITERATED_SWEEPS_ORDER}},
 };

@@ -414,15 +414,6 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
     return is_complete;
 }
 
-static const plii_feature_array clusters_arrays[] = {
-    {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count), .snapshot = PLII_SAVED,
-     .fields = "4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"},
-    {PLII_LIST_OF(plii_clusters, members, member_capacity), PLII_COUNTED_BY(plii_clusters, member_count),
-     .snapshot = PLII_SAVED, .fields = "n4f"},
-    {0},
-};
-
 /* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
 static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
                                      void** old_arrays) {
@@ -446,13 +437,6 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
 /* Impulses of joints and cluster contacts are applied before anything else is solved. */
 enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
 
-static const plii_state_part clusters_parts[] = {
-    PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
-    PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
-    PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u"),
-    {0},
-};
-
 static bool clusters_is_sound(const pli_body* body, const void* data) {
     const plii_clusters* clusters = data;
     (void)body;
@@ -469,12 +453,19 @@ static bool clusters_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
-    .state_parts = clusters_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
+                                    PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
+                                    PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u")),
     .is_sound = clusters_is_sound,
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
-    .arrays = clusters_arrays,
+    .arrays =
+        PLII_ARRAYS({PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count),
+                     .snapshot = PLII_SAVED, .fields = "4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"},
+                    {PLII_LIST_OF(plii_clusters, members, member_capacity),
+                     PLII_COUNTED_BY(plii_clusters, member_count), .snapshot = PLII_SAVED, .fields = "n4f"}),
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,

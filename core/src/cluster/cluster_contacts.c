@@ -124,23 +124,6 @@ static void cluster_contacts_build(pli_body* body, void* data) {
     plii_cluster_contacts_drop_neighbours(data);
 }
 
-static const plii_feature_array cluster_contacts_arrays[] = {
-    {PLII_LIST_OF(plii_cluster_contacts, contacts, capacity), PLII_COUNTED_BY(plii_cluster_contacts, count),
-     .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
-     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), .snapshot = PLII_SAVED, .fields = "2i9fOf70f"},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
-    /* The next step frees the slots of pairs that have gone. */
-    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED),
-    {0},
-};
-
 static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     plii_cluster_contacts_drop_neighbours(state);
@@ -202,24 +185,6 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
 /* After joints. */
 enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
 
-static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
-
-static const plii_state_part cluster_contacts_parts[] = {
-    PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
-    PLII_STATE(plii_cluster_contacts, clusters, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, leads, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, groups, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
-    PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
-    PLII_STATE(plii_cluster_contacts, cluster_count, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, tree, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, has_tree, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, has_neighbours, PLII_LEFT),
-    PLII_STATE(plii_cluster_contacts, neighbours, PLII_LEFT),
-    {0},
-};
-
 static bool cluster_contacts_meet_slots(const plii_cluster_contacts* state, const plii_pair_record* records, int count,
                                         bool* is_met) {
     for (int i = 0; i < count; ++i) {
@@ -267,15 +232,38 @@ static void cluster_contacts_keep_callbacks(void* data, const void* before) {
 const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
-    .state_parts = cluster_contacts_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
+        PLII_STATE(plii_cluster_contacts, clusters, PLII_LEFT), PLII_STATE(plii_cluster_contacts, leads, PLII_LEFT),
+        PLII_STATE(plii_cluster_contacts, groups, PLII_LEFT),
+        PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
+        PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
+        PLII_STATE(plii_cluster_contacts, cluster_count, PLII_LEFT), PLII_STATE(plii_cluster_contacts, tree, PLII_LEFT),
+        PLII_STATE(plii_cluster_contacts, has_tree, PLII_LEFT),
+        PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
+        PLII_STATE(plii_cluster_contacts, has_neighbours, PLII_LEFT),
+        PLII_STATE(plii_cluster_contacts, neighbours, PLII_LEFT)),
     .is_sound = cluster_contacts_is_sound,
     .keep_callbacks = cluster_contacts_keep_callbacks,
-    .needs = cluster_contacts_needs,
+    .needs = PLII_NEEDS(&plii_clusters_class),
     .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, CLUSTER_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
-    .arrays = cluster_contacts_arrays,
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(plii_cluster_contacts, contacts, capacity), PLII_COUNTED_BY(plii_cluster_contacts, count),
+         .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
+         PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), .snapshot = PLII_SAVED, .fields = "2i9fOf70f"},
+        {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
+        /* The next step frees the slots of pairs that have gone. */
+        PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED)),
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,

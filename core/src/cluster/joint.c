@@ -114,21 +114,7 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
     joints_remove(body, state, PLI_NULL_INDEX, other);
 }
 
-/* Joints hold to clusters, which follow a cut and keep their index. */
-static const plii_feature_array joints_arrays[] = {
-    {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, count),
-     .snapshot = PLII_SAVED, .fields = "JiiPiR9f3X*"},
-    {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, ids.count),
-     .snapshot = PLII_SAVED, .fields = "uii"},
-    {0},
-};
-
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
-
-static const plii_state_part joints_parts[] = {
-    PLII_STATE_OF(joints_state, ids.first_free1, PLII_SAVED, "i"),
-    {0},
-};
 
 static bool joint_has_cluster(const pli_body* body, int cluster) {
     const plii_clusters* clusters = plii_body_clusters(body);
@@ -163,10 +149,14 @@ static void joints_keep_callbacks(void* data, const void* before) {
 const plii_feature_class plii_joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
-    .state_parts = joints_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(joints_state, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = joints_is_sound,
     .keep_callbacks = joints_keep_callbacks,
-    .arrays = joints_arrays,
+    /* Joints hold to clusters, which follow a cut and keep their index. */
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(joints_state, items, capacity), .is_kept = true,
+                           PLII_COUNTED_BY(joints_state, count), .snapshot = PLII_SAVED, .fields = "JiiPiR9f3X*"},
+                          {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true,
+                           PLII_COUNTED_BY(joints_state, ids.count), .snapshot = PLII_SAVED, .fields = "uii"}),
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},

@@ -198,24 +198,7 @@ static pli_status anchor_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 
-/* Anchors stay with their node; a copy of the node is free. */
-static const plii_feature_array anchor_arrays[] = {
-    {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, item_count),
-     .snapshot = PLII_SAVED, .fields = "niS5fB3fu*"},
-    {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count),
-     .snapshot = PLII_SAVED, .fields = "uii"},
-    {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED,
-     .fields = "B"},
-    {0},
-};
-
 enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
-
-static const plii_state_part anchor_parts[] = {
-    PLII_STATE_OF(plii_anchors, hardness, PLII_SAVED, "f"),
-    PLII_STATE_OF(plii_anchors, ids.first_free1, PLII_SAVED, "i"),
-    {0},
-};
 
 static bool anchor_is_sound(const pli_body* body, const void* data) {
     const plii_anchors* anchors = data;
@@ -229,9 +212,16 @@ static bool anchor_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
-    .state_parts = anchor_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_anchors, hardness, PLII_SAVED, "f"),
+                                    PLII_STATE_OF(plii_anchors, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = anchor_is_sound,
-    .arrays = anchor_arrays,
+    /* Anchors stay with their node; a copy of the node is free. */
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true,
+                           PLII_COUNTED_BY(plii_anchors, item_count), .snapshot = PLII_SAVED, .fields = "niS5fB3fu*"},
+                          {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true,
+                           PLII_COUNTED_BY(plii_anchors, ids.count), .snapshot = PLII_SAVED, .fields = "uii"},
+                          {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true,
+                           .snapshot = PLII_SAVED, .fields = "B"}),
     .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
                [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},

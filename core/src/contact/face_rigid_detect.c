@@ -484,30 +484,10 @@ static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
 /* After contacts of nodes with rigid bodies. */
 enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
-static const plii_feature_array rigid_faces_arrays[] = {
-    {PLII_LIST_OF(plii_rigid_faces, contacts, capacity), PLII_COUNTED_BY(plii_rigid_faces, count),
-     .snapshot = PLII_LEFT},
-    {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
-    {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_rigid_faces, substeps.items, substeps.capacity), .snapshot = PLII_LEFT},
-    PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory, PLII_LEFT),
-    {0},
-};
-
-static const plii_feature_class* const rigid_faces_needs[] = {&plii_iterated_sweeps_class, NULL};
-
 static void rigid_faces_on_restored(pli_body* body, void* data) {
     (void)body;
     plii_pair_cache_forget_before(&((plii_rigid_faces*)data)->memory);
 }
-
-static const plii_state_part rigid_faces_parts[] = {
-    PLII_STATE_OF(plii_rigid_faces, def, PLII_SAVED, "3fu"),
-    PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
-    PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
-    PLII_STATE(plii_rigid_faces, substeps, PLII_LEFT),
-    {0},
-};
 
 static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
     (void)body;
@@ -517,11 +497,19 @@ static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
-    .state_parts = rigid_faces_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_faces, def, PLII_SAVED, "3fu"),
+                                    PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
+                                    PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
+                                    PLII_STATE(plii_rigid_faces, substeps, PLII_LEFT)),
     .is_sound = rigid_faces_is_sound,
     .on_restored = rigid_faces_on_restored,
-    .needs = rigid_faces_needs,
-    .arrays = rigid_faces_arrays,
+    .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(plii_rigid_faces, contacts, capacity), PLII_COUNTED_BY(plii_rigid_faces, count),
+                           .snapshot = PLII_LEFT},
+                          {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
+                          {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .snapshot = PLII_LEFT},
+                          {PLII_LIST_OF(plii_rigid_faces, substeps.items, substeps.capacity), .snapshot = PLII_LEFT},
+                          PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory, PLII_LEFT)),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
                [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},

@@ -348,37 +348,26 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (plii_follows_rigids(body)) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
-static const plii_feature_array rigid_contacts_arrays[] = {
-    {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
-     .snapshot = PLII_LEFT},
-    {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
-    {PLII_LIST_OF(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.sums, substeps.groups.sum_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
-     .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
-     .snapshot = PLII_LEFT},
-    {0},
-};
-
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
-
-static const plii_feature_class* const rigid_contacts_needs[] = {&plii_iterated_sweeps_class, NULL};
-
-static const plii_state_part rigid_contacts_parts[] = {
-    PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
-    PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT),
-    {0},
-};
 
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
-    .state_parts = rigid_contacts_parts,
-    .needs = rigid_contacts_needs,
-    .arrays = rigid_contacts_arrays,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
+                                    PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT)),
+    .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
+         .snapshot = PLII_LEFT},
+        {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
+        {PLII_LIST_OF(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.sums, substeps.groups.sum_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
+         .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
+         .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,

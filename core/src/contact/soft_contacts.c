@@ -101,31 +101,6 @@ static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     return plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near);
 }
 
-static const plii_feature_array soft_contacts_arrays[] = {
-    {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"},
-    {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_SAVED,
-     .fields = "6f"},
-    {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, .snapshot = PLII_SAVED,
-     .fields = "6f"},
-    {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity), PLII_COUNTED_BY(plii_soft_contacts_state, count),
-     .snapshot = PLII_LEFT},
-    {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
-    {PLII_LIST_OF(plii_soft_contacts_state, met, met_capacity), PLII_COUNTED_BY(plii_soft_contacts_state, met_count),
-     .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity),
-     PLII_COUNTED_BY(plii_soft_contacts_state, face_count), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity), PLII_COUNTED_BY(plii_soft_contacts_state, hit_count),
-     .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_soft_contacts_state, groups, group_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity),
-     PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity),
-     PLII_COUNTED_BY(plii_soft_contacts_state, order_count), .snapshot = PLII_SAVED, .fields = "F"},
-    {0},
-};
-
 /* Boxes start anew with the next step. */
 static void soft_contacts_build(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
@@ -136,17 +111,6 @@ static void soft_contacts_build(pli_body* body, void* data) {
 
 /* Boxes after clusters; contacts after those with rigid bodies and before the links. */
 enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
-
-static const plii_state_part soft_contacts_parts[] = {
-    PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
-    PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
-    PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
-    PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
-    PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
-    PLII_STATE(plii_soft_contacts_state, tree, PLII_LEFT),
-    PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT),
-    {0},
-};
 
 static bool soft_contacts_is_sound(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
@@ -163,10 +127,37 @@ static void soft_contacts_on_restored(pli_body* body, void* data) {
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
-    .state_parts = soft_contacts_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
+                                    PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
+                                    PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
+                                    PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
+                                    PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
+                                    PLII_STATE(plii_soft_contacts_state, tree, PLII_LEFT),
+                                    PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT)),
     .is_sound = soft_contacts_is_sound,
     .on_restored = soft_contacts_on_restored,
-    .arrays = soft_contacts_arrays,
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"},
+        {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_SAVED,
+         .fields = "6f"},
+        {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, .snapshot = PLII_SAVED,
+         .fields = "6f"},
+        {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity), PLII_COUNTED_BY(plii_soft_contacts_state, count),
+         .snapshot = PLII_LEFT},
+        {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
+        {PLII_LIST_OF(plii_soft_contacts_state, met, met_capacity),
+         PLII_COUNTED_BY(plii_soft_contacts_state, met_count), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity),
+         PLII_COUNTED_BY(plii_soft_contacts_state, face_count), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity),
+         PLII_COUNTED_BY(plii_soft_contacts_state, hit_count), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_soft_contacts_state, groups, group_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity),
+         PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity),
+         PLII_COUNTED_BY(plii_soft_contacts_state, order_count), .snapshot = PLII_SAVED, .fields = "F"}),
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},

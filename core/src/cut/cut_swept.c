@@ -48,25 +48,15 @@ static void trace_forget(pli_body* body, void* state) {
     trace->ends.edge_count = 0;
 }
 
-static const plii_feature_array trace_arrays[] = {
-    {PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity), PLII_COUNTED_BY(trace_state, ends.tip_count),
-     .snapshot = PLII_SAVED, .fields = "n"},
-    {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity), PLII_COUNTED_BY(trace_state, ends.edge_count),
-     .snapshot = PLII_SAVED, .fields = "2n"},
-    {0},
-};
-
-static const plii_state_part trace_parts[] = {
-    PLII_STATE_OF(trace_state, has_ray, PLII_SAVED, "B"),
-    PLII_STATE_OF(trace_state, ray, PLII_SAVED, "6f"),
-    {0},
-};
-
 const plii_feature_class plii_trace_class = {
     .name = "cut trace",
     .state_size = sizeof(trace_state),
-    .state_parts = trace_parts,
-    .arrays = trace_arrays,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(trace_state, has_ray, PLII_SAVED, "B"),
+                                    PLII_STATE_OF(trace_state, ray, PLII_SAVED, "6f")),
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity),
+                           PLII_COUNTED_BY(trace_state, ends.tip_count), .snapshot = PLII_SAVED, .fields = "n"},
+                          {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity),
+                           PLII_COUNTED_BY(trace_state, ends.edge_count), .snapshot = PLII_SAVED, .fields = "2n"}),
     .build = trace_forget,
 };
 

@@ -247,15 +247,6 @@ static void aero_run_faces(pli_body* body, void* data) {
 /* Of faces after pressure and volume, as in Bullet. */
 enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 
-static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, &plii_normals_class,
-                                                            &plii_face_normals_class, &plii_areas_class, NULL};
-
-static const plii_state_part aero_vertex_parts[] = {
-    PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"), PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
-    PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"),   PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f"),
-    PLII_STATE(aero_state, face_forces, PLII_LEFT),     {0},
-};
-
 static bool aero_vertex_is_sound(const pli_body* body, const void* data) {
     (void)body;
     return ((const aero_state*)data)->model <= PLI_AERO_VERTEX_ONE_SIDED;
@@ -264,23 +255,13 @@ static bool aero_vertex_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),
-    .state_parts = aero_vertex_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"), PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
+        PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"), PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f"),
+        PLII_STATE(aero_state, face_forces, PLII_LEFT)),
     .is_sound = aero_vertex_is_sound,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
-};
-
-static const plii_feature_array aero_face_arrays[] = {
-    {PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {0},
-};
-
-static const plii_state_part aero_face_parts[] = {
-    PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"),
-    PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
-    PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"),
-    PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f"),
-    {0},
 };
 
 static bool aero_face_is_sound(const pli_body* body, const void* data) {
@@ -291,10 +272,12 @@ static bool aero_face_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_aero_face_class = {
     .name = "face aerodynamics",
     .state_size = sizeof(aero_state),
-    .state_parts = aero_face_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"), PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
+        PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"), PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f")),
     .is_sound = aero_face_is_sound,
-    .needs = aero_face_needs,
-    .arrays = aero_face_arrays,
+    .needs = PLII_NEEDS(&plii_forces_class, &plii_normals_class, &plii_face_normals_class, &plii_areas_class),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
 };
 

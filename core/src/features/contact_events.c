@@ -360,18 +360,6 @@ static size_t contact_events_bytes(const pli_body* body, const void* data) {
     return plii_key_table_bytes(&state->present.table) + plii_key_table_bytes(&state->past.table);
 }
 
-/* What there is outlives a cut. */
-static const plii_feature_array contact_events_arrays[] = {
-    {PLII_LIST_OF(contact_events, present.items, present.capacity), PLII_COUNTED_BY(contact_events, present.count),
-     .is_kept = true, .snapshot = PLII_SAVED, .fields = "RPXiNHLiii9fB|iiOi|3fB"},
-    {PLII_LIST_OF(contact_events, past.items, past.capacity), PLII_COUNTED_BY(contact_events, past.count),
-     .is_kept = true, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(contact_events, sensed, sensed_capacity), PLII_COUNTED_BY(contact_events, sensed_count),
-     .is_kept = true, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-    {0},
-};
-
 enum { CONTACT_EVENTS_BEGIN_ORDER = 0, CONTACT_EVENTS_END_ORDER = 100 }; /* after normals */
 
 /* What has begun and ended was told already. */
@@ -387,20 +375,22 @@ static void contact_events_on_restored(pli_body* body, void* data) {
     }
 }
 
-static const plii_state_part contact_events_parts[] = {
-    PLII_STATE_OF(contact_events, def, PLII_SAVED, "2Bu"),
-    PLII_STATE(contact_events, present.table, PLII_LEFT),
-    PLII_STATE(contact_events, past.table, PLII_LEFT),
-    PLII_STATE(contact_events, event_counts, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_contact_events_class = {
     .name = "contact events",
     .state_size = sizeof(contact_events),
-    .state_parts = contact_events_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(contact_events, def, PLII_SAVED, "2Bu"), PLII_STATE(contact_events, present.table, PLII_LEFT),
+        PLII_STATE(contact_events, past.table, PLII_LEFT), PLII_STATE(contact_events, event_counts, PLII_LEFT)),
     .on_restored = contact_events_on_restored,
-    .arrays = contact_events_arrays,
+    /* What there is outlives a cut. */
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(contact_events, present.items, present.capacity), PLII_COUNTED_BY(contact_events, present.count),
+         .is_kept = true, .snapshot = PLII_SAVED, .fields = "RPXiNHLiii9fB|iiOi|3fB"},
+        {PLII_LIST_OF(contact_events, past.items, past.capacity), PLII_COUNTED_BY(contact_events, past.count),
+         .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(contact_events, sensed, sensed_capacity), PLII_COUNTED_BY(contact_events, sensed_count),
+         .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_UPDATE] = {contact_events_begin, CONTACT_EVENTS_BEGIN_ORDER},
                [PLII_STAGE_REFRESH] = {contact_events_end, CONTACT_EVENTS_END_ORDER}},
     .disable = contact_events_disable,

@@ -176,30 +176,8 @@ static void drag_topology_commit(pli_body* body, void* data, const plii_topology
     }
 }
 
-static const plii_feature_array drag_arrays[] = {
-    {PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count), .is_kept = true,
-     .snapshot = PLII_SAVED, .fields = "i3ni21f"},
-    {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count), .is_kept = true,
-     .snapshot = PLII_SAVED, .fields = "uii"},
-    {0},
-};
-
 /* After the links, which pull it back. */
 enum { DRAG_ORDER = PLII_ORDER_LINKS + 3, DRAG_SUBSTEP_ORDER = 42, DRAG_FINISH_ORDER = 0 };
-
-static const plii_substep_class drag_kind = {
-    .order = DRAG_SUBSTEP_ORDER,
-    .klass = &plii_drag_class,
-    .restart = drag_restart,
-    .sweep = drag_sweep,
-    .is_idle = drag_is_idle,
-};
-
-/* Stays when the last drag ends, so that old ids stay stale. */
-static const plii_state_part drag_parts[] = {
-    PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i"),
-    {0},
-};
 
 static bool drag_is_sound(const pli_body* body, const void* data) {
     const drag_state* state = data;
@@ -216,13 +194,24 @@ static bool drag_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_drag_class = {
     .name = "drags",
     .state_size = sizeof(drag_state),
-    .state_parts = drag_parts,
+    /* Stays when the last drag ends, so that old ids stay stale. */
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = drag_is_sound,
-    .arrays = drag_arrays,
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count),
+                           .is_kept = true, .snapshot = PLII_SAVED, .fields = "i3ni21f"},
+                          {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count),
+                           .is_kept = true, .snapshot = PLII_SAVED, .fields = "uii"}),
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
                [PLII_STAGE_FINISH] = {drag_finish, DRAG_FINISH_ORDER}},
-    .substepped = &drag_kind,
+    .substepped =
+        &(const plii_substep_class){
+            .order = DRAG_SUBSTEP_ORDER,
+            .klass = &plii_drag_class,
+            .restart = drag_restart,
+            .sweep = drag_sweep,
+            .is_idle = drag_is_idle,
+        },
     .visit_springs = drag_visit_springs,
     .topology_commit = drag_topology_commit,
 };

@@ -19,19 +19,14 @@ static void drawn_normals_keep(pli_body* body, void* data) {
     memcpy(state->previous, body->normals, (size_t)body->node_count * sizeof *state->previous);
 }
 
-static const plii_feature_array drawn_normals_arrays[] = {
-    {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
-    {0},
-};
-static const plii_feature_class* const drawn_normals_needs[] = {&plii_normals_class, &plii_face_normals_class, NULL};
-
 enum { DRAWN_NORMALS_ORDER = 0 };
 
 const plii_feature_class plii_drawn_normals_class = {
     .name = "drawn normals",
     .state_size = sizeof(drawn_normals_state),
-    .needs = drawn_normals_needs,
-    .arrays = drawn_normals_arrays,
+    .needs = PLII_NEEDS(&plii_normals_class, &plii_face_normals_class),
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"}),
     .stages = {[PLII_STAGE_FORCES] = {drawn_normals_keep, DRAWN_NORMALS_ORDER}},
 };
 

@@ -57,19 +57,8 @@ static void node_motion_finish(pli_body* body, void* data) {
     state->ended_count = state->count;
 }
 
-static const plii_feature_array node_motion_arrays[] = {
-    {PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true, PLII_COUNTED_BY(node_motion_state, count),
-     .snapshot = PLII_SAVED, .fields = "n6f"},
-    {0},
-};
-
 /* Before what looks at velocities, and before anchors have the last word. */
 enum { NODE_MOTION_START_ORDER = 0, NODE_MOTION_FINISH_ORDER = 190 };
-
-static const plii_state_part node_motion_parts[] = {
-    PLII_STATE_OF(node_motion_state, ended_count, PLII_SAVED, "i"),
-    {0},
-};
 
 static bool node_motion_is_sound(const pli_body* body, const void* data) {
     const node_motion_state* state = data;
@@ -80,11 +69,12 @@ static bool node_motion_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_node_motion_class = {
     .name = "node motions",
     .state_size = sizeof(node_motion_state),
-    .state_parts = node_motion_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(node_motion_state, ended_count, PLII_SAVED, "i")),
     .is_sound = node_motion_is_sound,
     .stages = {[PLII_STAGE_FORCES] = {node_motion_start, NODE_MOTION_START_ORDER},
                [PLII_STAGE_FINISH] = {node_motion_finish, NODE_MOTION_FINISH_ORDER}},
-    .arrays = node_motion_arrays,
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true,
+                           PLII_COUNTED_BY(node_motion_state, count), .snapshot = PLII_SAVED, .fields = "n6f"}),
 };
 
 /* Only of a list so long that it has some node twice, as that of a body that is called for but not stepped. */

@@ -112,27 +112,18 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
     }
 }
 
-static const plii_feature_array pose_arrays[] = {
-    {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "3f"},
-    {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"},
-    {0},
-};
-
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
-
-static const plii_state_part pose_parts[] = {
-    PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
-    PLII_STATE_OF(pose_state, rotation, PLII_SAVED, "9f"),
-    PLII_STATE_OF(pose_state, centre, PLII_SAVED, "3f"),
-    {0},
-};
 
 const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
-    .state_parts = pose_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
+                                    PLII_STATE_OF(pose_state, rotation, PLII_SAVED, "9f"),
+                                    PLII_STATE_OF(pose_state, centre, PLII_SAVED, "3f")),
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
-    .arrays = pose_arrays,
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "3f"},
+        {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"}),
     .topology_commit = pose_topology_commit,
 };
 

@@ -32,15 +32,10 @@ static void pressure_run(pli_body* body, void* state) {
 
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
 
-static const plii_state_part pressure_parts[] = {
-    PLII_STATE_OF(pressure_state, coefficient, PLII_SAVED, "f"),
-    {0},
-};
-
 const plii_feature_class plii_pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
-    .state_parts = pressure_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pressure_state, coefficient, PLII_SAVED, "f")),
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
 };

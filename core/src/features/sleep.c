@@ -349,22 +349,19 @@ static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* ot
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
 
-static const plii_feature_array sleep_arrays[] = {
-    {PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"}, {0}};
-static const plii_state_part sleep_parts[] = {
-    PLII_STATE_OF(sleep_state, def, PLII_SAVED, "2fu"), PLII_STATE_OF(sleep_state, time, PLII_SAVED, "f"), {0}};
-
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
-    .arrays = sleep_arrays,
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"}),
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
     .enable = sleep_enable,
     .build = sleep_take_places,
     .disable = sleep_disable,
     .on_rigid_removed = sleep_on_rigid_removed,
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
-    .state_parts = sleep_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(sleep_state, def, PLII_SAVED, "2fu"),
+                                    PLII_STATE_OF(sleep_state, time, PLII_SAVED, "f")),
 };
 
 static const plii_field sleep_fields[] = {

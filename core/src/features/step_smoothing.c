@@ -44,27 +44,17 @@ static void step_smoothing_finish(pli_body* body, void* data) {
     state->reference_dt = plii_max(body->step.dt, STEP_SMOOTHING_DECAY * state->reference_dt);
 }
 
-static const plii_feature_array step_smoothing_arrays[] = {
-    {PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {0},
-};
-
 /* Not in Bullet. Before all forces, and after all that changes velocities. */
 enum { STEP_SMOOTHING_START_ORDER = 0, STEP_SMOOTHING_FINISH_ORDER = 100 };
-
-static const plii_state_part step_smoothing_parts[] = {
-    PLII_STATE_OF(step_smoothing_state, reference_dt, PLII_SAVED, "f"),
-    PLII_STATE(step_smoothing_state, is_shorter, PLII_LEFT),
-    {0},
-};
 
 const plii_feature_class plii_step_smoothing_class = {
     .name = "step smoothing",
     .state_size = sizeof(step_smoothing_state),
-    .state_parts = step_smoothing_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(step_smoothing_state, reference_dt, PLII_SAVED, "f"),
+                                    PLII_STATE(step_smoothing_state, is_shorter, PLII_LEFT)),
     .stages = {[PLII_STAGE_FORCES] = {step_smoothing_start, STEP_SMOOTHING_START_ORDER},
                [PLII_STAGE_FINISH] = {step_smoothing_finish, STEP_SMOOTHING_FINISH_ORDER}},
-    .arrays = step_smoothing_arrays,
+    .arrays = PLII_ARRAYS({PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT}),
 };
 
 pli_status pli_body_enable_step_smoothing(pli_body* body) {

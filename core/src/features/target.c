@@ -276,31 +276,9 @@ static void target_topology_commit(pli_body* body, void* data, const plii_topolo
 
 // -------------------------------------------------------------------------------------------------------- the feature
 
-static const plii_feature_array target_arrays[] = {
-    {PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count), .is_kept = true,
-     .snapshot = PLII_SAVED, .fields = "n3fBf2if12f"},
-    {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "i"},
-    {0},
-};
-
 /* Before what looks at velocities; after links, self-collision and sweeps over contacts, lest they pull nodes away
    again; before anchors have the last word. Self-collision of faces comes later, as nothing else parts them again. */
 enum { TARGET_START_ORDER = 0, TARGET_ORDER = 310, TARGET_SUBSTEP_ORDER = 900, TARGET_FINISH_ORDER = 190 };
-
-static const plii_substep_class target_kind = {
-    .order = TARGET_SUBSTEP_ORDER,
-    .klass = &plii_target_class,
-    .sweep = target_sweep,
-    .room = target_room,
-    .is_limit = target_has_limits,
-    .is_idle = target_has_none,
-};
-
-static const plii_state_part target_parts[] = {
-    PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
-    PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B"),
-    {0},
-};
 
 static bool target_is_sound(const pli_body* body, const void* data) {
     const target_state* state = data;
@@ -318,13 +296,25 @@ static bool target_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_target_class = {
     .name = "targets",
     .state_size = sizeof(target_state),
-    .state_parts = target_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
+                                    PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B")),
     .is_sound = target_is_sound,
-    .arrays = target_arrays,
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count), .is_kept = true,
+         .snapshot = PLII_SAVED, .fields = "n3fBf2if12f"},
+        {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "i"}),
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},
-    .substepped = &target_kind,
+    .substepped =
+        &(const plii_substep_class){
+            .order = TARGET_SUBSTEP_ORDER,
+            .klass = &plii_target_class,
+            .sweep = target_sweep,
+            .room = target_room,
+            .is_limit = target_has_limits,
+            .is_idle = target_has_none,
+        },
     .topology_reserve = target_topology_reserve,
     .topology_commit = target_topology_commit,
 };

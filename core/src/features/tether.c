@@ -283,17 +283,6 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static const plii_feature_array tether_arrays[] = {
-    {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "Nf"},
-    {PLII_LIST_OF(tether_state, constraints, constraint_capacity), PLII_COUNTED_BY(tether_state, constraint_count),
-     .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(tether_state, origins, origin_capacity), PLII_COUNTED_BY(tether_state, origin_count),
-     .snapshot = PLII_SAVED, .fields = "nB6f"},
-    {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
-     .snapshot = PLII_LEFT},
-    {0},
-};
-
 static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     (void)change;
     (void)blocks;
@@ -306,29 +295,29 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
    in iterations. */
 enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
 
-static const plii_substep_class tether_kind = {
-    .order = TETHER_SUBSTEP_ORDER,
-    .klass = &plii_tether_class,
-    .begin = tether_begin,
-    .restart = tether_restart,
-    .sweep = tether_sweep,
-    .room = tether_room,
-};
-
-static const plii_state_part tether_parts[] = {
-    PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
-    PLII_STATE(tether_state, link_revision, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
-    .state_parts = tether_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
+                                    PLII_STATE(tether_state, link_revision, PLII_LEFT)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
-    .substepped = &tether_kind,
-    .arrays = tether_arrays,
+    .substepped =
+        &(const plii_substep_class){
+            .order = TETHER_SUBSTEP_ORDER,
+            .klass = &plii_tether_class,
+            .begin = tether_begin,
+            .restart = tether_restart,
+            .sweep = tether_sweep,
+            .room = tether_room,
+        },
+    .arrays = PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "Nf"},
+                          {PLII_LIST_OF(tether_state, constraints, constraint_capacity),
+                           PLII_COUNTED_BY(tether_state, constraint_count), .snapshot = PLII_LEFT},
+                          {PLII_LIST_OF(tether_state, origins, origin_capacity),
+                           PLII_COUNTED_BY(tether_state, origin_count), .snapshot = PLII_SAVED, .fields = "nB6f"},
+                          {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
+                           .snapshot = PLII_LEFT}),
     .topology_commit = tether_topology_commit,
 };
 

@@ -41,19 +41,6 @@ static void changes_topology_commit(pli_body* body, void* data, const plii_topol
     }
 }
 
-static const plii_feature_array topology_changes_arrays[] = {
-    {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
-     PLII_COUNTED_BY(topology_changes_state, new_node_count), .snapshot = PLII_SAVED, .fields = "2nf"},
-    {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, .snapshot = PLII_SAVED, .fields = "i"},
-    {0},
-};
-
-static const plii_state_part topology_changes_parts[] = {
-    PLII_STATE_OF(topology_changes_state, old_node_count, PLII_SAVED, "i"),
-    PLII_STATE_OF(topology_changes_state, old_face_count, PLII_SAVED, "i"),
-    {0},
-};
-
 static bool topology_changes_is_sound(const pli_body* body, const void* data) {
     const topology_changes_state* state = data;
     if (state->old_node_count < 0 || state->old_node_count + state->new_node_count != body->node_count) {
@@ -68,9 +55,13 @@ static bool topology_changes_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_topology_changes_class = {
     .name = "topology changes",
     .state_size = sizeof(topology_changes_state),
-    .state_parts = topology_changes_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(topology_changes_state, old_node_count, PLII_SAVED, "i"),
+                                    PLII_STATE_OF(topology_changes_state, old_face_count, PLII_SAVED, "i")),
     .is_sound = topology_changes_is_sound,
-    .arrays = topology_changes_arrays,
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
+         PLII_COUNTED_BY(topology_changes_state, new_node_count), .snapshot = PLII_SAVED, .fields = "2nf"},
+        {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, .snapshot = PLII_SAVED, .fields = "i"}),
     .topology_reserve = changes_topology_reserve,
     .topology_commit = changes_topology_commit,
 };

@@ -39,16 +39,11 @@ static pli_status volume_enable(pli_body* body, void* state) {
 
 enum { VOLUME_ORDER = 30 }; /* after pressure */
 
-static const plii_state_part volume_parts[] = {
-    PLII_STATE_OF(volume_state, coefficient, PLII_SAVED, "f"),
-    PLII_STATE_OF(volume_state, rest_volume, PLII_SAVED, "f"),
-    {0},
-};
-
 const plii_feature_class plii_volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
-    .state_parts = volume_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(volume_state, coefficient, PLII_SAVED, "f"),
+                                    PLII_STATE_OF(volume_state, rest_volume, PLII_SAVED, "f")),
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
     .enable = volume_enable,

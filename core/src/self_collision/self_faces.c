@@ -77,30 +77,6 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
 
 // -------------------------------------------------------------------------------------------------------------- memory
 
-static const plii_feature_array self_faces_arrays[] = {
-    {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED, .fields = "3f"},
-    {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
-    {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
-    {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
-    {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
-    {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
-    {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_self_faces_state, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_self_faces_state, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_self_faces_state, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count),
-     .snapshot = PLII_SAVED, .fields = "4nB10f"},
-    {PLII_LIST_OF(plii_self_faces_state, due, due_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count),
-     .snapshot = PLII_SAVED, .fields = "f"},
-    {PLII_LIST_OF(plii_self_faces_state, active, active_capacity), PLII_COUNTED_BY(plii_self_faces_state, active_count),
-     .snapshot = PLII_LEFT},
-    {0},
-};
-
 static pli_status self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     for (int i = 0; i < body->node_count; ++i) {
@@ -124,27 +100,6 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 /* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
 enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
 
-static const plii_substep_class self_faces_kind = {
-    .order = SELF_FACES_SUBSTEP_ORDER,
-    .klass = &plii_self_faces_class,
-    .begin = plii_self_faces_begin,
-    .restart = self_faces_restart_substep,
-    .sweep = self_faces_sweep,
-};
-static const plii_state_part self_faces_parts[] = {
-    PLII_STATE_OF(plii_self_faces_state, def, PLII_SAVED, "3fu"),
-    PLII_STATE(plii_self_faces_state, travel, PLII_LEFT),
-    PLII_STATE(plii_self_faces_state, motion, PLII_LEFT),
-    PLII_STATE_OF(plii_self_faces_state, reach, PLII_SAVED, "f"),
-    PLII_STATE_OF(plii_self_faces_state, moved, PLII_SAVED, "f"),
-    PLII_STATE_OF(plii_self_faces_state, mean_edge_length, PLII_FILED, "f"),
-    PLII_STATE(plii_self_faces_state, edge_count, PLII_LEFT),
-    PLII_STATE(plii_self_faces_state, tree, PLII_LEFT),
-    PLII_STATE(plii_self_faces_state, hits, PLII_LEFT),
-    PLII_STATE_OF(plii_self_faces_state, report, PLII_SAVED, "3iB"),
-    {0},
-};
-
 static const plii_field self_faces_fields[] = {
     PLII_FIELD(pli_self_faces_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
     PLII_FIELD(pli_self_faces_def, friction, 0, 1),
@@ -159,13 +114,49 @@ static bool self_faces_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
-    .state_parts = self_faces_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(plii_self_faces_state, def, PLII_SAVED, "3fu"),
+        PLII_STATE(plii_self_faces_state, travel, PLII_LEFT), PLII_STATE(plii_self_faces_state, motion, PLII_LEFT),
+        PLII_STATE_OF(plii_self_faces_state, reach, PLII_SAVED, "f"),
+        PLII_STATE_OF(plii_self_faces_state, moved, PLII_SAVED, "f"),
+        PLII_STATE_OF(plii_self_faces_state, mean_edge_length, PLII_FILED, "f"),
+        PLII_STATE(plii_self_faces_state, edge_count, PLII_LEFT), PLII_STATE(plii_self_faces_state, tree, PLII_LEFT),
+        PLII_STATE(plii_self_faces_state, hits, PLII_LEFT),
+        PLII_STATE_OF(plii_self_faces_state, report, PLII_SAVED, "3iB")),
     .is_sound = self_faces_is_sound,
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
-    .substepped = &self_faces_kind,
-    .arrays = self_faces_arrays,
+    .substepped =
+        &(const plii_substep_class){
+            .order = SELF_FACES_SUBSTEP_ORDER,
+            .klass = &plii_self_faces_class,
+            .begin = plii_self_faces_begin,
+            .restart = self_faces_restart_substep,
+            .sweep = self_faces_sweep,
+        },
+    .arrays =
+        PLII_ARRAYS({PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
+                     .fields = "3f"},
+                    {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
+                    {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                    {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                    {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                    {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
+                    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
+                    {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_self_faces_state, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_self_faces_state, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_self_faces_state, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity),
+                     PLII_COUNTED_BY(plii_self_faces_state, pair_count), .snapshot = PLII_SAVED, .fields = "4nB10f"},
+                    {PLII_LIST_OF(plii_self_faces_state, due, due_capacity),
+                     PLII_COUNTED_BY(plii_self_faces_state, pair_count), .snapshot = PLII_SAVED, .fields = "f"},
+                    {PLII_LIST_OF(plii_self_faces_state, active, active_capacity),
+                     PLII_COUNTED_BY(plii_self_faces_state, active_count), .snapshot = PLII_LEFT}),
     .enable = self_faces_enable,
     .disable = plii_self_faces_release_hits,
     .bytes = plii_self_faces_hit_bytes,

@@ -90,23 +90,8 @@ static void self_grids_run(pli_body* body, void* data) {
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static const plii_feature_array self_grids_arrays[] = {
-    {PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs),
-    {0},
-};
-static const plii_feature_class* const self_grids_needs[] = {&plii_link_graph_class, NULL};
-
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
 enum { SELF_GRIDS_ORDER = 50 };
-
-static const plii_state_part self_grids_parts[] = {
-    PLII_STATE_OF(self_grids_state, def, PLII_SAVED, "2fu"),
-    PLII_STATE(self_grids_state, hash, PLII_LEFT),
-    PLII_STATE(self_grids_state, pairs, PLII_LEFT),
-    PLII_STATE_OF(self_grids_state, report, PLII_SAVED, "iB"),
-    {0},
-};
 
 static const plii_field self_grids_fields[] = {
     PLII_FIELD(pli_self_grids_def, distance, PLII_ABOVE_0, PLI_MAX_COORDINATE),
@@ -121,11 +106,14 @@ static bool self_grids_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
-    .state_parts = self_grids_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(self_grids_state, def, PLII_SAVED, "2fu"), PLII_STATE(self_grids_state, hash, PLII_LEFT),
+        PLII_STATE(self_grids_state, pairs, PLII_LEFT), PLII_STATE_OF(self_grids_state, report, PLII_SAVED, "iB")),
     .is_sound = self_grids_is_sound,
-    .needs = self_grids_needs,
+    .needs = PLII_NEEDS(&plii_link_graph_class),
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
-    .arrays = self_grids_arrays,
+    .arrays = PLII_ARRAYS({PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs)),
 };
 
 // --------------------------------------------------------------------------------------------------------- settings

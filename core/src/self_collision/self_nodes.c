@@ -336,57 +336,10 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
    and, in substeps, before those with rigid bodies, which have the last word. */
 enum { SELF_NODES_LIMIT_ORDER = 1, SELF_NODES_ORDER = 50, SELF_NODES_SUBSTEP_ORDER = 55 };
 
-static const plii_substep_class self_nodes_kind = {
-    .order = SELF_NODES_SUBSTEP_ORDER,
-    .klass = &plii_self_nodes_class,
-    .begin = self_nodes_begin_substeps,
-    .restart = self_nodes_restart,
-    .sweep = self_nodes_sweep,
-    .finish = self_nodes_finish,
-};
-static const plii_feature_array self_nodes_arrays[] = {
-    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED, .fields = "3f"},
-    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
-    {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
-    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
-    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "B"},
-    {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
-     .more = PLII_SELF_NODES_APART, .snapshot = PLII_SAVED, .fields = "n"},
-    {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
-    {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
-     PLII_COUNTED_BY(self_nodes_state, pairs.found.count), .snapshot = PLII_SAVED, .fields = "2nf"},
-    {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
-     .snapshot = PLII_LEFT},
-    {0},
-};
-static const plii_feature_class* const self_nodes_needs[] = {&plii_link_graph_class, NULL};
 /* Later searches of single nodes look into the table of the last search of all. */
 static void self_nodes_on_restored(pli_body* body, void* data) {
     plii_self_node_pairs_rebuild(body, &((self_nodes_state*)data)->pairs);
 }
-
-static const plii_state_part self_nodes_parts[] = {
-    PLII_STATE_OF(self_nodes_state, def, PLII_SAVED, "3fu"),
-    PLII_STATE_OF(self_nodes_state, origin, PLII_SAVED, "3f"),
-    PLII_STATE_OF(self_nodes_state, pairs.thickness, PLII_SAVED, "f"),
-    PLII_STATE(self_nodes_state, pairs.at, PLII_LEFT),
-    PLII_STATE_OF(self_nodes_state, pairs.apart_count, PLII_SAVED, "i"),
-    PLII_STATE_OF(self_nodes_state, pairs.searched_at, PLII_SAVED, "f"),
-    PLII_STATE_OF(self_nodes_state, pairs.travel_time, PLII_SAVED, "f"),
-    PLII_STATE_OF(self_nodes_state, pairs.drift, PLII_SAVED, "3f"),
-    PLII_STATE_OF(self_nodes_state, pairs.reach, PLII_SAVED, "f"),
-    PLII_STATE(self_nodes_state, pairs.hash, PLII_LEFT),
-    PLII_STATE(self_nodes_state, pairs.search, PLII_LEFT),
-    PLII_STATE(self_nodes_state, pairs.parts, PLII_LEFT),
-    PLII_STATE(self_nodes_state, pairs.part_node_count, PLII_LEFT),
-    PLII_STATE_OF(self_nodes_state, pairs.is_known, PLII_SAVED, "B"),
-    PLII_STATE_OF(self_nodes_state, pairs.is_truncated, PLII_SAVED, "B"),
-    PLII_STATE_OF(self_nodes_state, pairs.searches, PLII_SAVED, "i"),
-    PLII_STATE_OF(self_nodes_state, report, PLII_SAVED, "4iB"),
-    {0},
-};
 
 static const plii_field self_nodes_fields[] = {
     PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
@@ -404,15 +357,54 @@ static bool self_nodes_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
-    .state_parts = self_nodes_parts,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(self_nodes_state, def, PLII_SAVED, "3fu"),
+                                    PLII_STATE_OF(self_nodes_state, origin, PLII_SAVED, "3f"),
+                                    PLII_STATE_OF(self_nodes_state, pairs.thickness, PLII_SAVED, "f"),
+                                    PLII_STATE(self_nodes_state, pairs.at, PLII_LEFT),
+                                    PLII_STATE_OF(self_nodes_state, pairs.apart_count, PLII_SAVED, "i"),
+                                    PLII_STATE_OF(self_nodes_state, pairs.searched_at, PLII_SAVED, "f"),
+                                    PLII_STATE_OF(self_nodes_state, pairs.travel_time, PLII_SAVED, "f"),
+                                    PLII_STATE_OF(self_nodes_state, pairs.drift, PLII_SAVED, "3f"),
+                                    PLII_STATE_OF(self_nodes_state, pairs.reach, PLII_SAVED, "f"),
+                                    PLII_STATE(self_nodes_state, pairs.hash, PLII_LEFT),
+                                    PLII_STATE(self_nodes_state, pairs.search, PLII_LEFT),
+                                    PLII_STATE(self_nodes_state, pairs.parts, PLII_LEFT),
+                                    PLII_STATE(self_nodes_state, pairs.part_node_count, PLII_LEFT),
+                                    PLII_STATE_OF(self_nodes_state, pairs.is_known, PLII_SAVED, "B"),
+                                    PLII_STATE_OF(self_nodes_state, pairs.is_truncated, PLII_SAVED, "B"),
+                                    PLII_STATE_OF(self_nodes_state, pairs.searches, PLII_SAVED, "i"),
+                                    PLII_STATE_OF(self_nodes_state, report, PLII_SAVED, "4iB")),
     .is_sound = self_nodes_is_sound,
     .on_restored = self_nodes_on_restored,
-    .needs = self_nodes_needs,
+    .needs = PLII_NEEDS(&plii_link_graph_class),
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
                [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, SELF_NODES_ORDER},
                [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
-    .substepped = &self_nodes_kind,
-    .arrays = self_nodes_arrays,
+    .substepped =
+        &(const plii_substep_class){
+            .order = SELF_NODES_SUBSTEP_ORDER,
+            .klass = &plii_self_nodes_class,
+            .begin = self_nodes_begin_substeps,
+            .restart = self_nodes_restart,
+            .sweep = self_nodes_sweep,
+            .finish = self_nodes_finish,
+        },
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
+         .fields = "3f"},
+        {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
+        {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
+        {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
+        {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "B"},
+        {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
+         .more = PLII_SELF_NODES_APART, .snapshot = PLII_SAVED, .fields = "n"},
+        {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
+        {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
+         PLII_COUNTED_BY(self_nodes_state, pairs.found.count), .snapshot = PLII_SAVED, .fields = "2nf"},
+        {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
+         .snapshot = PLII_LEFT}),
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,
     .bytes = self_nodes_bytes,

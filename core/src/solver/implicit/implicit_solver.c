@@ -464,33 +464,6 @@ static void implicit_build(pli_body* body, void* data) {
     state->holds.count = 0;
 }
 
-static const plii_feature_array implicit_arrays[] = {
-    {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(implicit_state, holds.items, holds.capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity), .snapshot = PLII_LEFT},
-    {0},
-};
-
-static const plii_feature_class* const implicit_needs[] = {&plii_link_graph_class, NULL};
-
-static const plii_state_part implicit_parts[] = {
-    PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
-    PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"),
-    PLII_STATE(implicit_state, constraints, PLII_LEFT),
-    PLII_STATE(implicit_state, holds, PLII_LEFT),
-    PLII_STATE(implicit_state, system, PLII_LEFT),
-    PLII_STATE_OF(implicit_state, spectral_radius, PLII_SAVED, "d"),
-    PLII_STATE_OF(implicit_state, report, PLII_SAVED, "i2fi"),
-    {0},
-};
-
 static bool implicit_is_sound(const pli_body* body, const void* data) {
     const implicit_state* state = data;
     (void)body;
@@ -500,10 +473,25 @@ static bool implicit_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),
-    .state_parts = implicit_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
+        PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"), PLII_STATE(implicit_state, constraints, PLII_LEFT),
+        PLII_STATE(implicit_state, holds, PLII_LEFT), PLII_STATE(implicit_state, system, PLII_LEFT),
+        PLII_STATE_OF(implicit_state, spectral_radius, PLII_SAVED, "d"),
+        PLII_STATE_OF(implicit_state, report, PLII_SAVED, "i2fi")),
     .is_sound = implicit_is_sound,
-    .needs = implicit_needs,
-    .arrays = implicit_arrays,
+    .needs = PLII_NEEDS(&plii_link_graph_class),
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(implicit_state, holds.items, holds.capacity), .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity), .snapshot = PLII_LEFT}),
     .enable = implicit_enable,
     .disable = implicit_disable,
     .build = implicit_build,

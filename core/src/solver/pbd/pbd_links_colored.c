@@ -80,26 +80,16 @@ static void colored_links_disable(pli_body* body, void* state) {
     body->sweep_links_state = NULL;
 }
 
-static const plii_feature_array colored_links_arrays[] = {
-    {PLII_LIST_OF(colored_links_state, rest_squared, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(colored_links_state, weights, weight_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-    {0},
-};
-static const plii_feature_class* const colored_links_needs[] = {&plii_link_colors_class, NULL};
-
-static const plii_state_part colored_links_parts[] = {
-    PLII_STATE(colored_links_state, colors, PLII_LEFT),
-    PLII_STATE(colored_links_state, kernel, PLII_LEFT),
-    PLII_STATE(colored_links_state, link_revision, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_colored_links_class = {
     .name = "colored links",
     .state_size = sizeof(colored_links_state),
-    .state_parts = colored_links_parts,
-    .needs = colored_links_needs,
-    .arrays = colored_links_arrays,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE(colored_links_state, colors, PLII_LEFT),
+                                    PLII_STATE(colored_links_state, kernel, PLII_LEFT),
+                                    PLII_STATE(colored_links_state, link_revision, PLII_LEFT)),
+    .needs = PLII_NEEDS(&plii_link_colors_class),
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(colored_links_state, rest_squared, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(colored_links_state, weights, weight_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .stages[PLII_STAGE_PREPARE] = {colored_links_prepare, PLII_ORDER_LINKS},
     .enable = colored_links_enable,
     .disable = colored_links_disable,

@@ -44,19 +44,14 @@ static void velocity_links_drift(pli_body* body, void* state) {
     body->sweep_links(body, body->sweep_links_state);
 }
 
-/* Each step prepares them anew. */
-static const plii_feature_array velocity_links_arrays[] = {
-    {PLII_MEMBER(velocity_links_state, links), PLII_PER_LINK, .snapshot = PLII_LEFT},
-    {0},
-};
-
 const plii_feature_class plii_velocity_links_class = {
     .name = "velocity links",
     .state_size = sizeof(velocity_links_state),
     .stages[PLII_STAGE_PREPARE] = {velocity_links_prepare, PLII_ORDER_LINKS},
     .stages[PLII_STAGE_VELOCITY] = {velocity_links_solve, PLII_ORDER_LINKS},
     .stages[PLII_STAGE_DRIFT] = {velocity_links_drift, PLII_ORDER_LINKS},
-    .arrays = velocity_links_arrays,
+    /* Each step prepares them anew. */
+    .arrays = PLII_ARRAYS({PLII_MEMBER(velocity_links_state, links), PLII_PER_LINK, .snapshot = PLII_LEFT}),
 };
 
 static pli_status velocity_links_switch(pli_body* body, const plii_feature_class* enabled,

@@ -174,28 +174,19 @@ static void xpbd_bending_build(pli_body* body, void* data) {
 
 #define XPBD_BENDING_PER_HINGE PLII_PER_FACE, .times = 3, .per = 2
 
-static const plii_feature_array xpbd_bending_arrays[] = {
-    {PLII_MEMBER(xpbd_bending_state, hinges), XPBD_BENDING_PER_HINGE, .snapshot = PLII_FILED, .fields = "4n2f"},
-    {PLII_MEMBER(xpbd_bending_state, begin), PLII_PER_NODE, .more = 1, .is_scratch = true},
-    {PLII_MEMBER(xpbd_bending_state, edges), PLII_PER_FACE, .times = 3, .is_scratch = true},
-    {PLII_MEMBER(xpbd_bending_state, nodes), XPBD_BENDING_PER_HINGE, .is_scratch = true},
-    {PLII_MEMBER(xpbd_bending_state, masks), PLII_PER_NODE, .is_scratch = true},
-    {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
-    {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true},
-    {0},
-};
-
-static const plii_state_part xpbd_bending_parts[] = {
-    PLII_STATE_OF(xpbd_bending_state, def, PLII_SAVED, "2fBu"),
-    PLII_STATE(xpbd_bending_state, hinge_count, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
-    .state_parts = xpbd_bending_parts,
-    .arrays = xpbd_bending_arrays,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_bending_state, def, PLII_SAVED, "2fBu"),
+                                    PLII_STATE(xpbd_bending_state, hinge_count, PLII_LEFT)),
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(xpbd_bending_state, hinges), XPBD_BENDING_PER_HINGE, .snapshot = PLII_FILED, .fields = "4n2f"},
+        {PLII_MEMBER(xpbd_bending_state, begin), PLII_PER_NODE, .more = 1, .is_scratch = true},
+        {PLII_MEMBER(xpbd_bending_state, edges), PLII_PER_FACE, .times = 3, .is_scratch = true},
+        {PLII_MEMBER(xpbd_bending_state, nodes), XPBD_BENDING_PER_HINGE, .is_scratch = true},
+        {PLII_MEMBER(xpbd_bending_state, masks), PLII_PER_NODE, .is_scratch = true},
+        {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
+        {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
     .build = xpbd_bending_build,
 };
 

@@ -82,30 +82,18 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     return state->colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static const plii_feature_array xpbd_links_arrays[] = {
-    {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(xpbd_links_state, multipliers, multiplier_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(xpbd_links_state, softness), PLII_PER_MATERIAL, .times = 2, .snapshot = PLII_LEFT},
-    {0},
-};
-
-static const plii_feature_class* const xpbd_links_needs[] = {&plii_tagged_link_colors_class, NULL};
-
-static const plii_state_part xpbd_links_parts[] = {
-    PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
-    PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
-    PLII_STATE(xpbd_links_state, kernel, PLII_LEFT),
-    PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
-    .state_parts = xpbd_links_parts,
-    .needs = xpbd_links_needs,
-    .arrays = xpbd_links_arrays,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"), PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
+        PLII_STATE(xpbd_links_state, kernel, PLII_LEFT), PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT)),
+    .needs = PLII_NEEDS(&plii_tagged_link_colors_class),
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(xpbd_links_state, multipliers, multiplier_capacity), .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(xpbd_links_state, softness), PLII_PER_MATERIAL, .times = 2, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
 };
 

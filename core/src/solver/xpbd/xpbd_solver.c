@@ -198,22 +198,6 @@ static void xpbd_disable(pli_body* body, void* data) {
     body->solver_class = &plii_position_solver;
 }
 
-/* Nothing of a step is needed by the next one. */
-static const plii_feature_array xpbd_arrays[] = {
-    {PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {0},
-};
-
-static const plii_state_part xpbd_parts[] = {
-    PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"),
-    PLII_STATE(xpbd_state, run, PLII_LEFT),
-    PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B"),
-    PLII_STATE(xpbd_state, kinds, PLII_LEFT),
-    {0},
-};
-
 static bool xpbd_is_sound(const pli_body* body, const void* data) {
     const xpbd_state* state = data;
     (void)body;
@@ -223,9 +207,14 @@ static bool xpbd_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
-    .state_parts = xpbd_parts,
+    .state_parts = PLII_STATE_PARTS(
+        PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"), PLII_STATE(xpbd_state, run, PLII_LEFT),
+        PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B"), PLII_STATE(xpbd_state, kinds, PLII_LEFT)),
     .is_sound = xpbd_is_sound,
-    .arrays = xpbd_arrays,
+    /* Nothing of a step is needed by the next one. */
+    .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .enable = xpbd_enable,
     .disable = xpbd_disable,
 };

@@ -189,22 +189,13 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
     return state->groups != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static const plii_feature_array xpbd_tetras_arrays[] = {
-    {PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, .snapshot = PLII_FILED, .fields = "16n8f"},
-    {0},
-};
-
-static const plii_state_part xpbd_tetras_parts[] = {
-    PLII_STATE_OF(xpbd_tetras_state, compliance, PLII_SAVED, "f"),
-    PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
-    .state_parts = xpbd_tetras_parts,
-    .arrays = xpbd_tetras_arrays,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_tetras_state, compliance, PLII_SAVED, "f"),
+                                    PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT)),
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
+                           .snapshot = PLII_FILED, .fields = "16n8f"}),
     .enable = xpbd_tetras_enable,
 };
 

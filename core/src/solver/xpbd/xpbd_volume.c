@@ -97,23 +97,13 @@ static pli_status xpbd_volume_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
-static const plii_feature_array xpbd_volume_arrays[] = {
-    {PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT},
-    {0},
-};
-
-static const plii_state_part xpbd_volume_parts[] = {
-    PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
-    PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
-    PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f"),
-    {0},
-};
-
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
-    .state_parts = xpbd_volume_parts,
-    .arrays = xpbd_volume_arrays,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
+                                    PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
+                                    PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f")),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .enable = xpbd_volume_enable,
 };
 
