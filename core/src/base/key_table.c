@@ -4,15 +4,15 @@
 
 #include <string.h>
 
-bool plii_key_table_reserve(plii_key_table* table, size_t count) {
+bool plii_key_table_reserve(plii_key_table* table, int count) {
     if (count <= table->capacity / 2) { return true; }
-    if (count > SIZE_MAX / (4 * sizeof *table->slots)) { return false; }
+    if (count > INT32_MAX / 4) { return false; }
     plii_key_table grown = {.context = table->context, .capacity = 16};
     while (grown.capacity / 2 < count) {
         grown.capacity *= 2;
     }
     if (!PLII_ALLOCATE(table->context, &grown.slots, grown.capacity)) { return false; }
-    for (size_t i = 0; i < table->capacity; ++i) {
+    for (int i = 0; i < table->capacity; ++i) {
         const plii_key_slot slot = table->slots[i];
         if (slot.key1 != 0) { *plii_key_table_probe(&grown, slot.key1 - 1) = slot; }
     }
@@ -33,7 +33,7 @@ int plii_key_table_add(plii_key_table* table, uint64_t key, int index) {
 }
 
 bool plii_key_table_insert(plii_key_table* table, uint64_t key) {
-    const size_t count = table->count;
+    const int count = table->count;
     (void)plii_key_table_add(table, key, 0);
     return table->count > count;
 }

@@ -12,7 +12,7 @@ typedef struct plii_key_slot {
 typedef struct plii_key_table {
     pli_context* context;
     plii_key_slot* slots;
-    size_t count, capacity; /* keys; slots: 0 or a power of two */
+    int count, capacity; /* keys; slots: 0 or a power of two */
 } plii_key_table;
 
 /* An edge without a direction, between nodes >= 0. */
@@ -25,9 +25,9 @@ static inline uint64_t plii_edge_key(int a, int b) {
 static inline plii_key_slot* plii_key_table_probe(const plii_key_table* table, uint64_t key) {
     uint64_t hash = (key + 1) * UINT64_C(0x9e3779b97f4a7c15);
     hash ^= hash >> 32;
-    size_t i = (size_t)hash & (table->capacity - 1);
+    size_t i = (size_t)hash & (size_t)(table->capacity - 1);
     while (table->slots[i].key1 != 0 && table->slots[i].key1 != key + 1) {
-        i = (i + 1) & (table->capacity - 1);
+        i = (i + 1) & (size_t)(table->capacity - 1);
     }
     return &table->slots[i];
 }
@@ -40,7 +40,7 @@ static inline int plii_key_table_find(const plii_key_table* table, uint64_t key)
 }
 
 /* The table starts as {.context = ...}. Room for so many keys; false when out of memory. */
-bool plii_key_table_reserve(plii_key_table* table, size_t count);
+bool plii_key_table_reserve(plii_key_table* table, int count);
 /* Adds a key that is not there yet. Returns its index: `index` or the one that it has; PLI_NULL_INDEX when out of
    memory. */
 int plii_key_table_add(plii_key_table* table, uint64_t key, int index);
@@ -50,5 +50,5 @@ bool plii_key_table_insert(plii_key_table* table, uint64_t key);
 void plii_key_table_clear(plii_key_table* table);
 void plii_key_table_free(plii_key_table* table);
 static inline size_t plii_key_table_bytes(const plii_key_table* table) {
-    return table->capacity * sizeof *table->slots;
+    return (size_t)table->capacity * sizeof *table->slots;
 }

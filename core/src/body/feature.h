@@ -77,6 +77,7 @@ typedef struct plii_topology_change {
     const plii_node_origin* node_origins; /* [node_count - old_node_count] of the nodes from old_node_count on */
     const plii_face_origin* face_origins; /* [face_count] */
     const int (*faces)[3];                /* [face_count] nodes, new */
+    void* const* old_arrays;              /* of the feature that is told, in the order of its table */
     bool takes_rest_shape;                /* the present shape becomes the rest shape, as in btSoftBody::refine */
 } plii_topology_change;
 
@@ -130,15 +131,28 @@ typedef struct plii_feature_array {
 #define PLII_BLOCK_OF(type, pointer, size_member)                                                                      \
     PLII_MEMBER(type, pointer), .length = PLII_BLOCK, .capacity = offsetof(type, size_member)
 
+#define PLII_SAVED_AS(letters) .snapshot = PLII_SAVED, .fields = letters
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
+
+/* Slots of a plii_key_table: after a snapshot was restored they are filled anew. */
+#define PLII_KEY_TABLE_OF(type, table)                                                                                 \
+    PLII_LIST_OF(type, table.slots, table.capacity), .is_kept = true, .snapshot = PLII_LEFT
+
+/* Lists of a plii_bvh. */
+#define PLII_BVH_LISTS(type, tree)                                                                                     \
+    {PLII_LIST_OF(type, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},                                       \
+        {PLII_LIST_OF(type, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},                                    \
+        {PLII_LIST_OF(type, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT}, {                                   \
+        PLII_LIST_OF(type, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT                                 \
+    }
 
 /* Of a plii_pair_record. */
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
-/* Lists of a plii_pair_cache; `of_before`: what snapshots do with the list of the step before. */
+/* Lists of a plii_pair_cache, and its table; `of_before`: what snapshots do with the list of the step before. */
 #define PLII_PAIR_CACHE_LISTS(type, cache, of_before)                                                                  \
     {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count),            \
-     .is_kept = true, .snapshot = PLII_SAVED, .fields = PLII_PAIR_RECORD_FIELDS},                                      \
-    {                                                                                                                  \
+     .is_kept = true, PLII_SAVED_AS(PLII_PAIR_RECORD_FIELDS)},                                                         \
+        {PLII_KEY_TABLE_OF(type, cache.table)}, {                                                                      \
         PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count),            \
             .is_kept = true, .snapshot = of_before, .fields = PLII_PAIR_RECORD_FIELDS                                  \
     }
@@ -214,10 +228,11 @@ typedef struct plii_feature_class {
     pli_rigid* (*held_rigid)(const void* state, int index);
     /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. */
     void (*visit_joined)(const void* state, void (*visit)(pli_body* body, pli_rigid* rigid, void* user), void* user);
-    bool meets_sensors; /* its collide_rigid is for them too */
+    const struct plii_solver_class* solver; /* that it brings: steps the body while it is enabled */
+    bool meets_sensors;                     /* its collide_rigid is for them too */
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
-    size_t (*bytes)(const pli_body* body, const void* state); /* beyond state and arrays */
+    size_t (*bytes)(const void* state); /* beyond state and arrays */
     /* What snapshots do with the members of the state (PLII_STATE), ended by a size of 0; needed where there are some
        beside the arrays. Then `on_restored` makes what follows from those that are saved, without memory. */
     const plii_state_part* state_parts;
@@ -234,10 +249,11 @@ typedef struct plii_feature_class {
     /* A change of topology has two phases, so that it happens wholly or not at all. Features go in the order of
        enabling, needs first. First each makes room in its lists, where it will need more; the body is as before, and
        may stay so. False when out of memory. When memory suffices for all, each gets the body with its new nodes, links
-       and faces, and must not fail: the new arrays of its table are in place, the old ones in `old_arrays`. Needed by
-       what keeps lists, as of contacts, which end, and by everything else that keeps data per node, link or face. */
+       and faces, and must not fail: the new arrays of its table are in place, the old ones in `change->old_arrays`.
+       Needed by what keeps lists, as of contacts, which end, and by everything else that keeps data per node, link or
+       face. */
     bool (*topology_reserve)(const pli_body* body, void* state, const plii_topology_change* change);
-    void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change, void** old_arrays);
+    void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change);
 } plii_feature_class;
 
 /* For the tables of a class, which are written where they belong. */

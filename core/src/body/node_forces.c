@@ -9,8 +9,8 @@ const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class
 
 const plii_feature_class plii_forces_class = {
     .name = "forces",
-    .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true,
-                           .snapshot = PLII_SAVED, .fields = "3f"})};
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("3f")})};
 
 float plii_forces_volume_response(const pli_body* body, float dt) {
     float sum = 0.0f;

@@ -55,9 +55,8 @@ const plii_feature_class plii_normals_class = {
     .name = "normals",
     .state_size = sizeof(normals_state),
     /* After a cut the refresh fills them. */
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_SAVED, .fields = "3f"},
-        {PLII_MEMBER(normals_state, sums), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, PLII_SAVED_AS("3f")},
+                          {PLII_MEMBER(normals_state, sums), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
 };
 
@@ -74,8 +73,8 @@ static void face_normals_refresh(pli_body* body, void* state) {
 
 const plii_feature_class plii_face_normals_class = {
     .name = "face normals",
-    .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true,
-                           .snapshot = PLII_SAVED, .fields = "3f"}),
+    .arrays =
+        PLII_ARRAYS({PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true, PLII_SAVED_AS("3f")}),
     .stages[PLII_STAGE_REFRESH] = {.run = face_normals_refresh},
 };
 
@@ -113,8 +112,8 @@ static pli_status areas_enable(pli_body* body, void* state) {
 }
 
 /* Parts of a face share its area at rest. */
-static void areas_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
-    const float* old_face_areas = blocks[1];
+static void areas_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
+    const float* old_face_areas = change->old_arrays[1];
     for (int i = 0; i < change->face_count; ++i) {
         const plii_face_origin origin = change->face_origins[i];
         body->face_areas[i] = change->takes_rest_shape ? normals_doubled_area(body, body->topology->faces[i])

@@ -92,6 +92,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
 static void feature_release(pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
     if (klass->disable != NULL) { klass->disable(body, feature->state); }
+    if (klass->solver != NULL) { body->solver_class = &plii_position_solver; }
     plii_feature_arrays_release(body, klass, feature->state);
     plii_release(body->context, feature->state, klass->state_size);
 }
@@ -133,6 +134,7 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     if (state == NULL && klass->state_size > 0) { return PLI_ERROR_OUT_OF_MEMORY; }
     pli_status status = plii_feature_arrays_allocate(body, klass, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
     if (status == PLI_OK && klass->enable != NULL) { status = klass->enable(body, state); }
+    if (status == PLI_OK && klass->solver != NULL) { body->solver_class = klass->solver; }
     if (status == PLI_OK && klass->build != NULL) { klass->build(body, state); }
     plii_run_fn* refresh = klass->stages[PLII_STAGE_REFRESH].run;
     if (status == PLI_OK && refresh != NULL) { refresh(body, state); }
@@ -237,7 +239,7 @@ void plii_feature_disable_all(pli_body* body) {
 static size_t feature_held_bytes(const pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
     return klass->state_size + plii_feature_arrays_bytes(body, klass, feature->state) +
-           (klass->bytes != NULL ? klass->bytes(body, feature->state) : 0);
+           (klass->bytes != NULL ? klass->bytes(feature->state) : 0);
 }
 
 size_t plii_feature_bytes(const pli_body* body) {

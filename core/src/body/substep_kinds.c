@@ -21,7 +21,7 @@ static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits*
     for (int i = 0; i < pipeline->substepped_count && limits->count < PLII_MAX_SUBSTEP_LIMITS; ++i) {
         const plii_substep_class* kind = entries[i].klass->substepped;
         if (kind->room == NULL) { continue; }
-        if (kind->is_limit != NULL && !kind->is_limit(body, entries[i].state)) { continue; }
+        if (kind->is_limit != NULL && !kind->is_limit(entries[i].state)) { continue; }
         limits->rooms[limits->count] = kind->room;
         limits->states[limits->count++] = entries[i].state;
     }
@@ -40,7 +40,7 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
         const plii_substep_class* kind = kinds->at[k];
         plii_thread.pass.feature = kind->klass;
         if (kind->begin != NULL) { kind->begin(body, kinds->states[k]); }
-        if (kind->is_idle != NULL && kind->is_idle(body, kinds->states[k])) { continue; }
+        if (kind->is_idle != NULL && kind->is_idle(kinds->states[k])) { continue; }
         kinds->at[busy] = kind;
         kinds->states[busy++] = kinds->states[k];
     }

@@ -415,10 +415,8 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
 }
 
 /* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
-static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
-                                     void** old_arrays) {
+static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     (void)change;
-    (void)old_arrays;
     plii_clusters* clusters = state;
     if (clusters->count == 0) { return; }
     memmove(clusters->members, &clusters->members[clusters->member_count],
@@ -463,9 +461,9 @@ const plii_feature_class plii_clusters_class = {
     .arrays =
         PLII_ARRAYS({PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count),
-                     .snapshot = PLII_SAVED, .fields = "4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"},
+                     PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B")},
                     {PLII_LIST_OF(plii_clusters, members, member_capacity),
-                     PLII_COUNTED_BY(plii_clusters, member_count), .snapshot = PLII_SAVED, .fields = "n4f"}),
+                     PLII_COUNTED_BY(plii_clusters, member_count), PLII_SAVED_AS("n4f")}),
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,

@@ -124,18 +124,6 @@ static void cluster_contacts_build(pli_body* body, void* data) {
     plii_cluster_contacts_drop_neighbours(data);
 }
 
-static void cluster_contacts_disable(pli_body* body, void* data) {
-    plii_cluster_contacts* state = data;
-    plii_cluster_contacts_drop_neighbours(state);
-    plii_pair_cache_release(body->context, &state->memory);
-}
-
-static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
-    (void)body;
-    const plii_cluster_contacts* state = data;
-    return plii_key_table_bytes(&state->memory.table) + plii_key_table_bytes(&state->neighbours);
-}
-
 // ---------------------------------------------------------------------------------------------------------------- room
 
 /* Of large bodies most clusters are far from others. */
@@ -250,21 +238,21 @@ const plii_feature_class plii_cluster_contacts_class = {
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
-    .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(plii_cluster_contacts, contacts, capacity), PLII_COUNTED_BY(plii_cluster_contacts, count),
-         .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
-         PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), .snapshot = PLII_SAVED, .fields = "2i9fOf70f"},
-        {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
-        /* The next step frees the slots of pairs that have gone. */
-        PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED)),
-    .disable = cluster_contacts_disable,
+    .arrays =
+        PLII_ARRAYS({PLII_LIST_OF(plii_cluster_contacts, contacts, capacity),
+                     PLII_COUNTED_BY(plii_cluster_contacts, count), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
+                     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), PLII_SAVED_AS("2i9fOf70f")},
+                    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
+                    {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
+                    /* The next step frees the slots of pairs that have gone. */
+                    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
     .keeps_pairs_with_first = true,
@@ -272,7 +260,6 @@ const plii_feature_class plii_cluster_contacts_class = {
     .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body_removed,
                 [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_clusters_removed,
                 [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body_removed},
-    .bytes = cluster_contacts_bytes,
     .reserve = cluster_contacts_reserve,
     .build = cluster_contacts_build,
 };

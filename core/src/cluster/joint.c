@@ -154,9 +154,9 @@ const plii_feature_class plii_joints_class = {
     .keep_callbacks = joints_keep_callbacks,
     /* Joints hold to clusters, which follow a cut and keep their index. */
     .arrays = PLII_ARRAYS({PLII_LIST_OF(joints_state, items, capacity), .is_kept = true,
-                           PLII_COUNTED_BY(joints_state, count), .snapshot = PLII_SAVED, .fields = "JiiPiR9f3X*"},
+                           PLII_COUNTED_BY(joints_state, count), PLII_SAVED_AS("JiiPiR9f3X*")},
                           {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true,
-                           PLII_COUNTED_BY(joints_state, ids.count), .snapshot = PLII_SAVED, .fields = "uii"}),
+                           PLII_COUNTED_BY(joints_state, ids.count), PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},

@@ -216,12 +216,12 @@ const plii_feature_class plii_anchor_class = {
                                     PLII_STATE_OF(plii_anchors, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = anchor_is_sound,
     /* Anchors stay with their node; a copy of the node is free. */
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true,
-                           PLII_COUNTED_BY(plii_anchors, item_count), .snapshot = PLII_SAVED, .fields = "niS5fB3fu*"},
-                          {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true,
-                           PLII_COUNTED_BY(plii_anchors, ids.count), .snapshot = PLII_SAVED, .fields = "uii"},
-                          {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true,
-                           .snapshot = PLII_SAVED, .fields = "B"}),
+    .arrays = PLII_ARRAYS(
+        {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, item_count),
+         PLII_SAVED_AS("niS5fB3fu*")},
+        {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count),
+         PLII_SAVED_AS("uii")},
+        {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("B")}),
     .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
                [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},

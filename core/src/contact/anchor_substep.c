@@ -70,9 +70,8 @@ static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep*
     }
 }
 
-static bool anchor_substeps_are_idle(const pli_body* body, const void* data) {
+static bool anchor_substeps_are_idle(const void* data) {
     const plii_anchors* anchors = data;
-    (void)body;
     for (int i = 0; i < anchors->item_count; ++i) {
         if (!anchors->items[i].is_idle) { return false; }
     }

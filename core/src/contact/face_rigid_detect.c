@@ -476,11 +476,6 @@ static void rigid_faces_disable(pli_body* body, void* data) {
     rigid_faces_build(body, data);
 }
 
-static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
-    (void)body;
-    return plii_key_table_bytes(&((const plii_rigid_faces*)data)->memory.table);
-}
-
 /* After contacts of nodes with rigid bodies. */
 enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
@@ -521,7 +516,6 @@ const plii_feature_class plii_rigid_faces_class = {
     .list_constraints = plii_rigid_faces_list_constraints,
     .visit_contacts = plii_rigid_faces_visit_contacts,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
-    .bytes = rigid_faces_bytes,
     .build = rigid_faces_build,
 };
 

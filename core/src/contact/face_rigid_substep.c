@@ -90,8 +90,7 @@ static void faces_sweep(pli_body* body, void* data, const plii_substep* substep)
     }
 }
 
-static bool faces_are_idle(const pli_body* body, const void* data) {
-    (void)body;
+static bool faces_are_idle(const void* data) {
     return ((const plii_rigid_faces*)data)->substeps.count == 0;
 }
 

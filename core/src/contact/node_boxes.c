@@ -30,9 +30,8 @@ static pli_status node_boxes_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 
-static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     (void)state;
-    (void)blocks;
     node_boxes_start(body, body->node_boxes, change->old_node_count);
 }
 
@@ -40,8 +39,8 @@ enum { NODE_BOXES_ORDER = 30 }; /* after clusters, as in Bullet */
 
 const plii_feature_class plii_node_boxes_class = {
     .name = "node boxes",
-    .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, node_boxes), PLII_PER_NODE, .is_in_body = true, .is_kept = true,
-                           .snapshot = PLII_SAVED, .fields = "6f"}),
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(pli_body, node_boxes), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("6f")}),
     .stages = {[PLII_STAGE_UPDATE] = {node_boxes_update, NODE_BOXES_ORDER}},
     .enable = node_boxes_enable,
     .topology_commit = node_boxes_topology_commit,

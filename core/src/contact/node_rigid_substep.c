@@ -205,8 +205,7 @@ static float rigid_substep_room(const pli_body* body, const void* data, const pl
     return plii_max(gap, 0.0f) / approach;
 }
 
-static bool rigid_substep_is_limit(const pli_body* body, const void* data) {
-    (void)body;
+static bool rigid_substep_is_limit(const void* data) {
     return ((const plii_rigid_contacts*)data)->substeps.has_fixed_nodes;
 }
 
@@ -279,9 +278,8 @@ static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* 
     if (body->records_contacts && substep->is_last_sweep) { rigid_substep_record(found, substep); }
 }
 
-static bool rigid_substep_is_idle(const pli_body* body, const void* data) {
+static bool rigid_substep_is_idle(const void* data) {
     const plii_rigid_substeps* substeps = &((const plii_rigid_contacts*)data)->substeps;
-    (void)body;
     return substeps->contacts.count == 0 && substeps->groups.count == 0;
 }
 

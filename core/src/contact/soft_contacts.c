@@ -91,14 +91,6 @@ static void soft_contacts_disable(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     body->sweeping_features -= state->is_sweeping;
     body->soft_node_boxes = NULL;
-    plii_bvh_free(body->context, &state->tree);
-    plii_bvh4_free(body->context, &state->near);
-}
-
-static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
-    const plii_soft_contacts_state* state = data;
-    (void)body;
-    return plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near);
 }
 
 /* Boxes start anew with the next step. */
@@ -138,11 +130,9 @@ const plii_feature_class plii_soft_contacts_class = {
     .on_restored = soft_contacts_on_restored,
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"},
-        {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_SAVED,
-         .fields = "6f"},
-        {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, .snapshot = PLII_SAVED,
-         .fields = "6f"},
+        {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
+        {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, PLII_SAVED_AS("6f")},
+        {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity), PLII_COUNTED_BY(plii_soft_contacts_state, count),
          .snapshot = PLII_LEFT},
         {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
@@ -151,13 +141,15 @@ const plii_feature_class plii_soft_contacts_class = {
         {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity),
          PLII_COUNTED_BY(plii_soft_contacts_state, face_count), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
+        PLII_BVH_LISTS(plii_soft_contacts_state, tree),
+        {PLII_LIST_OF(plii_soft_contacts_state, near.groups, near.capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity),
          PLII_COUNTED_BY(plii_soft_contacts_state, hit_count), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, groups, group_capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity),
          PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity),
-         PLII_COUNTED_BY(plii_soft_contacts_state, order_count), .snapshot = PLII_SAVED, .fields = "F"}),
+         PLII_COUNTED_BY(plii_soft_contacts_state, order_count), PLII_SAVED_AS("F")}),
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},
@@ -168,7 +160,6 @@ const plii_feature_class plii_soft_contacts_class = {
     .on_body =
         {[PLII_BODY_REMOVED] = soft_contacts_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_contacts_on_body_removed},
     .visit_contacts = plii_soft_contacts_visit,
-    .bytes = soft_contacts_bytes,
     .reserve = plii_soft_contacts_reserve,
     .build = soft_contacts_build,
 };

@@ -54,9 +54,9 @@ const plii_feature_class plii_trace_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(trace_state, has_ray, PLII_SAVED, "B"),
                                     PLII_STATE_OF(trace_state, ray, PLII_SAVED, "6f")),
     .arrays = PLII_ARRAYS({PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity),
-                           PLII_COUNTED_BY(trace_state, ends.tip_count), .snapshot = PLII_SAVED, .fields = "n"},
+                           PLII_COUNTED_BY(trace_state, ends.tip_count), PLII_SAVED_AS("n")},
                           {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity),
-                           PLII_COUNTED_BY(trace_state, ends.edge_count), .snapshot = PLII_SAVED, .fields = "2n"}),
+                           PLII_COUNTED_BY(trace_state, ends.edge_count), PLII_SAVED_AS("2n")}),
     .build = trace_forget,
 };
 

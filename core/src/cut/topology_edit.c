@@ -429,7 +429,8 @@ static pli_status edit_commit(plii_edit* edit) {
         const plii_feature_class* klass = body->pipeline.features[i].klass;
         void *state = body->pipeline.features[i].state, **blocks = product.features[i].blocks;
         plii_feature_arrays_exchange(body, klass, state, &change, blocks);
-        if (klass->topology_commit != NULL) { klass->topology_commit(body, state, &change, blocks); }
+        change.old_arrays = blocks;
+        if (klass->topology_commit != NULL) { klass->topology_commit(body, state, &change); }
         if (klass->build != NULL) { klass->build(body, state); }
         plii_feature_arrays_drop(body, klass, state, &change, blocks);
     }

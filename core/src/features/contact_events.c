@@ -54,8 +54,7 @@ static int contact_list_find(const contact_list* list, plii_pair_key key) {
 
 static bool contact_list_reserve(pli_context* context, contact_list* list, int count) {
     list->table.context = context;
-    return PLII_RESERVE(context, &list->items, &list->capacity, count) &&
-           plii_key_table_reserve(&list->table, (size_t)count);
+    return PLII_RESERVE(context, &list->items, &list->capacity, count) && plii_key_table_reserve(&list->table, count);
 }
 
 static void contact_list_clear(contact_list* list) {
@@ -348,16 +347,8 @@ static void contact_events_reserve(pli_body* body, void* data) {
 }
 
 static void contact_events_disable(pli_body* body, void* data) {
-    contact_events* state = data;
+    (void)data;
     body->records_contacts = false;
-    plii_key_table_free(&state->present.table);
-    plii_key_table_free(&state->past.table);
-}
-
-static size_t contact_events_bytes(const pli_body* body, const void* data) {
-    const contact_events* state = data;
-    (void)body;
-    return plii_key_table_bytes(&state->present.table) + plii_key_table_bytes(&state->past.table);
 }
 
 enum { CONTACT_EVENTS_BEGIN_ORDER = 0, CONTACT_EVENTS_END_ORDER = 100 }; /* after normals */
@@ -369,7 +360,7 @@ static void contact_events_on_restored(pli_body* body, void* data) {
     plii_key_table_clear(&state->past.table);
     plii_key_table_clear(&state->present.table);
     state->present.table.context = body->context;
-    if (!plii_key_table_reserve(&state->present.table, (size_t)state->present.count)) { return; } /* all begin anew */
+    if (!plii_key_table_reserve(&state->present.table, state->present.count)) { return; } /* all begin anew */
     for (int i = 0; i < state->present.count; ++i) {
         (void)plii_key_table_add(&state->present.table, plii_pair_key_hash(state->present.items[i].key), i);
     }
@@ -385,9 +376,10 @@ const plii_feature_class plii_contact_events_class = {
     /* What there is outlives a cut. */
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(contact_events, present.items, present.capacity), PLII_COUNTED_BY(contact_events, present.count),
-         .is_kept = true, .snapshot = PLII_SAVED, .fields = "RPXiNHLiii9fB|iiOi|3fB"},
+         .is_kept = true, PLII_SAVED_AS("RPXiNHLiii9fB|iiOi|3fB")},
         {PLII_LIST_OF(contact_events, past.items, past.capacity), PLII_COUNTED_BY(contact_events, past.count),
          .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_KEY_TABLE_OF(contact_events, present.table)}, {PLII_KEY_TABLE_OF(contact_events, past.table)},
         {PLII_LIST_OF(contact_events, sensed, sensed_capacity), PLII_COUNTED_BY(contact_events, sensed_count),
          .is_kept = true, .snapshot = PLII_LEFT},
         {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
@@ -399,7 +391,6 @@ const plii_feature_class plii_contact_events_class = {
     .on_rigid_removed = contact_events_on_rigid_removed,
     .on_body =
         {[PLII_BODY_REMOVED] = contact_events_on_body_removed, [PLII_TOPOLOGY_CHANGED] = contact_events_drop_faces},
-    .bytes = contact_events_bytes,
     .reserve = contact_events_reserve,
     .build = contact_events_build,
 };

@@ -147,17 +147,15 @@ static void drag_sweep(pli_body* body, void* data, const plii_substep* substep) 
     }
 }
 
-static bool drag_is_idle(const pli_body* body, const void* data) {
-    (void)body;
+static bool drag_is_idle(const void* data) {
     return ((const drag_state*)data)->count == 0;
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
 /* Faces that are cut are no longer there; their old nodes are. */
-static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     drag_state* state = data;
-    (void)blocks;
     for (int i = 0; i < state->count; ++i) {
         drag_item* item = &state->items[i];
         int face = 0, heaviest = 0;
@@ -198,9 +196,9 @@ const plii_feature_class plii_drag_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = drag_is_sound,
     .arrays = PLII_ARRAYS({PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count),
-                           .is_kept = true, .snapshot = PLII_SAVED, .fields = "i3ni21f"},
+                           .is_kept = true, PLII_SAVED_AS("i3ni21f")},
                           {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count),
-                           .is_kept = true, .snapshot = PLII_SAVED, .fields = "uii"}),
+                           .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
                [PLII_STAGE_FINISH] = {drag_finish, DRAG_FINISH_ORDER}},

@@ -25,8 +25,7 @@ const plii_feature_class plii_drawn_normals_class = {
     .name = "drawn normals",
     .state_size = sizeof(drawn_normals_state),
     .needs = PLII_NEEDS(&plii_normals_class, &plii_face_normals_class),
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, PLII_SAVED_AS("3f")}),
     .stages = {[PLII_STAGE_FORCES] = {drawn_normals_keep, DRAWN_NORMALS_ORDER}},
 };
 

@@ -94,10 +94,9 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
 }
 
 /* New nodes lie between their parents at rest too. Masses have moved to them, so the centre is taken again. */
-static void pose_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+static void pose_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     pose_state* pose = state;
     pli_vec3* rest = pose->rest;
-    (void)blocks;
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin origin = change->node_origins[i - change->old_node_count];
         rest[i] = pli_vec3_lerp(rest[origin.a], rest[origin.b], origin.share);
@@ -121,9 +120,8 @@ const plii_feature_class plii_pose_class = {
                                     PLII_STATE_OF(pose_state, rotation, PLII_SAVED, "9f"),
                                     PLII_STATE_OF(pose_state, centre, PLII_SAVED, "3f")),
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "3f"},
-        {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "f"}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("3f")},
+                          {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, PLII_SAVED_AS("f")}),
     .topology_commit = pose_topology_commit,
 };
 

@@ -352,8 +352,7 @@ static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* ot
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, PLII_SAVED_AS("3f")}),
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
     .enable = sleep_enable,
     .build = sleep_take_places,

@@ -145,12 +145,11 @@ static void target_sweep(pli_body* body, void* data, const plii_substep* substep
     }
 }
 
-static bool target_has_limits(const pli_body* body, const void* data) {
-    (void)body;
+static bool target_has_limits(const void* data) {
     return ((const target_state*)data)->has_limits;
 }
-static bool target_has_none(const pli_body* body, const void* data) {
-    return !target_has_limits(body, data);
+static bool target_has_none(const void* data) {
+    return !target_has_limits(data);
 }
 
 /* To the ball around the target. */
@@ -265,8 +264,7 @@ static void target_add_between(pli_body* body, target_state* state, int node, co
     state->places[node] = ++state->count;
 }
 
-static void target_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    (void)blocks;
+static void target_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     target_state* state = data;
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         target_add_between(body, state, i, &change->node_origins[i - change->old_node_count]);
@@ -299,10 +297,9 @@ const plii_feature_class plii_target_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
                                     PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B")),
     .is_sound = target_is_sound,
-    .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count), .is_kept = true,
-         .snapshot = PLII_SAVED, .fields = "n3fBf2if12f"},
-        {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED, .fields = "i"}),
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count),
+                           .is_kept = true, PLII_SAVED_AS("n3fBf2if12f")},
+                          {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},

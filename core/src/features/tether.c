@@ -283,9 +283,8 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     (void)change;
-    (void)blocks;
     tether_state* state = data;
     state->load_count = 0;
     tether_measure(body, state);
@@ -311,11 +310,11 @@ const plii_feature_class plii_tether_class = {
             .sweep = tether_sweep,
             .room = tether_room,
         },
-    .arrays = PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "Nf"},
+    .arrays = PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
                           {PLII_LIST_OF(tether_state, constraints, constraint_capacity),
                            PLII_COUNTED_BY(tether_state, constraint_count), .snapshot = PLII_LEFT},
                           {PLII_LIST_OF(tether_state, origins, origin_capacity),
-                           PLII_COUNTED_BY(tether_state, origin_count), .snapshot = PLII_SAVED, .fields = "nB6f"},
+                           PLII_COUNTED_BY(tether_state, origin_count), PLII_SAVED_AS("nB6f")},
                           {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
                            .snapshot = PLII_LEFT}),
     .topology_commit = tether_topology_commit,

@@ -28,9 +28,9 @@ static bool changes_topology_reserve(const pli_body* body, void* data, const pli
 }
 
 /* Old nodes keep their index, so new ones follow those of before; parents of faces are looked up in those of before. */
-static void changes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** old_arrays) {
+static void changes_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     topology_changes_state* state = data;
-    const int* old_parents = old_arrays[1];
+    const int* old_parents = change->old_arrays[1];
     (void)body;
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin origin = change->node_origins[i - change->old_node_count];
@@ -58,10 +58,9 @@ const plii_feature_class plii_topology_changes_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(topology_changes_state, old_node_count, PLII_SAVED, "i"),
                                     PLII_STATE_OF(topology_changes_state, old_face_count, PLII_SAVED, "i")),
     .is_sound = topology_changes_is_sound,
-    .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
-         PLII_COUNTED_BY(topology_changes_state, new_node_count), .snapshot = PLII_SAVED, .fields = "2nf"},
-        {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, .snapshot = PLII_SAVED, .fields = "i"}),
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
+                           PLII_COUNTED_BY(topology_changes_state, new_node_count), PLII_SAVED_AS("2nf")},
+                          {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, PLII_SAVED_AS("i")}),
     .topology_reserve = changes_topology_reserve,
     .topology_commit = changes_topology_commit,
 };

@@ -109,11 +109,6 @@ void plii_bvh_free(pli_context* context, plii_bvh* tree) {
     *tree = (plii_bvh){.count = 0};
 }
 
-size_t plii_bvh_bytes(const plii_bvh* tree) {
-    return (size_t)tree->item_capacity * sizeof *tree->items + (size_t)tree->box_capacity * sizeof *tree->boxes +
-           (size_t)tree->key_capacity * sizeof *tree->keys + (size_t)tree->sorting_capacity * sizeof *tree->sorting;
-}
-
 typedef struct bvh_entry {
     int level, index;
     float squared; /* distance of the box; only for the nearest item */

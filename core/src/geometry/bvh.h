@@ -42,7 +42,6 @@ bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_b
 /* Room for that many; false when out of memory. */
 bool plii_bvh_reserve(pli_context* context, plii_bvh* tree, int count);
 void plii_bvh_free(pli_context* context, plii_bvh* tree);
-size_t plii_bvh_bytes(const plii_bvh* tree);
 
 /* Calls `visit` with each item whose box overlaps `box` (closed intervals), in no particular order. */
 typedef void plii_bvh_visit_fn(int item, void* user);

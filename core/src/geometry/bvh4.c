@@ -71,10 +71,6 @@ void plii_bvh4_free(pli_context* context, plii_bvh4* boxes) {
     *boxes = (plii_bvh4){0};
 }
 
-size_t plii_bvh4_bytes(const plii_bvh4* boxes) {
-    return (size_t)boxes->capacity * sizeof *boxes->groups;
-}
-
 /* What is looked for, in all lanes. */
 typedef struct bvh4_query {
     plii_vec3x4 low, high;

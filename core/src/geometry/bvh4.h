@@ -25,7 +25,6 @@ bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pl
 /* Room for that many; false when out of memory. */
 bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count);
 void plii_bvh4_free(pli_context* context, plii_bvh4* boxes);
-size_t plii_bvh4_bytes(const plii_bvh4* boxes);
 
 /* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
    numbers are infinite or NaN. `items` has room for all. */

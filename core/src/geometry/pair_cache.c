@@ -15,7 +15,7 @@ bool plii_pair_keys_equal(plii_pair_key a, plii_pair_key b) {
 
 static bool pair_reserve_table(pli_context* context, plii_pair_cache* cache, int count) {
     cache->table.context = context;
-    return plii_key_table_reserve(&cache->table, (size_t)count);
+    return plii_key_table_reserve(&cache->table, count);
 }
 
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count) {
@@ -86,11 +86,6 @@ void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache) {
     PLII_RELEASE(context, cache->before, cache->before_capacity);
     plii_key_table_free(&cache->table);
     *cache = (plii_pair_cache){0};
-}
-
-size_t plii_pair_cache_bytes(const plii_pair_cache* cache) {
-    return (size_t)cache->present_capacity * sizeof *cache->present +
-           (size_t)cache->before_capacity * sizeof *cache->before + plii_key_table_bytes(&cache->table);
 }
 
 static bool pair_records_are_sound(const plii_pair_record* records, int count, int before_count) {

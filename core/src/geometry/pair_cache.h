@@ -47,4 +47,3 @@ void plii_pair_cache_forget_before(plii_pair_cache* cache);
 /* Of one that was read: points are no more than there are, and indices of the step before below `before_count`. */
 bool plii_pair_cache_is_sound(const plii_pair_cache* cache, int before_count);
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache);
-size_t plii_pair_cache_bytes(const plii_pair_cache* cache);

@@ -69,7 +69,7 @@ static pli_status elements_create(pli_context* context, const element_list* list
     PLII_TRY(plii_mesh_create_reserved(context, point_count, edge_count, are_tetras ? 0 : list->count,
                                        are_tetras ? list->count : 0, function, &made));
     plii_key_table edges = {.context = context};
-    if (!plii_key_table_reserve(&edges, (size_t)edge_count)) {
+    if (edge_count > INT32_MAX || !plii_key_table_reserve(&edges, (int)edge_count)) {
         pli_mesh_destroy(made);
         return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the edges of %d %ss", list->count,
                          list->name);

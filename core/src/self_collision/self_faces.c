@@ -86,9 +86,8 @@ static pli_status self_faces_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
-static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     plii_self_faces_state* state = data;
-    (void)blocks;
     plii_self_carry_rest(body, change, state->rest);
     plii_self_faces_find_edges(body, state);
     state->pair_count = state->active_count = 0;
@@ -135,28 +134,24 @@ const plii_feature_class plii_self_faces_class = {
             .restart = self_faces_restart_substep,
             .sweep = self_faces_sweep,
         },
-    .arrays =
-        PLII_ARRAYS({PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
-                     .fields = "3f"},
-                    {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                    {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                    {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
-                    {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
-                    {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
-                    {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
-                    {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
-                    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
-                    {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_self_faces_state, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_self_faces_state, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_self_faces_state, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity),
-                     PLII_COUNTED_BY(plii_self_faces_state, pair_count), .snapshot = PLII_SAVED, .fields = "4nB10f"},
-                    {PLII_LIST_OF(plii_self_faces_state, due, due_capacity),
-                     PLII_COUNTED_BY(plii_self_faces_state, pair_count), .snapshot = PLII_SAVED, .fields = "f"},
-                    {PLII_LIST_OF(plii_self_faces_state, active, active_capacity),
-                     PLII_COUNTED_BY(plii_self_faces_state, active_count), .snapshot = PLII_LEFT}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true,
+                           .snapshot = PLII_FILED, .fields = "3f"},
+                          {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
+                          {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                          {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                          {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                          {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, PLII_SAVED_AS("3f")},
+                          PLII_BVH_LISTS(plii_self_faces_state, tree),
+                          {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
+                          {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity),
+                           PLII_COUNTED_BY(plii_self_faces_state, pair_count), PLII_SAVED_AS("4nB10f")},
+                          {PLII_LIST_OF(plii_self_faces_state, due, due_capacity),
+                           PLII_COUNTED_BY(plii_self_faces_state, pair_count), PLII_SAVED_AS("f")},
+                          {PLII_LIST_OF(plii_self_faces_state, active, active_capacity),
+                           PLII_COUNTED_BY(plii_self_faces_state, active_count), .snapshot = PLII_LEFT}),
     .enable = self_faces_enable,
     .disable = plii_self_faces_release_hits,
     .bytes = plii_self_faces_hit_bytes,

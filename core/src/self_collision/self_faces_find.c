@@ -273,9 +273,8 @@ void plii_self_faces_release_hits(pli_body* body, void* data) {
     }
 }
 
-size_t plii_self_faces_hit_bytes(const pli_body* body, const void* data) {
+size_t plii_self_faces_hit_bytes(const void* data) {
     const plii_self_faces_state* state = data;
-    (void)body;
     size_t bytes = 0;
     for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
         bytes += (size_t)state->hits[b].capacity * sizeof *state->hits[b].items;

@@ -55,7 +55,7 @@ typedef struct plii_self_faces_state {
 
 /* Of a plii_self_faces_state, as the class of the feature calls them. */
 void plii_self_faces_release_hits(pli_body* body, void* data);
-size_t plii_self_faces_hit_bytes(const pli_body* body, const void* data);
+size_t plii_self_faces_hit_bytes(const void* data);
 
 /* Of the largest of what blocks of nodes came to. */
 typedef struct plii_self_faces_motions {

@@ -318,14 +318,12 @@ static void self_nodes_disable(pli_body* body, void* data) {
     plii_self_node_pairs_release(body->context, &((self_nodes_state*)data)->pairs);
 }
 
-static size_t self_nodes_bytes(const pli_body* body, const void* data) {
-    (void)body;
+static size_t self_nodes_bytes(const void* data) {
     return plii_self_node_pairs_bytes(&((const self_nodes_state*)data)->pairs);
 }
 
-static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     self_nodes_state* state = data;
-    (void)blocks;
     plii_self_carry_rest(body, change, state->pairs.rest);
     plii_self_node_pairs_start(&state->pairs);
     state->report = (pli_self_collision_report){0};
@@ -389,22 +387,21 @@ const plii_feature_class plii_self_nodes_class = {
             .sweep = self_nodes_sweep,
             .finish = self_nodes_finish,
         },
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
-         .fields = "3f"},
-        {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "3f"},
-        {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
-        {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "4f"},
-        {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, .snapshot = PLII_SAVED, .fields = "B"},
-        {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
-         .more = PLII_SELF_NODES_APART, .snapshot = PLII_SAVED, .fields = "n"},
-        {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
-        {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
-         PLII_COUNTED_BY(self_nodes_state, pairs.found.count), .snapshot = PLII_SAVED, .fields = "2nf"},
-        {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
-         .snapshot = PLII_LEFT}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true,
+                           .snapshot = PLII_FILED, .fields = "3f"},
+                          {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
+                          {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                          {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                          {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, PLII_SAVED_AS("B")},
+                          {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
+                           .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
+                          {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
+                          {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
+                           PLII_COUNTED_BY(self_nodes_state, pairs.found.count), PLII_SAVED_AS("2nf")},
+                          {PLII_LIST_OF(self_nodes_state, touching, touching_capacity),
+                           PLII_COUNTED_BY(self_nodes_state, touching_count), .snapshot = PLII_LEFT}),
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,
     .bytes = self_nodes_bytes,

@@ -310,11 +310,9 @@ static pli_status link_colors_enable_tagged(pli_body* body, void* state) {
     return link_colors_enable(body, state);
 }
 
-static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
-                                        void** blocks) {
+static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     (void)body;
     (void)change;
-    (void)blocks;
     ((plii_link_colors*)state)->is_current = false;
 }
 

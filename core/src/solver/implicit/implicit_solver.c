@@ -444,17 +444,6 @@ static const plii_solver_class implicit_solver = {.name = "implicit",
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static pli_status implicit_enable(pli_body* body, void* data) {
-    (void)data;
-    body->solver_class = &implicit_solver;
-    return PLI_OK;
-}
-
-static void implicit_disable(pli_body* body, void* data) {
-    (void)data;
-    body->solver_class = &plii_position_solver;
-}
-
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */
 static void implicit_build(pli_body* body, void* data) {
     (void)body;
@@ -492,8 +481,7 @@ const plii_feature_class plii_implicit_class = {
         {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(implicit_state, holds.items, holds.capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity), .snapshot = PLII_LEFT}),
-    .enable = implicit_enable,
-    .disable = implicit_disable,
+    .solver = &implicit_solver,
     .build = implicit_build,
 };
 

@@ -36,8 +36,7 @@ static void xpbd_links_begin(pli_body* body, void* data) {
     state->link_revision = body->link_revision;
 }
 
-static bool xpbd_links_is_idle(const pli_body* body, const void* state) {
-    (void)body;
+static bool xpbd_links_is_idle(const void* state) {
     return ((const xpbd_links_state*)state)->colors == NULL;
 }
 

@@ -187,17 +187,6 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static pli_status xpbd_enable(pli_body* body, void* data) {
-    (void)data;
-    body->solver_class = &xpbd_solver;
-    return PLI_OK;
-}
-
-static void xpbd_disable(pli_body* body, void* data) {
-    (void)data;
-    body->solver_class = &plii_position_solver;
-}
-
 static bool xpbd_is_sound(const pli_body* body, const void* data) {
     const xpbd_state* state = data;
     (void)body;
@@ -215,8 +204,7 @@ const plii_feature_class plii_xpbd_class = {
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
                           {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
                           {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .snapshot = PLII_LEFT}),
-    .enable = xpbd_enable,
-    .disable = xpbd_disable,
+    .solver = &xpbd_solver,
 };
 
 // -------------------------------------------------------------------------------------------- kinds of constraints
