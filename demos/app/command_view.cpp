@@ -76,6 +76,9 @@ int run_view(const ViewOptions& options) {
     viewer_options.meshes = {options.mesh_file, options.tetra_base};
     viewer_options.session.engines = engines_of(options.engine);
     viewer_options.session.engine = engine_options(options.step);
+    viewer_options.session.make_timeline = [](demos::PliantEngine& engine) {
+        return std::make_unique<viewer::Timeline>(engine);
+    };
     viewer_options.width = options.width;
     viewer_options.height = options.height;
     viewer_options.frames = options.frames;

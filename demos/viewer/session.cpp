@@ -21,7 +21,8 @@ void Session::restart() {
         const bool has_other_solver =
             settings.solver.kind.value_or(demos::SolverKind::position_based) != demos::SolverKind::position_based;
         if (is_beside && has_other_solver) { settings.solver = {}; }
-        settings.ordered_pairs = kind == demos::EngineKind::pliant; // so that it goes the same way again
+        // So that it goes the same way again.
+        settings.ordered_pairs = kind == demos::EngineKind::pliant && options_.make_timeline != nullptr;
         try {
             Run run;
             run.solver = demos::choose_solver(*description_, kind, settings);
@@ -37,9 +38,10 @@ void Session::restart() {
     timeline_.reset();
     runs_ = std::move(started);
     message_ = problem;
-    if (auto* engine = dynamic_cast<demos::PliantEngine*>(runs_.front().engine.get()); runs_.size() == 1 && engine) {
+    auto* engine = dynamic_cast<demos::PliantEngine*>(runs_.front().engine.get());
+    if (options_.make_timeline != nullptr && runs_.size() == 1 && engine != nullptr) {
         try {
-            timeline_ = std::make_unique<Timeline>(*engine);
+            timeline_ = options_.make_timeline(*engine);
         } catch (const demos::Error& error) { message_ = std::string("no timeline: ") + error.what(); }
     }
     frame_ = 0;

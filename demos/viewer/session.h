@@ -18,6 +18,8 @@ enum class Engines { pliant, bullet, both };
 struct SessionOptions {
     Engines engines = Engines::pliant;
     demos::EngineOptions engine; // beside Pliant btSoftBody keeps to its own solver
+    // Makes what goes back in time, where Pliant runs alone. Null: nothing does, and nothing of it is linked.
+    std::unique_ptr<Timeline> (*make_timeline)(demos::PliantEngine& engine) = nullptr;
 };
 
 // One engine with its figures.

@@ -2,7 +2,7 @@
 #define DEMOS_VIEWER_TIMELINE_H
 
 // The frames that a scene on Pliant has gone through, to go back to and on from again: its whole state at some of them
-// (keyframes), and what the user did in each.
+// (keyframes), and what the user did in each. What a session calls is virtual: one without a timeline links none.
 
 #include "measure/recording.h"
 
@@ -21,6 +21,8 @@ public:
     // the oldest frames are forgotten; two keyframes are kept always. Throws Error where its state cannot be written.
     explicit Timeline(demos::PliantEngine& engine, size_t most_bytes = usual_most_bytes);
 
+    virtual ~Timeline() = default;
+
     int frame() const { return frame_; } // that the engine is at
     int first() const { return keyframes_.front().keyframe.frame; }
     int last() const { return last_; }
@@ -30,13 +32,13 @@ public:
     std::vector<int> input_frames() const;
 
     // One frame on, as it was, or a new one after the last. Throws Error, and is then at no other frame.
-    void step();
+    virtual void step();
     // Does something in this frame, and keeps it, unless it throws. What came after this frame is no more then.
-    void act(Input input);
+    virtual void act(Input input);
     // The same for what the next one replaces in the same frame: the cursor moves more often than there are frames.
-    void move(Input input);
+    virtual void move(Input input);
     // To a frame from first() to last(), with what the user did in it. Throws Error where it cannot.
-    void go_to(int frame);
+    virtual void go_to(int frame);
 
 private:
     struct Moment {
