@@ -43,7 +43,8 @@ struct Pendulum {
     /// J, of the weight, of which the rope is a tenth.
     double energy() const {
         const btVector3 v = weight->getLinearVelocity(), w = weight->getAngularVelocity();
-        return double(0.5f * v.length2() + 0.002f * w.length2() + 10 * weight->getWorldTransform().getOrigin().y());
+        return double(btScalar(0.5) * v.length2() + btScalar(0.002) * w.length2() +
+                      10 * weight->getWorldTransform().getOrigin().y());
     }
     /// m, of the node from its point of the weight.
     double gap() const {
