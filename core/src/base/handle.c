@@ -175,13 +175,9 @@ static void* handle_allocate(pli_context* context, size_t size) {
     return plii_allocate(context, size);
 }
 static bool handles_add(const void* handle, plii_handle_kind kind, const pli_context* owner) {
-    (void)handle;
-    (void)kind;
-    (void)owner;
     return true;
 }
 static void handles_retire(const void* handle) {
-    (void)handle;
 }
 
 #endif

@@ -63,7 +63,6 @@ const plii_feature_class plii_normals_class = {
 // ---------------------------------------------------------------------------------------------- normals of faces
 
 static void face_normals_refresh(pli_body* body, void* state) {
-    (void)state;
     for (int i = 0; i < body->topology->face_count; ++i) {
         pli_vec3 cross;
         plii_lanes_to_vec3(&cross, normals_face_cross(body->positions, body->topology->faces[i]));

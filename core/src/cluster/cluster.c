@@ -365,7 +365,6 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
 }
 
 static void clusters_disable(pli_body* body, void* state) {
-    (void)state;
     plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* also when their last user was another feature */
     body->joint_iterations = 0;
 }
@@ -416,7 +415,6 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
 
 /* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
 static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
-    (void)change;
     plii_clusters* clusters = state;
     if (clusters->count == 0) { return; }
     memmove(clusters->members, &clusters->members[clusters->member_count],
@@ -437,7 +435,6 @@ enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
 
 static bool clusters_is_sound(const pli_body* body, const void* data) {
     const plii_clusters* clusters = data;
-    (void)body;
     int members = 0;
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];

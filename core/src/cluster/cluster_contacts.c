@@ -102,8 +102,6 @@ static void cluster_contacts_clear(pli_body* body, void* data) {
 
 /* All contacts end. */
 static void cluster_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    (void)other;
-    (void)body;
     ((plii_cluster_contacts*)data)->count = 0;
     plii_cluster_contacts_clear(data);
 }
@@ -114,7 +112,6 @@ static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, con
 }
 
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)rigid;
     cluster_contacts_on_body_removed(body, data, NULL);
 }
 

@@ -125,7 +125,6 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
 }
 
 static pli_vec3 cluster_point_support(const void* user, pli_vec3 direction) {
-    (void)direction;
     return *(const pli_vec3*)user;
 }
 

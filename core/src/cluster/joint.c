@@ -45,7 +45,6 @@ static void joints_prepare(pli_body* body, void* state) {
 }
 
 static void joints_solve(pli_body* body, void* state) {
-    (void)body;
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         if (!joints->items[i].is_idle) { joints->items[i].klass->solve(&joints->items[i]); }
@@ -66,7 +65,6 @@ static void joint_apply_split_drift(const plii_joint* joint) {
 }
 
 static void joints_finish(pli_body* body, void* state) {
-    (void)body;
     const joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         const plii_joint* joint = &joints->items[i];

@@ -64,7 +64,6 @@ static void anchor_note_start(plii_anchor* anchor) {
 
 static void anchor_note_starts(pli_body* body, void* state) {
     plii_anchors* anchors = state;
-    (void)body;
     for (int i = 0; i < anchors->item_count; ++i) {
         anchor_note_start(&anchors->items[i]);
     }

@@ -69,7 +69,6 @@ static void soft_contacts_update(pli_body* body, void* data) {
 
 static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     plii_soft_contacts_state* state = data;
-    (void)body;
     int kept = 0;
     for (int i = 0; i < state->count; ++i) {
         if (state->contacts[i].face_body != other) { state->contacts[kept++] = state->contacts[i]; }

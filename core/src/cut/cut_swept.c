@@ -42,7 +42,6 @@ static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, p
 /* A cut of another kind ends the sweep; a swept cut sets its ends after this. */
 static void trace_forget(pli_body* body, void* state) {
     trace_state* trace = state;
-    (void)body;
     trace->has_ray = false;
     trace->ends.tip_count = 0;
     trace->ends.edge_count = 0;

@@ -248,7 +248,6 @@ static void aero_run_faces(pli_body* body, void* data) {
 enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 
 static bool aero_vertex_is_sound(const pli_body* body, const void* data) {
-    (void)body;
     return ((const aero_state*)data)->model <= PLI_AERO_VERTEX_ONE_SIDED;
 }
 
@@ -265,7 +264,6 @@ const plii_feature_class plii_aero_vertex_class = {
 };
 
 static bool aero_face_is_sound(const pli_body* body, const void* data) {
-    (void)body;
     return ((const aero_state*)data)->model >= PLI_AERO_FACE_TWO_SIDED;
 }
 

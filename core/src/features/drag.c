@@ -90,7 +90,6 @@ static void drag_solve(pli_body* body, void* data) {
 
 static void drag_finish(pli_body* body, void* data) {
     drag_state* state = data;
-    (void)body;
     for (int i = 0; i < state->count; ++i) {
         state->items[i].from = state->items[i].to;
     }
@@ -179,7 +178,6 @@ enum { DRAG_ORDER = PLII_ORDER_LINKS + 3, DRAG_SUBSTEP_ORDER = 42, DRAG_FINISH_O
 
 static bool drag_is_sound(const pli_body* body, const void* data) {
     const drag_state* state = data;
-    (void)body;
     for (int i = 0; i < state->count; ++i) {
         const drag_item* item = &state->items[i];
         const bool is_sound =

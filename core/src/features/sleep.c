@@ -323,7 +323,6 @@ static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, s
 // ------------------------------------------------------------------------------------------------------------- class
 
 static pli_status sleep_enable(pli_body* body, void* data) {
-    (void)data;
     pli_world* world = body->world;
     body->can_sleep = true;
     for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
@@ -334,18 +333,15 @@ static pli_status sleep_enable(pli_body* body, void* data) {
 }
 
 static void sleep_disable(pli_body* body, void* data) {
-    (void)data;
     body->can_sleep = false;
 }
 
 static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)data;
     const bool is_under = plii_bounds_overlap(body->bounds, plii_rigid_bounds(rigid));
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
 
 static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    (void)data;
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
 

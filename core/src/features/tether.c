@@ -284,7 +284,6 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
-    (void)change;
     tether_state* state = data;
     state->load_count = 0;
     tether_measure(body, state);

@@ -211,8 +211,6 @@ static void self_faces_search_block(int begin, int end, int block, void* data) {
 
 static void self_faces_put_block(int begin, int end, int block, void* data) {
     const self_faces_search* search = data;
-    (void)begin;
-    (void)end;
     self_faces_put_pairs(search, &search->state->hits[block], search->begin[block]);
 }
 

@@ -220,8 +220,6 @@ static void self_nodes_find_block(int begin, int end, int block, void* data) {
 static void self_nodes_gather_block(int begin, int end, int block, void* data) {
     const self_nodes_search_task* task = data;
     const plii_self_pair_list* found = &task->state->parts[block].found;
-    (void)begin;
-    (void)end;
     if (found->count == 0) { return; }
     memcpy(&task->state->found.items[task->begin[block]], found->items, (size_t)found->count * sizeof *found->items);
 }

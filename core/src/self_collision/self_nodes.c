@@ -271,7 +271,6 @@ static void self_nodes_add(pli_vec4* target, plii_float4 change, float scale) {
 static void self_nodes_finish(pli_body* body, void* data, const plii_substep* substep) {
     const self_nodes_state* state = data;
     pli_vec4* v = body->velocities;
-    (void)substep;
     for (int i = 0; i < state->touching_count; ++i) {
         const int a = state->touching[i].a, b = state->touching[i].b;
         const plii_float4 at_a = plii_float4_from(&state->pairs.at[a]), at_b = plii_float4_from(&state->pairs.at[b]);

@@ -33,7 +33,6 @@ static plii_float4 box_distances_of_four(plii_vec3x4 h, plii_vec3x4 p, plii_vec3
 static void box_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                           pli_vec3* normals) {
     const plii_vec3x4 h = plii_vec3x4_all(*(const pli_vec3*)user);
-    (void)max_distance;
     plii_vec3x4 found;
     int i = 0;
     for (; i + PLII_LANES <= count; i += PLII_LANES) {

@@ -76,7 +76,6 @@ static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli
 
 static void sampled_mesh_distances(const void* user, int count, const pli_vec3* points, float max_distance,
                                    float* distances, pli_vec3* normals) {
-    (void)max_distance;
     for (int i = 0; i < count; ++i) {
         distances[i] = sampled_mesh_distance(user, points[i], &normals[i]);
     }

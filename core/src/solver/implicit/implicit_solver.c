@@ -446,7 +446,6 @@ static const plii_solver_class implicit_solver = {.name = "implicit",
 
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */
 static void implicit_build(pli_body* body, void* data) {
-    (void)body;
     implicit_state* state = data;
     state->spectral_radius = 0.0;
     state->constraints.count = 0;
@@ -455,7 +454,6 @@ static void implicit_build(pli_body* body, void* data) {
 
 static bool implicit_is_sound(const pli_body* body, const void* data) {
     const implicit_state* state = data;
-    (void)body;
     return state->def.sweeps >= 1 && (state->direction != NULL || !implicit_needs_direction(&state->def));
 }
 

@@ -9,7 +9,6 @@
    second node is taken as it is, without the way through memory; and sums and factors are in all lanes from the start.
  */
 void plii_links_sweep(pli_body* body, void* state) {
-    (void)state;
     pli_vec4* restrict positions = body->positions;
     const plii_link* restrict links = body->links;
     const plii_link_tag* restrict tags = body->link_tags;
@@ -40,7 +39,6 @@ void plii_links_sweep(pli_body* body, void* state) {
 }
 
 static void links_solve(pli_body* body, void* state) {
-    (void)state;
     body->sweep_links(body, body->sweep_links_state);
 }
 

@@ -75,7 +75,6 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
 }
 
 static void colored_links_disable(pli_body* body, void* state) {
-    (void)state;
     body->sweep_links = plii_links_sweep;
     body->sweep_links_state = NULL;
 }
