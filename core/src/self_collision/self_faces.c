@@ -52,13 +52,13 @@ static void self_faces_run_finish(pli_body* body, void* data) {
     }
 }
 
-static void self_faces_motion_block(int begin, int end, int block, void* data) {
-    plii_self_faces_motions* motions = data;
+static double self_faces_motion_block(int begin, int end, const void* data) {
+    const plii_self_faces_motions* motions = data;
     float squared = 0.0f;
     for (int i = begin; i < end; ++i) {
         squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(motions->nodes, i)));
     }
-    motions->squared[block] = squared;
+    return (double)squared;
 }
 
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {

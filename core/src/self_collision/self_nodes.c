@@ -118,11 +118,10 @@ static float self_nodes_limit_scale(const self_nodes_state* state, const plii_se
 typedef struct self_nodes_limits {
     const self_nodes_state* state;
     const plii_self_nodes* nodes;
-    int counts[PLII_MOST_BLOCKS];
 } self_nodes_limits;
 
-static void self_nodes_limit_block(int begin, int end, int block, void* data) {
-    self_nodes_limits* limits = data;
+static double self_nodes_limit_block(int begin, int end, const void* data) {
+    const self_nodes_limits* limits = data;
     const self_nodes_state* state = limits->state;
     const plii_self_nodes* nodes = limits->nodes;
     int count = 0;
@@ -132,19 +131,16 @@ static void self_nodes_limit_block(int begin, int end, int block, void* data) {
         plii_set_xyz(&nodes->offsets[i], pli_vec3_add(plii_xyz(nodes->starts[i]), motion));
         count += 1;
     }
-    limits->counts[block] = count;
+    return count;
 }
 
 enum { SELF_NODES_LIMIT_NS = 2 }; /* per node */
 
 static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
-    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_NODES_LIMIT_NS), PLII_MOST_BLOCKS);
-    self_nodes_limits limits = {.state = state, .nodes = nodes};
-    plii_run_blocks(body->context, blocks, body->node_count, self_nodes_limit_block, &limits);
-    for (int b = 0; b < blocks.count; ++b) {
-        state->report.limited_nodes += limits.counts[b];
-    }
+    const self_nodes_limits limits = {state, nodes};
+    state->report.limited_nodes += (int)plii_sum_blocks(
+        body->context, body->node_count, plii_grain(SELF_NODES_LIMIT_NS), self_nodes_limit_block, &limits);
 }
 
 static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
