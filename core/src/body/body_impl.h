@@ -26,7 +26,7 @@ typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
     /* The solve: begin -> (sweep -> couple)*n -> end. Bodies that touch each other go through it side by side where
-       they can (world/islands.h). */
+       they can (world/world_impl.h). */
     plii_solver_pace (*pace)(const pli_body* body);
     void (*begin)(pli_body* body);
     void (*sweep)(pli_body* body);

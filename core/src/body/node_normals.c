@@ -1,9 +1,8 @@
 /* Services: unit normals of nodes and faces, refreshed after each step, and their areas at rest.
    Matches btSoftBody::updateNormals and updateArea(true). */
 
-#include "math/simd_float4.h"
-
 #include "body/body_impl.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 

@@ -2,20 +2,17 @@
    "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
    dampClusters, in their order of operations. */
 
-#include "body/pipeline.h"
-#include "math/simd_float4.h"
-
 #include "base/scratch.h"
+#include "body/pipeline.h"
 #include "cluster/cluster_impl.h"
 #include "math/bounds.h"
-
-#include "geometry/fat_aabb.h"
 #include "math/polar.h"
-#include "math/rotation_fit_warm.h"
+#include "math/rotation_fit.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 
-#define CLUSTER_BATCH (2 * PLII_ROTATION_FOLLOW_LANES) /* frames that are fitted at once */
+#define CLUSTER_BATCH (2 * PLII_ROTATION_LANES) /* frames that are fitted at once */
 
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];

@@ -2,11 +2,10 @@
    (CollideCL_RS); otherwise up to three more at nodes and corners far from it, so that flat sides rest on each other.
    Shapes that are not convex are met node by node. */
 
-#include "math/simd_float4.h"
-
 #include "body/world_state.h"
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
+#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 #define CLUSTER_CONTACTS_BATCH 64

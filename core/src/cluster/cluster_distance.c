@@ -2,7 +2,7 @@
 
 #include "cluster/cluster_contacts_impl.h"
 
-#include "geometry/convex_penetration.h"
+#include "geometry/convex_distance.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
 

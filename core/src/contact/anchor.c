@@ -1,12 +1,11 @@
 /* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
    contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
 
-#include "body/pipeline.h"
-#include "body/rigid_lanes.h"
-
 #include "base/handle.h"
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
+#include "body/pipeline.h"
+#include "body/rigid_lanes.h"
 #include "body/world_state.h"
 #include "contact/anchor_impl.h"
 #include "math/definition.h"

@@ -3,7 +3,6 @@
 #include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "geometry/fat_aabb.h"
 #include "math/bounds.h"
 #include "pliant/bullet_reference.h"
 

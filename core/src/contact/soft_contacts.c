@@ -4,7 +4,7 @@
 #include "body/pipeline.h"
 #include "contact/contact_order.h"
 #include "contact/soft_contacts_impl.h"
-#include "geometry/fat_aabb.h"
+#include "math/bounds.h"
 #include "math/definition.h"
 #include "pliant/bullet_reference.h"
 

@@ -5,12 +5,11 @@
    Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 
-#include "math/simd_float4.h"
-
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 

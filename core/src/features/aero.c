@@ -2,13 +2,12 @@
    Bullet: addAeroForceToNode and addAeroForceToFace, in their order of operations. Two classes, because the vertex
    models act before pressure and the face models after it. Formulas are written for four areas at a time. */
 
-#include "math/simd_float4.h"
-
 #include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/definition.h"
+#include "math/simd_float4.h"
 #include "pliant/forces.h"
 
 #include <string.h>

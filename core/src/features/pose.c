@@ -1,14 +1,13 @@
 /* Pose matching: nodes are pulled towards the best-fitting position of the rest shape (Müller and others, "Meshless
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
-#include "math/simd_float4.h"
-
+#include "pliant/pose.h"
 #include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/polar.h"
-#include "pliant/pose.h"
+#include "math/simd_float4.h"
 
 typedef struct pose_state {
     float matching;

@@ -2,12 +2,11 @@
    Bullet: kPR in btSoftBody::applyForces. */
 
 #include "body/all_features.h"
-#include "body/pipeline.h"
-#include "pliant/forces.h"
-
 #include "body/body_impl.h"
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/range.h"
+#include "pliant/forces.h"
 
 typedef struct pressure_state {
     float coefficient;

@@ -2,12 +2,11 @@
    Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
 
 #include "body/all_features.h"
-#include "body/pipeline.h"
-#include "pliant/forces.h"
-
 #include "body/body_impl.h"
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/range.h"
+#include "pliant/forces.h"
 
 typedef struct volume_state {
     float coefficient;

@@ -1,10 +1,9 @@
 /* Levels of boxes by components, each box around four of the level below: distances of four are measured at once. */
 
-#include "math/simd_float4.h"
-
 #include "geometry/bvh4.h"
 
 #include "geometry/bvh.h"
+#include "math/simd_float4.h"
 
 static void bvh4_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
     group->low[0][lane] = low.x;

@@ -2,12 +2,11 @@
    Collision Detection of Deformable Objects"; Mueller, "Ten Minute Physics" 11 for the dense layout. Columns of cells
    are hashed, cells of a column follow each other. */
 
-#include "math/simd_float4.h"
-
 #include "geometry/spatial_hash.h"
 
 #include "base/csr.h"
 #include "base/ranges.h"
+#include "math/simd_float4.h"
 
 static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_origin) {
     const float cell = from_origin * hash->inverse_cell_size;

@@ -2,11 +2,10 @@
    thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
    Physics" 15. */
 
-#include "math/simd_float4.h"
-
 #include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/definition.h"
+#include "math/simd_float4.h"
 #include "self_collision/self_node_pairs.h"
 
 typedef struct self_nodes_state {

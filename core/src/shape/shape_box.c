@@ -1,8 +1,7 @@
 /* Box around the origin, with sharp edges. */
 
-#include "math/simd_float4.h"
-
 #include "math/range.h"
+#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 /* The data of a box is a pli_vec3: its half extents. */

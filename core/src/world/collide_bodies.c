@@ -5,8 +5,7 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
-#include "world/groups.h"
-#include "world/world_calls.h"
+#include "world/world_impl.h"
 
 // -------------------------------------------------------------------------------------------------------- one pair
 

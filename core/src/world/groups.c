@@ -1,4 +1,4 @@
-#include "world/groups.h"
+#include "world/world_impl.h"
 
 #include "base/union_find.h"
 #include "body/pipeline.h"

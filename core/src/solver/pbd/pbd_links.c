@@ -1,8 +1,7 @@
 /* Links on positions: Gauss-Seidel in link order, matching btSoftBody::PSolve_Links bit for bit. */
 
-#include "math/simd_float4.h"
-
 #include "body/body_impl.h"
+#include "math/simd_float4.h"
 
 /* One link waits for the other, so what counts is the way from its positions to the next one's. The inverse masses do
    not change, so they come from memory and not from the lanes that the link before has just moved; along a chain its
