@@ -416,7 +416,8 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
 static const plii_feature_array clusters_arrays[] = {
     {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count), .snapshot = PLII_SAVED,
-     .fields = "4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"},
+     .fields = "4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B",
+     .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
     {PLII_LIST_OF(plii_clusters, members, member_capacity), PLII_COUNTED_BY(plii_clusters, member_count),
      .snapshot = PLII_SAVED, .fields = "n4f"},
     {0},
@@ -469,6 +470,7 @@ const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
     .state_parts = clusters_parts,
+    .settings = PLII_LIMITS(plii_clusters, def, plii_clusters_fields),
     .is_sound = clusters_is_sound,
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},

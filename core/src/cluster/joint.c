@@ -127,10 +127,17 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
     joints_remove_if(body, state, joint_has_body, other);
 }
 
+static const plii_field joint_softness_fields[] = {
+    PLII_FIELD(pli_joint_softness, error_reduction, 0, 1),
+    PLII_FIELD(pli_joint_softness, velocity_factor, 0, 1),
+    PLII_FIELD(pli_joint_softness, split, 0, 1),
+};
+
 /* Joints hold to clusters, which follow a cut and keep their index. */
 static const plii_feature_array joints_arrays[] = {
     {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, count),
-     .snapshot = PLII_SAVED, .fields = "JiiPiR9f3X*"},
+     .snapshot = PLII_SAVED, .fields = "JiiPiR9f3X*",
+     .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
     {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, ids.count),
      .snapshot = PLII_SAVED, .fields = "uii"},
     {0},
@@ -189,12 +196,6 @@ const plii_feature_class plii_joints_class = {
 };
 
 // ----------------------------------------------------------------------------------------------------------- editing
-
-static const plii_field joint_softness_fields[] = {
-    PLII_FIELD(pli_joint_softness, error_reduction, 0, 1),
-    PLII_FIELD(pli_joint_softness, velocity_factor, 0, 1),
-    PLII_FIELD(pli_joint_softness, split, 0, 1),
-};
 
 static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 world_value, const char* function) {
     pli_context* context = body->context;

@@ -525,10 +525,17 @@ static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
     return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
 }
 
+static const plii_field rigid_faces_fields[] = {
+    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
+};
+
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
     .state_parts = rigid_faces_parts,
+    .settings = PLII_LIMITS(plii_rigid_faces, def, rigid_faces_fields),
     .is_sound = rigid_faces_is_sound,
     .on_restored = rigid_faces_on_restored,
     .needs = rigid_faces_needs,
@@ -546,12 +553,6 @@ const plii_feature_class plii_rigid_faces_class = {
     .on_rigid_removed = rigid_faces_on_rigid_removed,
     .bytes = rigid_faces_bytes,
     .build = rigid_faces_build,
-};
-
-static const plii_field rigid_faces_fields[] = {
-    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
 };
 
 pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {

@@ -381,10 +381,19 @@ static const plii_state_part rigid_contacts_parts[] = {
     {0},
 };
 
+static const plii_field rigid_contacts_fields[] = {
+    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
     .state_parts = rigid_contacts_parts,
+    .settings = PLII_LIMITS(plii_rigid_contacts, def, rigid_contacts_fields),
     .needs = rigid_contacts_needs,
     .arrays = rigid_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
@@ -398,14 +407,6 @@ const plii_feature_class plii_rigid_contacts_class = {
     .bytes = rigid_contacts_bytes,
     .reserve = rigid_contacts_preallocate,
     .build = rigid_contacts_clear,
-};
-
-static const plii_field rigid_contacts_fields[] = {
-    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
 };
 
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {

@@ -165,10 +165,18 @@ static void soft_contacts_on_restored(pli_body* body, void* data) {
     body->soft_node_boxes = state->has_boxes ? state->node_boxes : NULL;
 }
 
+static const plii_field soft_contacts_fields[] = {
+    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
+    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
     .state_parts = soft_contacts_parts,
+    .settings = PLII_LIMITS(plii_soft_contacts_state, def, soft_contacts_fields),
     .is_sound = soft_contacts_is_sound,
     .on_restored = soft_contacts_on_restored,
     .arrays = soft_contacts_arrays,
@@ -196,13 +204,6 @@ pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     def.cookie = PLII_DEF_COOKIE;
     return def;
 }
-
-static const plii_field soft_contacts_fields[] = {
-    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
-    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
-};
 
 static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contacts_state* state) {
     if (PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&

@@ -176,9 +176,15 @@ static void drag_topology_commit(pli_body* body, void* data, const plii_topology
     }
 }
 
+static const plii_field drag_item_fields[] = {
+    PLII_FIELD(drag_item, stiffness, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(drag_item, damping, 0, FLT_MAX),
+    PLII_FIELD(drag_item, to, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+};
+
 static const plii_feature_array drag_arrays[] = {
     {PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count), .is_kept = true,
-     .snapshot = PLII_SAVED, .fields = "i3ni21f"},
+     .snapshot = PLII_SAVED, .fields = "i3ni21f", .settings = {drag_item_fields, 3, 0}},
     {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count), .is_kept = true,
      .snapshot = PLII_SAVED, .fields = "uii"},
     {0},

@@ -127,10 +127,13 @@ static const plii_state_part pose_parts[] = {
     {0},
 };
 
+static const plii_field pose_fields[] = {PLII_FIELD(pose_state, matching, 0, 1)};
+
 const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
     .state_parts = pose_parts,
+    .settings = {pose_fields, 1, 0},
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
     .arrays = pose_arrays,
     .topology_commit = pose_topology_commit,
@@ -138,7 +141,8 @@ const plii_feature_class plii_pose_class = {
 
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
+    const pose_state used = {.matching = matching};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, pose_fields, __func__));
     pose_state* pose = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_pose_class, (void**)&pose));
     pose->matching = matching;

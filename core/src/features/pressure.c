@@ -7,7 +7,7 @@
 
 #include "body/body_impl.h"
 #include "body/world_state.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 typedef struct pressure_state {
     float coefficient;
@@ -37,21 +37,26 @@ static const plii_state_part pressure_parts[] = {
     {0},
 };
 
+static const plii_field pressure_fields[] = {
+    PLII_FIELD(pressure_state, coefficient, -PLI_MAX_COEFFICIENT, PLI_MAX_COEFFICIENT)};
+
 const plii_feature_class plii_pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
     .state_parts = pressure_parts,
+    .settings = {pressure_fields, 1, 0},
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
 };
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
+    const pressure_state used = {coefficient};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, pressure_fields, __func__));
     PLII_TRY(plii_check_faces(body, "pressure acts on faces", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_pressure_class, &state));
-    ((pressure_state*)state)->coefficient = coefficient;
+    *(pressure_state*)state = used;
     return PLI_OK;
 }
 

@@ -354,6 +354,11 @@ static const plii_feature_array sleep_arrays[] = {
 static const plii_state_part sleep_parts[] = {
     PLII_STATE_OF(sleep_state, def, PLII_SAVED, "2fu"), PLII_STATE_OF(sleep_state, time, PLII_SAVED, "f"), {0}};
 
+static const plii_field sleep_fields[] = {
+    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
@@ -365,11 +370,7 @@ const plii_feature_class plii_sleep_class = {
     .on_rigid_removed = sleep_on_rigid_removed,
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
     .state_parts = sleep_parts,
-};
-
-static const plii_field sleep_fields[] = {
-    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
+    .settings = PLII_LIMITS(sleep_state, def, sleep_fields),
 };
 
 pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {

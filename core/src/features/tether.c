@@ -321,10 +321,13 @@ static const plii_state_part tether_parts[] = {
     {0},
 };
 
+static const plii_field tether_fields[] = {PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)};
+
 const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
     .state_parts = tether_parts,
+    .settings = PLII_LIMITS(tether_state, def, tether_fields),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &tether_kind,
@@ -335,8 +338,6 @@ const plii_feature_class plii_tether_class = {
 pli_tethers_def pli_tethers_def_default(void) {
     return (pli_tethers_def){.slack = 0.01f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field tether_fields[] = {PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)};
 
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -7,7 +7,7 @@
 
 #include "body/body_impl.h"
 #include "body/world_state.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 typedef struct volume_state {
     float coefficient;
@@ -45,10 +45,13 @@ static const plii_state_part volume_parts[] = {
     {0},
 };
 
+static const plii_field volume_fields[] = {PLII_FIELD(volume_state, coefficient, 0, PLI_MAX_COEFFICIENT)};
+
 const plii_feature_class plii_volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
     .state_parts = volume_parts,
+    .settings = {volume_fields, 1, 0},
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
     .enable = volume_enable,
@@ -56,7 +59,8 @@ const plii_feature_class plii_volume_class = {
 
 pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_between(body->context, coefficient, 0.0f, PLI_MAX_COEFFICIENT, "coefficient", __func__));
+    const volume_state used = {.coefficient = coefficient};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, volume_fields, __func__));
     PLII_TRY(plii_check_faces(body, "conservation of volume acts on faces", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_volume_class, &state));

@@ -113,16 +113,11 @@ static const plii_field self_grids_fields[] = {
     PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1),
 };
 
-static bool self_grids_is_sound(const pli_body* body, const void* data) {
-    const self_grids_state* state = data;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_grids_fields, __func__) == PLI_OK;
-}
-
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
     .state_parts = self_grids_parts,
-    .is_sound = self_grids_is_sound,
+    .settings = PLII_LIMITS(self_grids_state, def, self_grids_fields),
     .needs = self_grids_needs,
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
     .arrays = self_grids_arrays,

@@ -397,14 +397,14 @@ static const plii_field self_nodes_fields[] = {
 static bool self_nodes_is_sound(const pli_body* body, const void* data) {
     const self_nodes_state* state = data;
     const int count = state->pairs.apart_count;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_nodes_fields, __func__) == PLI_OK && count >= 0 &&
-           count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
+    return count >= 0 && count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
 }
 
 const plii_feature_class plii_self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
     .state_parts = self_nodes_parts,
+    .settings = PLII_LIMITS(self_nodes_state, def, self_nodes_fields),
     .is_sound = self_nodes_is_sound,
     .on_restored = self_nodes_on_restored,
     .needs = self_nodes_needs,

@@ -191,10 +191,16 @@ static const plii_state_part xpbd_bending_parts[] = {
     {0},
 };
 
+static const plii_field xpbd_bending_fields[] = {
+    PLII_FIELD(pli_xpbd_bending_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
     .state_parts = xpbd_bending_parts,
+    .settings = PLII_LIMITS(xpbd_bending_state, def, xpbd_bending_fields),
     .arrays = xpbd_bending_arrays,
     .build = xpbd_bending_build,
 };
@@ -210,11 +216,6 @@ const plii_substep_class plii_xpbd_bending_kind = {
 pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
     return (pli_xpbd_bending_def){.cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_bending_fields[] = {
-    PLII_FIELD(pli_xpbd_bending_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT),
-};
 
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

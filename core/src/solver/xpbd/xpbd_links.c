@@ -100,10 +100,17 @@ static const plii_state_part xpbd_links_parts[] = {
     {0},
 };
 
+static const plii_field xpbd_links_fields[] = {
+    PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
     .state_parts = xpbd_links_parts,
+    .settings = PLII_LIMITS(xpbd_links_state, def, xpbd_links_fields),
     .needs = xpbd_links_needs,
     .arrays = xpbd_links_arrays,
     .enable = xpbd_links_enable,
@@ -123,12 +130,6 @@ const plii_substep_class plii_xpbd_links_kind = {
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {
     return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_links_fields[] = {
-    PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT),
-};
 
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -214,17 +214,16 @@ static const plii_state_part xpbd_parts[] = {
     {0},
 };
 
-static bool xpbd_is_sound(const pli_body* body, const void* data) {
-    const xpbd_state* state = data;
-    (void)body;
-    return state->def.substeps >= 1 && state->def.sweeps >= 1;
-}
+static const plii_field xpbd_fields[] = {
+    PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
+    PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX),
+};
 
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
     .state_parts = xpbd_parts,
-    .is_sound = xpbd_is_sound,
+    .settings = PLII_LIMITS(xpbd_state, def, xpbd_fields),
     .arrays = xpbd_arrays,
     .enable = xpbd_enable,
     .disable = xpbd_disable,
@@ -273,21 +272,11 @@ pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind
     return PLI_OK;
 }
 
-pli_status plii_xpbd_check_value(const pli_body* body, float value, float limit, const char* name,
-                                 const char* function) {
-    return plii_check_between(body->context, value, 0.0f, limit, name, function);
-}
-
 // --------------------------------------------------------------------------------------------------------- settings
 
 pli_xpbd_def pli_xpbd_def_default(void) {
     return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_fields[] = {
-    PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
-    PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX),
-};
 
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -109,10 +109,16 @@ static const plii_state_part xpbd_volume_parts[] = {
     {0},
 };
 
+static const plii_field xpbd_volume_fields[] = {
+    PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR),
+};
+
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
     .state_parts = xpbd_volume_parts,
+    .settings = PLII_LIMITS(xpbd_volume_state, def, xpbd_volume_fields),
     .arrays = xpbd_volume_arrays,
     .enable = xpbd_volume_enable,
 };
@@ -128,11 +134,6 @@ const plii_substep_class plii_xpbd_volume_kind = {
 pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
     return (pli_xpbd_volume_def){.pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_volume_fields[] = {
-    PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR),
-};
 
 pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
