@@ -148,6 +148,9 @@ void plii_links_sweep(pli_body* body, void* state);
 
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
+static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {
+    return plii_check_between(context, margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", function);
+}
 /* True when no node is faster than nodes may be. */
 bool plii_body_is_slow(const pli_body* body);
 /* The first node that is too far out, too fast or not finite, or PLI_NULL_INDEX. */

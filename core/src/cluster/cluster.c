@@ -445,6 +445,7 @@ static bool clusters_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
+    .settings = PLII_LIMITS(plii_clusters, def, plii_clusters_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
                                     PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
                                     PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u")),
@@ -455,7 +456,8 @@ const plii_feature_class plii_clusters_class = {
     .arrays =
         PLII_ARRAYS({PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count),
-                     PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B")},
+                     PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
+                     .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
                     {PLII_LIST_OF(plii_clusters, members, member_capacity),
                      PLII_COUNTED_BY(plii_clusters, member_count), PLII_SAVED_AS("n4f")}),
     .disable = clusters_disable,

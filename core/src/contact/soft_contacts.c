@@ -115,9 +115,17 @@ static void soft_contacts_on_restored(pli_body* body, void* data) {
     body->soft_node_boxes = state->has_boxes ? state->node_boxes : NULL;
 }
 
+static const plii_field soft_contacts_fields[] = {
+    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
+    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
+    .settings = PLII_LIMITS(plii_soft_contacts_state, def, soft_contacts_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
                                     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
                                     PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
@@ -166,13 +174,6 @@ const plii_feature_class plii_soft_contacts_class = {
 pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     return (pli_soft_contacts_def){.friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field soft_contacts_fields[] = {
-    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
-    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
-};
 
 static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contacts_state* state) {
     if (PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&

@@ -112,9 +112,12 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
 
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
 
+static const plii_field pose_fields[] = {PLII_FIELD(pose_state, matching, 0, 1)};
+
 const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
+    .settings = {pose_fields, 1, 0},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
                                     PLII_STATE_OF(pose_state, rotation, PLII_SAVED, "9f"),
                                     PLII_STATE_OF(pose_state, centre, PLII_SAVED, "3f")),
@@ -126,7 +129,8 @@ const plii_feature_class plii_pose_class = {
 
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
+    const pose_state used = {.matching = matching};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, pose_fields, __func__));
     pose_state* pose = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_pose_class, (void**)&pose));
     pose->matching = matching;

@@ -105,14 +105,10 @@ static const plii_field self_faces_fields[] = {
     PLII_FIELD(pli_self_faces_def, max_travel, 0, PLI_MAX_COORDINATE),
 };
 
-static bool self_faces_is_sound(const pli_body* body, const void* data) {
-    const plii_self_faces_state* state = data;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_faces_fields, __func__) == PLI_OK;
-}
-
 const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
+    .settings = PLII_LIMITS(plii_self_faces_state, def, self_faces_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(plii_self_faces_state, def, PLII_SAVED, "3fu"),
         PLII_STATE(plii_self_faces_state, travel, PLII_LEFT), PLII_STATE(plii_self_faces_state, motion, PLII_LEFT),
@@ -122,7 +118,6 @@ const plii_feature_class plii_self_faces_class = {
         PLII_STATE(plii_self_faces_state, edge_count, PLII_LEFT), PLII_STATE(plii_self_faces_state, tree, PLII_LEFT),
         PLII_STATE(plii_self_faces_state, hits, PLII_LEFT),
         PLII_STATE_OF(plii_self_faces_state, report, PLII_SAVED, "3iB")),
-    .is_sound = self_faces_is_sound,
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},

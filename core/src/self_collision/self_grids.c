@@ -98,18 +98,13 @@ static const plii_field self_grids_fields[] = {
     PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1),
 };
 
-static bool self_grids_is_sound(const pli_body* body, const void* data) {
-    const self_grids_state* state = data;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_grids_fields, __func__) == PLI_OK;
-}
-
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
+    .settings = PLII_LIMITS(self_grids_state, def, self_grids_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(self_grids_state, def, PLII_SAVED, "2fu"), PLII_STATE(self_grids_state, hash, PLII_LEFT),
         PLII_STATE(self_grids_state, pairs, PLII_LEFT), PLII_STATE_OF(self_grids_state, report, PLII_SAVED, "iB")),
-    .is_sound = self_grids_is_sound,
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
     .arrays = PLII_ARRAYS({PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE, .snapshot = PLII_LEFT},

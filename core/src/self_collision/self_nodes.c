@@ -333,22 +333,22 @@ static void self_nodes_on_restored(pli_body* body, void* data) {
     plii_self_node_pairs_rebuild(body, &((self_nodes_state*)data)->pairs);
 }
 
+static bool self_nodes_is_sound(const pli_body* body, const void* data) {
+    const self_nodes_state* state = data;
+    const int count = state->pairs.apart_count;
+    return count >= 0 && count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
+}
+
 static const plii_field self_nodes_fields[] = {
     PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
     PLII_FIELD(pli_self_collision_def, friction, 0, 1),
     PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR),
 };
 
-static bool self_nodes_is_sound(const pli_body* body, const void* data) {
-    const self_nodes_state* state = data;
-    const int count = state->pairs.apart_count;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_nodes_fields, __func__) == PLI_OK && count >= 0 &&
-           count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
-}
-
 const plii_feature_class plii_self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
+    .settings = PLII_LIMITS(self_nodes_state, def, self_nodes_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(self_nodes_state, def, PLII_SAVED, "3fu"),
                                     PLII_STATE_OF(self_nodes_state, origin, PLII_SAVED, "3f"),
                                     PLII_STATE_OF(self_nodes_state, pairs.thickness, PLII_SAVED, "f"),
