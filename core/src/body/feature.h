@@ -143,7 +143,7 @@ typedef struct plii_feature_array {
 /* Lists of a plii_bvh. */
 #define PLII_BVH_LISTS(type, tree)                                                                                     \
     {PLII_LIST_OF(type, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},                                       \
-        {PLII_LIST_OF(type, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},                                    \
+        {PLII_LIST_OF(type, tree.boxes.groups, tree.boxes.capacity), .snapshot = PLII_LEFT},                                    \
         {PLII_LIST_OF(type, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT}, {                                   \
         PLII_LIST_OF(type, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT                                 \
     }

@@ -7,7 +7,7 @@
 #include "base/key_table.h"
 #include "cluster/cluster_contact_batch.h"
 #include "cluster/joint_end.h"
-#include "geometry/bvh4.h"
+#include "geometry/bvh.h"
 #include "geometry/pair_cache.h"
 
 /* In reference mode 1. */

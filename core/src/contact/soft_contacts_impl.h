@@ -6,7 +6,7 @@
 
 #include "body/contact_report.h"
 #include "contact/contact_substep.h"
-#include "geometry/bvh4.h"
+#include "geometry/bvh.h"
 #include "math/bounds.h"
 #include "pliant/contact.h"
 

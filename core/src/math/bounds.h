@@ -11,6 +11,9 @@ static inline bool plii_bounds_overlap(pli_bounds a, pli_bounds b) {
 static inline pli_bounds plii_bounds_add(pli_bounds b, pli_vec3 point) {
     return (pli_bounds){plii_vec3_min(b.min, point), plii_vec3_max(b.max, point)};
 }
+static inline pli_bounds plii_bounds_join(pli_bounds a, pli_bounds b) {
+    return (pli_bounds){plii_vec3_min(a.min, b.min), plii_vec3_max(a.max, b.max)};
+}
 static inline pli_bounds plii_bounds_of_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return (pli_bounds){plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
 }
