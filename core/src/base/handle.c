@@ -16,8 +16,6 @@ static const char* const handle_names[] = {
 #include <stdlib.h>
 #include <threads.h>
 
-// --------------------------------------------------------------------------------------------------- register
-
 /* What is or was at an address. */
 typedef struct handle_record {
     const void* handle;       /* NULL: an empty slot */
@@ -201,8 +199,6 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
     return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is not a %s, or one that is gone", what,
                      handle_names[kind]);
 }
-
-// ----------------------------------------------------------------------------------------------------- blocks
 
 static void handle_set_magic(void* handle, uint32_t magic) {
     memcpy(handle, &magic, sizeof magic);

@@ -11,8 +11,6 @@ PLII_SIMD_INLINE plii_float4 normals_face_cross(const pli_vec4* positions, const
     return plii_lanes_cross(plii_float4_from(&positions[face[1]]) - x0, plii_float4_from(&positions[face[2]]) - x0);
 }
 
-// --------------------------------------------------------------------------------------------------- normals
-
 typedef struct normals_state {
     pli_vec4* sums; /* [node_count] of the cross products of the faces around */
 } normals_state;
@@ -59,8 +57,6 @@ const plii_feature_class plii_normals_class = {
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
 };
 
-// ---------------------------------------------------------------------------------------------- normals of faces
-
 static void face_normals_refresh(pli_body* body, void* state) {
     for (int i = 0; i < body->topology->face_count; ++i) {
         pli_vec3 cross;
@@ -80,8 +76,6 @@ static float normals_doubled_area(const pli_body* body, const int face[3]) {
     const plii_float4 cross = normals_face_cross(body->positions, face);
     return sqrtf(plii_lanes_dot(cross, cross));
 }
-
-// ----------------------------------------------------------------------------------------------------- areas
 
 typedef struct areas_state {
     int* face_counts; /* [node_count] */

@@ -113,8 +113,6 @@ pli_status pli_body_reset_clusters(pli_body* body) {
     return PLI_OK;
 }
 
-// ------------------------------------------------------------------------------------------------------------ access
-
 pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     const plii_clusters* clusters = plii_body_clusters(body);

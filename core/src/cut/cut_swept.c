@@ -19,8 +19,6 @@
 /* A ray goes on from another when its ends are as near as this share of its length. */
 #define SWEPT_SAME_RAY 1e-4f
 
-// ------------------------------------------------------------------------------------------- what lasts between sweeps
-
 typedef struct trace_state {
     bool has_ray;
     pli_vec3 ray[2]; /* the last ray of the last sweep */
@@ -64,8 +62,6 @@ static bool trace_ends_at(const trace_state* trace, pli_vec3 start, pli_vec3 end
     return trace->has_ray && pli_vec3_length(pli_vec3_sub(start, trace->ray[0])) <= reach &&
            pli_vec3_length(pli_vec3_sub(end, trace->ray[1])) <= reach;
 }
-
-// ----------------------------------------------------------------------------------------------------------- the whole
 
 /* Blades that pass the body by are not worth a copy of it. */
 static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {

@@ -15,8 +15,6 @@
 /* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
 #define SELF_FACES_SUBSTEP_ROOM 0.1f
 
-// -------------------------------------------------------------------------------------------------- steps and substeps
-
 static plii_self_nodes self_faces_nodes(pli_body* body, const plii_self_faces_state* state) {
     return (plii_self_nodes){NULL, body->positions, state->starts};
 }
@@ -75,8 +73,6 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
     plii_self_faces_finish(body, data, &nodes);
 }
 
-// -------------------------------------------------------------------------------------------------------------- memory
-
 static pli_status self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     for (int i = 0; i < body->node_count; ++i) {
@@ -93,8 +89,6 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
     state->pair_count = state->active_count = 0;
     state->reach = 0.0f;
 }
-
-// --------------------------------------------------------------------------------------------------------- the feature
 
 /* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
 enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
@@ -152,8 +146,6 @@ const plii_feature_class plii_self_faces_class = {
     .bytes = plii_self_faces_hit_bytes,
     .topology_commit = self_faces_topology_commit,
 };
-
-// ------------------------------------------------------------------------------------------------------------ settings
 
 pli_self_faces_def pli_self_faces_def_default(void) {
     return (pli_self_faces_def){.thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE};

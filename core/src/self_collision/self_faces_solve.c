@@ -8,8 +8,6 @@
 /* Share of its distance that a pair keeps at least. */
 #define SELF_FACES_KEPT 0.2f
 
-// ------------------------------------------------------------------------------------------------------------ contacts
-
 /* True when the pair was too near. */
 static bool self_faces_part(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float friction) {
     float weight = 0.0f, distance = 0.0f;
@@ -41,8 +39,6 @@ void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* 
     }
     state->report.contacts = contacts;
 }
-
-// ----------------------------------------------------------------------------------------------- cutting motions short
 
 typedef struct self_faces_limit {
     const plii_self_faces_state* state;

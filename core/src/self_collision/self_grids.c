@@ -17,8 +17,6 @@ typedef struct self_grids_state {
     pli_self_grids_report report;
 } self_grids_state;
 
-// ------------------------------------------------------------------------------------------------------ the response
-
 static bool self_grids_are_linked(const plii_link_graph* graph, int a, int b) {
     for (int k = graph->begin[a]; k < graph->begin[a + 1]; ++k) {
         if (graph->halves[k].neighbour == b) { return true; }
@@ -88,8 +86,6 @@ static void self_grids_run(pli_body* body, void* data) {
     (void)self_grids_solve(body, state, 0.5f * first.cell_size, &first);
 }
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
 enum { SELF_GRIDS_ORDER = 50 };
 
@@ -110,8 +106,6 @@ const plii_feature_class plii_self_grids_class = {
     .arrays = PLII_ARRAYS({PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE, .snapshot = PLII_LEFT},
                           PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs)),
 };
-
-// --------------------------------------------------------------------------------------------------------- settings
 
 pli_self_grids_def pli_self_grids_def_default(void) {
     return (pli_self_grids_def){.distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE};

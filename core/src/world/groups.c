@@ -109,8 +109,6 @@ bool plii_groups_find(pli_world* world) {
     return world->group_count > 1;
 }
 
-// ------------------------------------------------------------------------------------------------------- running
-
 typedef struct groups_task {
     pli_world* world;
     plii_groups_fn* run_group;

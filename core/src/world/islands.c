@@ -43,8 +43,6 @@ void plii_islands_find(pli_world* world) {
     }
 }
 
-// --------------------------------------------------------------------------------------------------------- solving
-
 /* Most bodies are alone. */
 static inline void islands_run(pli_body* first, void (*run)(pli_body* body)) {
     pli_body* body = first;

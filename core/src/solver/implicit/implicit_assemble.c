@@ -49,8 +49,6 @@ PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, cons
     return spring;
 }
 
-// ------------------------------------------------------------------------------------------ springs to fixed points
-
 typedef struct implicit_hold_visit {
     pli_body* body;
     plii_implicit_system* system;
@@ -95,8 +93,6 @@ static double implicit_hardness(const plii_implicit_holds* holds, int node) {
     }
     return sum;
 }
-
-// ------------------------------------------------------------------------------------------------------- the system
 
 /* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
 PLII_SIMD_INLINE plii_implicit_block implicit_factorise(const double d[6], double mass) {

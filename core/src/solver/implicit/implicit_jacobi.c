@@ -131,8 +131,6 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double sp
     }
 }
 
-// ------------------------------------------------------------------------------------------------ spectral radius
-
 enum { IMPLICIT_POWER_ITERATIONS = 24 };
 
 /* x^T W_ii x. */
