@@ -486,9 +486,16 @@ static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
     return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
 }
 
+static const plii_field rigid_faces_fields[] = {
+    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
+};
+
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
+    .settings = PLII_LIMITS(plii_rigid_faces, def, rigid_faces_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_faces, def, PLII_SAVED, "3fu"),
                                     PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
                                     PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
@@ -514,12 +521,6 @@ const plii_feature_class plii_rigid_faces_class = {
     .visit_contacts = plii_rigid_faces_visit_contacts,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
     .build = rigid_faces_build,
-};
-
-static const plii_field rigid_faces_fields[] = {
-    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
 };
 
 pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {

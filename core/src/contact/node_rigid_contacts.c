@@ -351,9 +351,18 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
+static const plii_field rigid_contacts_fields[] = {
+    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
+    .settings = PLII_LIMITS(plii_rigid_contacts, def, rigid_contacts_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
                                     PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
@@ -377,14 +386,6 @@ const plii_feature_class plii_rigid_contacts_class = {
     .on_rigid_removed = rigid_contacts_on_rigid_removed,
     .reserve = rigid_contacts_preallocate,
     .build = rigid_contacts_clear,
-};
-
-static const plii_field rigid_contacts_fields[] = {
-    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
 };
 
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {

@@ -333,7 +333,6 @@ static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, s
 // ------------------------------------------------------------------------------------------------------------- class
 
 static pli_status sleep_enable(pli_body* body, void* data) {
-    (void)data;
     pli_world* world = body->world;
     body->can_sleep = true;
     for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
@@ -344,24 +343,27 @@ static pli_status sleep_enable(pli_body* body, void* data) {
 }
 
 static void sleep_disable(pli_body* body, void* data) {
-    (void)data;
     body->can_sleep = false;
 }
 
 static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)data;
     const bool is_under = plii_bounds_overlap(body->bounds, plii_rigid_bounds(rigid));
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
 
 static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    (void)data;
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
+
+static const plii_field sleep_fields[] = {
+    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
+};
 
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
+    .settings = PLII_LIMITS(sleep_state, def, sleep_fields),
     .arrays = PLII_ARRAYS({PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, PLII_SAVED_AS("3f")}),
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
     .enable = sleep_enable,
@@ -371,11 +373,6 @@ const plii_feature_class plii_sleep_class = {
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(sleep_state, def, PLII_SAVED, "2fu"),
                                     PLII_STATE_OF(sleep_state, time, PLII_SAVED, "f")),
-};
-
-static const plii_field sleep_fields[] = {
-    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
 };
 
 pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
