@@ -208,6 +208,7 @@ static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
     SNAPSHOT_MEMBER(walk, rigid->kind);
     SNAPSHOT_MEMBER(walk, rigid->state);
     SNAPSHOT_MEMBER(walk, rigid->friction);
+    SNAPSHOT_MEMBER(walk, rigid->restitution);
     SNAPSHOT_MEMBER(walk, rigid->linear_factor);
     SNAPSHOT_MEMBER(walk, rigid->angular_factor);
     SNAPSHOT_MEMBER(walk, rigid->is_absent);
