@@ -121,8 +121,6 @@ static void cluster_contacts_build(pli_body* body, void* data) {
     plii_cluster_contacts_drop_neighbours(data);
 }
 
-// ---------------------------------------------------------------------------------------------------------------- room
-
 /* Of large bodies most clusters are far from others. */
 #define CLUSTER_CONTACTS_MAX_ROOM 1024 /* nodes */
 /* Clusters of a pile of tori, the most that was measured, meet 10 others, with 14 contacts. */
@@ -164,8 +162,6 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
     if (plii_body_clusters(body)->def.reference_mode || state->def.disable_contact_cache) { return; }
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
-
-// --------------------------------------------------------------------------------------------------------- the feature
 
 /* After joints. */
 enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
