@@ -146,10 +146,10 @@ typedef struct plii_feature_array {
 
 /* Of a plii_pair_record. */
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
-/* Lists of a plii_pair_cache, and its table; `of_before`: what snapshots do with the list of the step before. */
-#define PLII_PAIR_CACHE_LISTS(type, cache, of_before)                                                                  \
+/* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
+#define PLII_PAIR_CACHE_LISTS(type, cache, of_present, of_before)                                                      \
     {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count),            \
-     .is_kept = true, PLII_SAVED_AS(PLII_PAIR_RECORD_FIELDS)},                                                         \
+     .is_kept = true, .snapshot = of_present, .fields = PLII_PAIR_RECORD_FIELDS},                                      \
         {PLII_KEY_TABLE_OF(type, cache.table)}, {                                                                      \
         PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count),            \
             .is_kept = true, .snapshot = of_before, .fields = PLII_PAIR_RECORD_FIELDS                                  \

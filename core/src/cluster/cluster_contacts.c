@@ -254,7 +254,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                     {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
                     {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
                     /* The next step frees the slots of pairs that have gone. */
-                    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED)),
+                    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
     .keeps_pairs_with_first = true,

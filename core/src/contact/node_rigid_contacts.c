@@ -172,18 +172,18 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
 }
 
 /* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
-   plane of a contact stands for the shape. Where a solver wants what lies to keep its contacts, as far as a node falls
-   from a body that its host moves after the search. */
+   plane of a contact stands for the shape. The same where a solver wants what lies to keep its contacts, and as far as
+   a node falls from a body that its host moves after the search. */
 static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, const plii_shape_place* place) {
     const pli_body* body = candidate->body;
     const pli_rigid* rigid = candidate->rigid;
     const float share = candidate->is_swept ? RIGID_CONTACTS_REACH : body->solver_class->contact_reach;
-    const float own = body->collision_margin * share;
-    if (rigid->kind == PLI_RIGID_STATIC) { return own; }
-    if (!candidate->is_swept) { return share > 0.0f ? own + plii_step_fall(body) : own; }
+    float reach = body->collision_margin * share;
+    if (rigid->kind == PLI_RIGID_STATIC || !(share > 0.0f)) { return reach; }
+    if (!candidate->is_swept) { reach += plii_step_fall(body); }
     const float speed =
         pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * place->radius;
-    return own + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
+    return reach + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
 }
 
 static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {

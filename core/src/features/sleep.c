@@ -166,6 +166,15 @@ static bool sleep_rigid_moves(const pli_rigid* rigid) {
            !(plii_vec3_is_zero(state->linear_velocity) && plii_vec3_is_zero(state->angular_velocity));
 }
 
+/* Below what rests; in the step in which its host puts it to sleep it may still do so. */
+static bool sleep_rigid_is_slow(const pli_rigid* rigid) {
+    const pli_sleep_def def = pli_sleep_def_default();
+    const pli_bounds bounds = plii_rigid_bounds(rigid);
+    const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
+    const float speed = pli_vec3_length(rigid->state.linear_velocity);
+    return speed + radius * pli_vec3_length(rigid->state.angular_velocity) <= def.speed;
+}
+
 static void sleep_note_seen(pli_rigid* rigid) {
     rigid->has_changed = false;
     rigid->seen_version = rigid->pose_version;
@@ -175,6 +184,7 @@ static void sleep_note_seen(pli_rigid* rigid) {
 static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float dt) {
     const bool has_changed = rigid->has_changed, has_moved = rigid->seen_version != rigid->pose_version;
     const bool is_by_host = world->def.host_puts_to_sleep;
+    if (is_by_host && !has_changed && rigid->kind == PLI_RIGID_DYNAMIC && sleep_rigid_is_slow(rigid)) { return; }
     if (rigid->is_asleep || !(has_changed || has_moved || (!is_by_host && sleep_rigid_moves(rigid)))) { return; }
     const pli_bounds bounds = plii_rigid_swept_bounds(rigid, dt);
     for (int i = 0; i < world->body_count; ++i) {
