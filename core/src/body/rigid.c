@@ -408,8 +408,6 @@ static void rigid_measure_shapes(pli_rigid* rigid) {
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_shape_def* def = &rigid->shapes[i]->def;
         plii_shape_place* place = &rigid->shape_places[i];
-        const pli_transform none = pli_transform_identity();
-        place->is_centred = rigid_is_same_pose(&rigid->shape_poses[i], &none);
         place->own_bounds = def->bounds(def->user);
         const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(place->own_bounds.max, place->own_bounds.min), 0.5f);
         place->least_extent = plii_min(half.x, plii_min(half.y, half.z));
@@ -423,7 +421,7 @@ void plii_rigid_find_places(pli_rigid* rigid) {
     plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
     for (int i = 0; i < rigid->shape_count; ++i) {
         plii_shape_place* place = &rigid->shape_places[i];
-        place->pose = place->is_centred ? plii_lanes_rigid_pose(rigid) : plii_lanes_rigid_shape_pose(rigid, i);
+        place->pose = plii_lanes_rigid_shape_pose(rigid, i);
         place->bounds = plii_lanes_bounds_transform(&place->own_bounds, &place->pose.rotation, place->pose.origin);
         all.low = plii_lanes_min(all.low, place->bounds.low);
         all.high = plii_lanes_max(all.high, place->bounds.high);
