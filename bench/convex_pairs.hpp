@@ -6,7 +6,7 @@
 
 extern "C" {
 #include "geometry/convex_hull.h"
-#include "geometry/convex_penetration.h"
+#include "geometry/convex_distance.h"
 }
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>

@@ -180,7 +180,13 @@ void Bridge::Impl::look_for_pinned() {
         RigidProxy& proxy = *entry.second;
         if (!proxy.is_pinned || !proxy.was_in_world || proxy.is_let_go) { continue; }
         const RigidProxy::Place place = proxy.find_in(bullet_world_->getCollisionObjectArray());
-        if (place != RigidProxy::Place::here) { let_go(proxy); }
+        if (place != RigidProxy::Place::here) {
+            let_go(proxy);
+            continue;
+        }
+        // Anchors start from where the last step has left it.
+        proxy.read_present_state();
+        note(proxy.set_present_state());
     }
 }
 

@@ -290,7 +290,12 @@ void Bridge::Impl::wake_met(btScalar dt) {
 void Bridge::Impl::offer_sleep() {
     for (const auto& object : objects_) {
         if (object->getWorldArrayIndex() < 0 || object->is_asleep) { continue; }
-        const bool is_resting = pli_body_is_resting(object->body());
+        bool is_resting = pli_body_is_resting(object->body());
+        if (is_resting) {
+            object->for_each_held([&](const btCollisionObject& held) {
+                is_resting = is_resting && held.getIslandTag() == object->getIslandTag();
+            });
+        }
         if (is_resting != object->wants_sleep) {
             object->setActivationState(is_resting ? WANTS_DEACTIVATION : ACTIVE_TAG);
         }

@@ -281,22 +281,23 @@ void RigidProxy::write_back(bool always_activates) {
     // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
     auto* body = const_cast<btRigidBody*>(body_);
     const pli_rigid_state after = pli_rigid_get_state(rigid_);
-    if (!same_bits(after.linear_velocity, present_.linear_velocity)) {
-        body->setLinearVelocity(
-            with_change(body->getLinearVelocity(), present_.linear_velocity, after.linear_velocity));
+    const btVector3 velocity = with_change(body->getLinearVelocity(), present_.linear_velocity, after.linear_velocity);
+    const btVector3 spin = with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity);
+    const btScalar speed_limit = body->getLinearSleepingThreshold(), spin_limit = body->getAngularSleepingThreshold();
+    const bool is_slow =
+        velocity.length2() < speed_limit * speed_limit && spin.length2() < spin_limit * spin_limit && !always_activates;
+    // What has just fallen asleep with the soft body, which does so in the next step, has no weight any more.
+    if (is_slow && pair_count > 0 && !body->isActive()) {
+        (void)set_present_state();
+        return;
     }
-    if (!same_bits(after.angular_velocity, present_.angular_velocity)) {
-        body->setAngularVelocity(
-            with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity));
-    }
+    if (!same_bits(after.linear_velocity, present_.linear_velocity)) { body->setLinearVelocity(velocity); }
+    if (!same_bits(after.angular_velocity, present_.angular_velocity)) { body->setAngularVelocity(spin); }
     pli_vec3 shift, rotation;
     if (pli_rigid_get_shift(rigid_, &shift, &rotation)) { move(*body, to_bullet(shift), to_bullet(rotation)); }
     // Bullet counts from here for how long a body has been slow. What a soft body touches is in its island, and wakes
     // with it; what it only holds by an anchor from afar is not.
-    const btScalar speed = body->getLinearSleepingThreshold(), spin = body->getAngularSleepingThreshold();
-    const bool is_slow =
-        body->getLinearVelocity().length2() < speed * speed && body->getAngularVelocity().length2() < spin * spin;
-    if (always_activates || !is_slow || (pair_count == 0 && !body->isActive())) { body->activate(); }
+    if (!is_slow || !body->isActive()) { body->activate(); }
 }
 
 } // namespace pliant

@@ -60,7 +60,7 @@ void query_links(const pli_body* body, const pli_body_view& view, const btVector
 
 } // namespace
 
-SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body, const btCollisionObject& object)
+SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body, const SoftObject& object)
     : bridge_(bridge), body_(body), object_(object), unit_scaling_(1, 1, 1), identity_(btTransform::getIdentity()) {
     m_shapeType = soft_shape_type;
 }
@@ -76,6 +76,12 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
     if (std::memcmp(&transform, &identity_, sizeof transform) == 0) {
         aabb_min = to_bullet(bounds.min);
         aabb_max = to_bullet(bounds.max);
+        if (!pli_body_is_resting(body_)) { return; }
+        // It may sleep with what it holds, if that is in its island, which overlapping bounds make.
+        object_.for_each_held([&](const btCollisionObject& held) {
+            aabb_min.setMin(held.getWorldTransform().getOrigin());
+            aabb_max.setMax(held.getWorldTransform().getOrigin());
+        });
         return;
     }
     const btVector3 ends[2] = {to_bullet(bounds.min), to_bullet(bounds.max)};

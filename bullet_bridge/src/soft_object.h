@@ -9,17 +9,21 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 
+#include <vector>
+
 namespace pliant {
 
 /// A concave type that no class of Bullet has. CUSTOM_CONCAVE_SHAPE_TYPE will not do: it is also the type of
 /// btSdfCollisionShape, and contactTest casts shapes of that type to it.
 constexpr int soft_shape_type = FAST_CONCAVE_MESH_PROXYTYPE;
 
+class SoftObject;
+
 ATTRIBUTE_ALIGNED16(class) SoftShape : public btConcaveShape {
 public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
 
-    SoftShape(Bridge::Impl & bridge, pli_body * body, const btCollisionObject& object);
+    SoftShape(Bridge::Impl & bridge, pli_body * body, const SoftObject& object);
 
     void getAabb(const btTransform& transform, btVector3& aabb_min, btVector3& aabb_max) const override;
     void processAllTriangles(btTriangleCallback * callback, const btVector3& aabb_min, const btVector3& aabb_max)
@@ -41,7 +45,7 @@ private:
 
     Bridge::Impl& bridge_;
     pli_body* body_;
-    const btCollisionObject& object_;
+    const SoftObject& object_;
     btVector3 unit_scaling_;
     btTransform identity_;
 };
@@ -62,6 +66,16 @@ public:
     /// Pairs of soft bodies without a feature that looks at other bodies are dropped before Bullet takes them up.
     bool checkCollideWithOverride(const btCollisionObject* other) const override;
 
+    /// Calls `visit` with each dynamic body that anchors and joints hold.
+    template <typename Visit> void for_each_held(const Visit& visit) const {
+        held_.resize(static_cast<std::size_t>(pli_body_get_held_rigids(body_, 0, nullptr)));
+        (void)pli_body_get_held_rigids(body_, static_cast<int>(held_.size()), held_.data());
+        for (const pli_rigid* rigid : held_) {
+            const auto* object = static_cast<const btCollisionObject*>(pli_rigid_get_user_data(rigid));
+            if (pli_rigid_get_kind(rigid) == PLI_RIGID_DYNAMIC && object != nullptr) { visit(*object); }
+        }
+    }
+
     bool is_frozen_by_bridge = false; ///< frozen because the object is inactive, to be thawed with it
     bool wants_sleep = false;         ///< it rests, and Bullet may put it to sleep
     bool is_asleep = false;           ///< Bullet has
@@ -75,6 +89,7 @@ private:
     Bridge::Impl& bridge_;
     pli_body* body_;
     SoftShape shape_;
+    mutable std::vector<pli_rigid*> held_; ///< of the last call
 };
 
 } // namespace pliant

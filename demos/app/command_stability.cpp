@@ -156,6 +156,7 @@ int run_stability(const StabilityOptions& options) {
     namespace fs = std::filesystem;
     demos::StabilityOptions settings;
     if (options.rest_steps > 0) { settings.rest_steps = options.rest_steps; }
+    settings.sleeps = !options.awake;
     settings.seed = options.seed;
     settings.random_count = options.random_count;
     settings.columns = choose_columns(options.solvers);

@@ -100,8 +100,9 @@ struct StabilityOptions {
     std::string part_of_name;         // of cases; empty: all
     std::vector<std::string> solvers; // columns; none: all
     int rest_steps = 0;               // 0: the default
-    int jobs = 0;                     // cells at a time; 0: as many as there are processors
-    uint64_t seed = 1;                // of the random cases
+    bool awake = false;
+    int jobs = 0;      // cells at a time; 0: as many as there are processors
+    uint64_t seed = 1; // of the random cases
     int random_count = 100;
     std::string folder; // empty: no files
     bool json = false;

@@ -273,6 +273,7 @@ static void add_stability(CLI::App& program, StabilityOptions& options, SoakOpti
         ->check(CLI::IsMember({"btSoftBody", "position-based", "implicit", "gradients", "xpbd"}).description(""))
         ->delimiter(',')
         ->type_name("NAME");
+    command->add_flag("--awake", options.awake, "Bodies of the group heavy do not sleep");
     command->add_option("--rest-steps", options.rest_steps, "Steps of the cases at rest (default: 20000)")
         ->check(CLI::Range(2000, 10000000).description(""))
         ->type_name("N");

@@ -222,6 +222,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_get_update_interval, BODY, READS, CALL_VALUE(pli_body_get_update_interval(h->body) == 1))               \
     X(pli_body_is_asleep, BODY, READS, CALL_VALUE(!pli_body_is_asleep(h->body)))                                       \
     X(pli_body_is_resting, BODY, READS, CALL_VALUE(!pli_body_is_resting(h->body)))                                     \
+    X(pli_body_get_held_rigids, BODY, READS, CALL_VALUE(pli_body_get_held_rigids(h->body, 0, NULL) == 0))              \
     X(pli_body_set_asleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_asleep(h->body, true)))                        \
     X(pli_body_enable_sleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_sleep(h->body, CALL_DEF(pli_sleep))))     \
     X(pli_body_disable_sleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_sleep(h->body)))                        \

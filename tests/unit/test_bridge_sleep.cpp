@@ -149,6 +149,83 @@ void test_calls_wake_and_so_does_the_game(void**) {
     assert_int_equal(pile.bridge.status(), PLI_OK);
 }
 
+struct Weight {
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    btRigidBody* body = nullptr;
+    pli_body* rope = nullptr;
+
+    /// At the end of a rope, some way off where `is_far`.
+    Weight(bool is_xpbd, bool is_far, int mask = -1) {
+        const float x = is_far ? 1.5f : 1.1f;
+        body = &stock.add_body(new btSphereShape(0.1f), 1, btVector3(x, 3, 0));
+        body->setDamping(0.9f, 0.9f);
+        pli_mesh* mesh = nullptr;
+        assert_int_equal(pli_mesh_create_rope(bridge.context(), pli_vec3_make(0, 3, 0), pli_vec3_make(1, 3, 0), 8,
+                                              PLI_ROPE_PIN_FIRST, &mesh),
+                         PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 0.1f), PLI_OK);
+        pli_body_def def = pli_body_def_default();
+        def.solver.velocity_damping = 0.05f;
+        def.collision_margin = 0.02f;
+        assert_int_equal(bridge.add_body(mesh, &def, &rope, 1, mask), PLI_OK);
+        pli_mesh_destroy(mesh);
+        if (is_xpbd) {
+            assert_int_equal(pli_body_enable_xpbd(rope, nullptr), PLI_OK);
+            assert_int_equal(pli_body_enable_xpbd_links(rope, nullptr), PLI_OK);
+        } else {
+            assert_int_equal(pli_body_enable_tethers(rope, nullptr), PLI_OK);
+        }
+        const int last = 9;
+        assert_int_equal(pli_body_attach_nodes(rope, &last, 1, bridge.rigid(*body)), PLI_OK);
+        assert_int_equal(pli_body_enable_sleep(rope, nullptr), PLI_OK);
+        pli_rigid* held[2] = {};
+        assert_int_equal(pli_body_get_held_rigids(rope, 2, held), 1);
+        assert_ptr_equal(held[0], bridge.rigid(*body));
+    }
+    bool is_asleep() const { return pli_body_is_asleep(rope) && !body->isActive(); }
+};
+
+// A weight falls asleep with the rope that holds it, as it hangs, and a push wakes both.
+void test_a_weight_sleeps_on_its_rope(void**) {
+    for (int c = 0; c < 4; ++c) {
+        Weight weight((c & 1) != 0, (c & 2) != 0);
+        int frame = 0;
+        for (; frame < 900 && !weight.is_asleep(); ++frame) {
+            weight.stock.step(1);
+        }
+        print_message("case %d: asleep in frame %d\n", c, frame);
+        check_at_most(frame, 899);
+        weight.stock.step(1);
+        const std::uint64_t hash = pli_body_state_hash(weight.rope);
+        const btTransform pose = weight.body->getWorldTransform();
+        for (int i = 0; i < 120; ++i) {
+            weight.stock.step(1);
+            assert_true(weight.is_asleep() && pli_body_state_hash(weight.rope) == hash);
+            assert_true(weight.body->getWorldTransform() == pose);
+        }
+        weight.body->activate();
+        weight.body->applyCentralImpulse(btVector3(0, 0, 2));
+        weight.stock.step(5);
+        assert_true(!pli_body_is_asleep(weight.rope) && weight.body->isActive());
+        assert_true(weight.body->getWorldTransform().getOrigin().z() > btScalar(0.05));
+        assert_int_equal(weight.bridge.status(), PLI_OK);
+    }
+}
+
+// Bodies that do not meet are in no island of Bullet's together: the rope stays awake, as the weight does, and both
+// hang still.
+void test_a_weight_that_does_not_meet_its_rope_keeps_it_awake(void**) {
+    Weight weight(false, true, 0);
+    weight.stock.step(600);
+    for (int i = 0; i < 300; ++i) {
+        const btVector3 before = weight.body->getWorldTransform().getOrigin();
+        weight.stock.step(1);
+        assert_false(pli_body_is_asleep(weight.rope));
+        check_at_most((weight.body->getWorldTransform().getOrigin() - before).length() * 60, 0.01); // m/s
+    }
+}
+
 // Without sleep enabled Bullet's bodies stay awake under a soft body, and a soft body that the game deactivates
 // freezes.
 void test_nothing_sleeps_that_was_not_asked_to(void**) {
@@ -175,6 +252,8 @@ int main() {
         cmocka_unit_test(test_a_pile_falls_asleep),
         cmocka_unit_test(test_a_ball_wakes_what_it_hits_and_what_leans_on_it),
         cmocka_unit_test(test_calls_wake_and_so_does_the_game),
+        cmocka_unit_test(test_a_weight_sleeps_on_its_rope),
+        cmocka_unit_test(test_a_weight_that_does_not_meet_its_rope_keeps_it_awake),
         cmocka_unit_test(test_nothing_sleeps_that_was_not_asked_to),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -1,7 +1,7 @@
 /* Boxes near a point against a look at all of them. */
 
 #include "check.h"
-#include "geometry/bvh4.h"
+#include "geometry/bvh.h"
 #include "math/bounds.h"
 
 #include <stdlib.h>

@@ -2,7 +2,7 @@
    that are never less than the true depth, budgets that hold for every input. */
 
 #include "check.h"
-#include "geometry/convex_penetration.h"
+#include "geometry/convex_distance.h"
 #include "sample_convex.h"
 
 static plii_penetration_fn* const methods[2] = {NULL, plii_penetration_epa};

@@ -2,7 +2,6 @@
 
 #include "check.h"
 #include "math/rotation_fit.h"
-#include "math/rotation_fit_warm.h"
 
 #include <stdlib.h>
 #include <string.h>

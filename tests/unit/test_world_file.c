@@ -3,6 +3,7 @@
 
 #include "body/all_features.h"
 #include "body/body_impl.h"
+#include "body/feature_arrays.h"
 #include "file/file_parts.h"
 
 #include "failing_allocator.h"
@@ -15,6 +16,10 @@
 #include <stdio.h>
 
 enum { FRESH = 30 };
+
+#define ADDRESS(name) &plii_##name##_class,
+static const plii_feature_class* const all_classes[] = {PLII_ALL_FEATURES(ADDRESS)};
+enum { ALL_CLASSES = sizeof all_classes / sizeof *all_classes };
 
 static unsigned char* write_file(const pli_world* written_world, size_t* size) {
     *size = pli_world_file_size(written_world);
@@ -144,10 +149,8 @@ static void a_world_of_a_file_goes_on(void** unused) {
 
 static void every_field_has_the_size_of_its_member(void** unused) {
     (void)unused;
-#define ADDRESS(name) &plii_##name##_class,
-    const plii_feature_class* const classes[] = {PLII_ALL_FEATURES(ADDRESS)};
-    for (size_t i = 0; i < sizeof classes / sizeof *classes; ++i) {
-        const plii_feature_class* klass = classes[i];
+    for (int i = 0; i < ALL_CLASSES; ++i) {
+        const plii_feature_class* klass = all_classes[i];
         assert_true(strlen(klass->name) < 32);
         for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
             const bool is_kept = array->snapshot == PLII_SAVED || array->snapshot == PLII_FILED;
@@ -214,6 +217,150 @@ static void what_is_wrong_is_refused(void** unused) {
     assert_int_equal(pli_world_file_write(t.world, NULL, NULL, 0, NULL), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_world_file_size(NULL), 0);
     free(buffer);
+    end(&t);
+}
+
+// ---------------------------------------------------------------------------------- no setting that calls would refuse
+
+typedef struct settings_check {
+    trial* t;
+    const plii_feature_class* klass;
+    int refused;
+} settings_check;
+
+static void expect_setting_refused(settings_check* check, const plii_field* field) {
+    size_t size = 0;
+    unsigned char* buffer = write_file(check->t->world, &size);
+    pli_world* made = NULL;
+    const pli_status status = pli_world_file_create(check->t->context, NULL, buffer, size, &made);
+    const char* message = pli_last_error(check->t->context);
+    char named[80];
+    snprintf(named, sizeof named, "%s: %s is out of range", check->klass->name, field->name);
+    /* Enumerations have limits of their own. */
+    const bool is_told = strstr(message, named) != NULL || strstr(message, "an index is out of range") != NULL;
+    if (status != PLI_ERROR_FILE_FORMAT || !is_told) {
+        fail_msg("%s of %s: status %d, %s", field->name, check->klass->name, (int)status, message);
+    }
+    check->refused += 1;
+    free(buffer);
+}
+
+/* `values` of a body, which are put back. */
+static void try_settings(settings_check* check, const plii_limits* settings, void* values) {
+    for (int i = 0; i < settings->count; ++i) {
+        const plii_field* field = &settings->fields[i];
+        char* at = (char*)values + settings->offset + field->offset;
+        const bool is_int = field->type == PLII_FIELD_INT;
+        for (int side = 0; side < 2; ++side) {
+            const float limit = side == 0 ? field->lowest : field->highest;
+            if (is_int && fabsf(limit) >= (float)INT_MAX) { continue; }
+            const float past = nextafterf(limit, side == 0 ? -INFINITY : INFINITY);
+            const int number = (int)limit + (side == 0 ? -1 : 1);
+            int kept = 0;
+            memcpy(&kept, at, sizeof kept);
+            memcpy(at, is_int ? (const void*)&number : (const void*)&past, sizeof kept);
+            expect_setting_refused(check, field);
+            memcpy(at, &kept, sizeof kept);
+        }
+    }
+}
+
+static void try_settings_of_body(trial* t, pli_body* body, bool* tried) {
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        settings_check check = {.t = t, .klass = feature->klass};
+        try_settings(&check, &feature->klass->settings, feature->state);
+        const plii_feature_array* array = feature->klass->arrays;
+        for (; array != NULL && array->element_size > 0; ++array) {
+            if (array->settings.count == 0) { continue; }
+            int count = 0;
+            memcpy(&count, (char*)feature->state + array->count, sizeof count);
+            if (count == 0) { continue; }
+            char* items = plii_feature_array_address(body, array, feature->state);
+            try_settings(&check, &array->settings, items + (size_t)(count - 1) * array->element_size);
+        }
+        for (int k = 0; k < ALL_CLASSES; ++k) {
+            tried[k] = tried[k] || (all_classes[k] == feature->klass && check.refused > 0);
+        }
+    }
+}
+
+/* What trials do not have. */
+static void add_block(trial* t) {
+    const pli_vec3 corners[4] = {{0, 3, 0}, {1, 3, 0}, {0, 4, 0}, {0, 3, 1}};
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_from_tetras(t->context, 4, corners, 1, (const int[4]){0, 1, 2, 3}, &mesh), PLI_OK);
+    pli_body* body = add_body(t, mesh, 1, XPBD);
+    assert_int_equal(pli_body_enable_xpbd_tetras(body, 1e-4f), PLI_OK);
+    assert_int_equal(pli_body_enable_sleep(body, NULL), PLI_OK);
+    const pli_target target = {.node = 0, .max_distance = 0.1f};
+    pli_targets_def targets = pli_targets_def_default();
+    targets.count = 1;
+    targets.targets = &target;
+    assert_int_equal(pli_body_enable_targets(body, &targets), PLI_OK);
+}
+
+static void no_setting_is_out_of_range(void** unused) {
+    (void)unused;
+    bool tried[ALL_CLASSES] = {false};
+    for (int kind = 0; kind < TRIAL_KINDS; ++kind) {
+        for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+            if (!has_trial((trial_kind)kind, (solver_choice)solver)) { continue; }
+            trial t;
+            start(&t, (trial_kind)kind, (solver_choice)solver, 1);
+            if (solver == XPBD) { add_block(&t); }
+            pli_aero_def aero = pli_aero_def_default();
+            aero.model = PLI_AERO_FACE_TWO_SIDED;
+            if (kind == TRIAL_SOFT) { assert_int_equal(pli_body_enable_aero(t.bodies[0], &aero), PLI_OK); }
+            for (int i = 0; i < t.body_count; ++i) {
+                try_settings_of_body(&t, t.bodies[i], tried);
+            }
+            end(&t);
+        }
+    }
+    for (int i = 0; i < ALL_CLASSES; ++i) {
+        const plii_feature_class* klass = all_classes[i];
+        bool has_settings = klass->settings.count > 0;
+        for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+            has_settings = has_settings || array->settings.count > 0;
+        }
+        if (has_settings != tried[i]) { fail_msg("%s was not tried", klass->name); }
+    }
+}
+
+/* What a definition of the user is kept as has limits: a part that ends with its mark. */
+static void every_definition_has_limits(void** unused) {
+    (void)unused;
+    for (int i = 0; i < ALL_CLASSES; ++i) {
+        const plii_feature_class* klass = all_classes[i];
+        for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
+            const size_t length = part->fields != NULL ? strlen(part->fields) : 0;
+            const bool is_definition =
+                length > 1 && part->fields[length - 1] == 'u' && strpbrk(part->fields, "fi") != NULL;
+            if (is_definition && klass->settings.count == 0) { fail_msg("%s has no limits", klass->name); }
+        }
+    }
+}
+
+static void the_world_and_its_bodies_have_limits(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_BALLS, POSITION, 1);
+    pli_body* body = t.bodies[1];
+    float* const numbers[] = {&t.world->def.air_density,      &t.world->dt,
+                              &body->collision_margin,        &body->materials[0].linear_stiffness,
+                              &body->solver.velocity_damping, &body->solver.time_scale};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; ++i) {
+        for (int side = 0; side < 2; ++side) {
+            const float kept = *numbers[i];
+            *numbers[i] = side == 0 ? -0.01f : 1e30f;
+            size_t size = 0;
+            unsigned char* buffer = write_file(t.world, &size);
+            *numbers[i] = kept;
+            expect_refused(&t, buffer, size, PLI_ERROR_FILE_FORMAT, "out of range");
+            free(buffer);
+        }
+    }
     end(&t);
 }
 
@@ -304,6 +451,9 @@ int main(void) {
         cmocka_unit_test(every_field_has_the_size_of_its_member),
         cmocka_unit_test(a_world_of_a_file_goes_on),
         cmocka_unit_test(what_is_wrong_is_refused),
+        cmocka_unit_test(no_setting_is_out_of_range),
+        cmocka_unit_test(every_definition_has_limits),
+        cmocka_unit_test(the_world_and_its_bodies_have_limits),
         cmocka_unit_test(nothing_in_a_file_harms),
         cmocka_unit_test(without_memory_nothing_is_left),
     };

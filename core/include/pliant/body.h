@@ -275,6 +275,12 @@ PLI_API bool pli_body_is_asleep(const pli_body* body);
 /// True for a body that may sleep and has rested for the time of its settings; asleep it stays true.
 PLI_API bool pli_body_is_resting(const pli_body* body);
 
+/// The rigid bodies that anchors and joints of a body hold, one entry for each of these, for hosts that put to sleep:
+/// what a sleeping body holds has to sleep too.
+/// @param capacity of `rigids`, which may be NULL where it is 0
+/// @return their number, which may be above the capacity
+PLI_API int pli_body_get_held_rigids(const pli_body* body, int capacity, pli_rigid** rigids);
+
 /// Puts a body to sleep, alone, whether it rests or not: its velocities become zero. Or wakes it, in the next step,
 /// with all that fell asleep with it.
 /// @return PLI_ERROR_WRONG_STATE while stepping, or without pli_body_enable_sleep

@@ -31,8 +31,6 @@ const char* plii_lost_error(void) {
     return context_lost_error;
 }
 
-// ----------------------------------------------------------------------------------------------------- threads
-
 _Thread_local plii_thread_state plii_thread;
 _Thread_local int plii_shape_queries;
 
@@ -103,8 +101,6 @@ void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, in
     plii_walk_end(&walk);
 }
 
-// ----------------------------------------------------------------------------------------------------- messages
-
 /* With the lock. */
 static void context_log(pli_context* context, pli_log_level level, const char* message) {
     if (context->log == NULL) { return; }
@@ -144,8 +140,6 @@ pli_status plii_fail(pli_context* context, pli_status status, const char* functi
 pli_status plii_refuse_change(pli_context* context, const char* function) {
     return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
-
-// ----------------------------------------------------------------------------------------------------- memory
 
 void* plii_allocate(pli_context* context, size_t size) {
     if (size == 0) { return NULL; }

@@ -9,7 +9,6 @@
 /* Zeroed: of large blocks the system gives pages only as they are first written, which for some never comes. What
    calloc gave stands in front of the block. */
 static void* context_default_allocate(size_t size, size_t alignment, void* user) {
-    (void)user;
     const size_t front = sizeof(void*) + alignment - 1;
     char* base = size <= SIZE_MAX - front ? calloc(1, front + size) : NULL;
     if (base == NULL) { return NULL; }
@@ -20,8 +19,6 @@ static void* context_default_allocate(size_t size, size_t alignment, void* user)
 }
 
 static void context_default_release(void* block, size_t size, void* user) {
-    (void)size;
-    (void)user;
     void* base = NULL;
     memcpy(&base, (char*)block - sizeof base, sizeof base);
     free(base);

@@ -16,8 +16,6 @@ static const char* const handle_names[] = {
 #include <stdlib.h>
 #include <threads.h>
 
-// --------------------------------------------------------------------------------------------------- register
-
 /* What is or was at an address. */
 typedef struct handle_record {
     const void* handle;       /* NULL: an empty slot */
@@ -175,13 +173,9 @@ static void* handle_allocate(pli_context* context, size_t size) {
     return plii_allocate(context, size);
 }
 static bool handles_add(const void* handle, plii_handle_kind kind, const pli_context* owner) {
-    (void)handle;
-    (void)kind;
-    (void)owner;
     return true;
 }
 static void handles_retire(const void* handle) {
-    (void)handle;
 }
 
 #endif
@@ -205,8 +199,6 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
     return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is not a %s, or one that is gone", what,
                      handle_names[kind]);
 }
-
-// ----------------------------------------------------------------------------------------------------- blocks
 
 static void handle_set_magic(void* handle, uint32_t magic) {
     memcpy(handle, &magic, sizeof magic);

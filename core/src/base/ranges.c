@@ -1,5 +1,7 @@
 #include "base/ranges.h"
 
+#include <string.h>
+
 typedef struct blocks_task {
     plii_blocks blocks;
     int item_count;
@@ -20,25 +22,47 @@ void plii_run_blocks(pli_context* context, plii_blocks blocks, int item_count, p
     plii_parallel_for(context, blocks_range, &all, blocks.count, 1);
 }
 
-typedef struct sum_task {
-    plii_block_sum_fn* sum;
+typedef struct values_task {
+    plii_block_value_fn* value;
     const void* task;
-    double sums[PLII_MOST_BLOCKS];
-} sum_task;
+    double values[PLII_MOST_BLOCKS];
+} values_task;
 
-static void sum_block(int begin, int end, int block, void* data) {
-    sum_task* all = data;
-    all->sums[block] = all->sum(begin, end, all->task);
+static void values_block(int begin, int end, int block, void* data) {
+    values_task* all = data;
+    all->values[block] = all->value(begin, end, all->task);
 }
 
-double plii_sum_blocks(pli_context* context, int item_count, int least, plii_block_sum_fn* sum, const void* task) {
+double plii_sum_blocks(pli_context* context, int item_count, int least, plii_block_value_fn* value, const void* task) {
     const plii_blocks blocks = plii_blocks_of(item_count, least, PLII_MOST_BLOCKS);
-    sum_task all = {.sum = sum, .task = task};
-    if (blocks.count <= 1) { return sum(0, item_count, task); }
-    plii_run_blocks(context, blocks, item_count, sum_block, &all);
-    double total = all.sums[0];
+    values_task all = {.value = value, .task = task};
+    if (blocks.count <= 1) { return value(0, item_count, task); }
+    plii_run_blocks(context, blocks, item_count, values_block, &all);
+    double sum = all.values[0];
     for (int b = 1; b < blocks.count; ++b) {
-        total += all.sums[b];
+        sum += all.values[b];
     }
-    return total;
+    return sum;
+}
+
+double plii_largest_of_blocks(pli_context* context, int item_count, int least, plii_block_value_fn* value,
+                              const void* task) {
+    const plii_blocks blocks = plii_blocks_of(item_count, least, PLII_MOST_BLOCKS);
+    values_task all = {.value = value, .task = task};
+    plii_run_blocks(context, blocks, item_count, values_block, &all);
+    double largest = 0.0;
+    for (int b = 0; b < blocks.count; ++b) {
+        largest = largest > all.values[b] ? largest : all.values[b];
+    }
+    return largest;
+}
+
+int plii_close_up_blocks(plii_blocks blocks, const int* kept, void* items, size_t size) {
+    int count = 0;
+    for (int b = 0; b < blocks.count; ++b) {
+        memmove((char*)items + (size_t)count * size, (char*)items + (size_t)b * (size_t)blocks.size * size,
+                (size_t)kept[b] * size);
+        count += kept[b];
+    }
+    return count;
 }

@@ -104,8 +104,6 @@ static void threads_run_stretch(pli_threads* pool, const threads_work* work, int
     if (done > 0) { atomic_fetch_add_explicit(&pool->members[by].finished, done, memory_order_release); }
 }
 
-// ------------------------------------------------------------------------------------------------------ workers
-
 static void threads_sleep(pli_threads* pool, uint32_t last_job) {
     pthread_mutex_lock(&pool->mutex);
     atomic_fetch_add(&pool->sleeping, 1);
@@ -149,8 +147,6 @@ static void* threads_member_run(void* data) {
     return NULL;
 }
 
-// ------------------------------------------------------------------------------------------------------- ranges
-
 static bool threads_are_finished(const pli_threads* pool) {
     uint32_t parts = 0;
     for (int i = 0; i < pool->count; ++i) {
@@ -193,8 +189,6 @@ void pli_threads_parallel_for(pli_range_fn* range, void* task, int count, int gr
     threads_run(pool, range, task, count, least);
     atomic_store(&pool->is_busy, false);
 }
-
-// --------------------------------------------------------------------------------------------------------- life
 
 int pli_threads_count(const pli_threads* threads) {
     return threads != NULL ? threads->count : 0;

@@ -181,8 +181,7 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     PLII_TRY(PLII_CHECK_MADE(context, pli_body_def, &used, __func__));
     PLII_TRY(PLII_CHECK_FIELDS(context, &used.solver, solver_fields, __func__));
     if (used.collision_margin != PLI_MARGIN_OF_MESH) {
-        PLII_TRY(plii_check_between(context, used.collision_margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin",
-                                    __func__));
+        PLII_TRY(plii_check_margin(context, used.collision_margin, __func__));
     }
     if (mesh->node_count == 0) { return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has no nodes"); }
     if (mesh->material_count > PLII_MAX_MATERIALS) {
@@ -252,7 +251,7 @@ float pli_body_get_collision_margin(const pli_body* body) {
 
 pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_between(body->context, margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", __func__));
+    PLII_TRY(plii_check_margin(body->context, margin, __func__));
     body->collision_margin = margin;
     plii_body_update_bounds(body);
     return PLI_OK;

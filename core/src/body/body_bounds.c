@@ -1,9 +1,8 @@
 /* Passes over all nodes or faces of a body that gather one figure: bounds, finiteness, volume. */
 
-#include "math/simd_float4.h"
-
 #include "body/body_impl.h"
 #include "math/range.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 

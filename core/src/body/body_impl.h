@@ -26,7 +26,7 @@ typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
     /* The solve: begin -> (sweep -> couple)*n -> end. Bodies that touch each other go through it side by side where
-       they can (world/islands.h). */
+       they can (world/world_impl.h). */
     plii_solver_pace (*pace)(const pli_body* body);
     void (*begin)(pli_body* body);
     void (*sweep)(pli_body* body);
@@ -148,6 +148,9 @@ void plii_links_sweep(pli_body* body, void* state);
 
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
+static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {
+    return plii_check_between(context, margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", function);
+}
 /* True when no node is faster than nodes may be. */
 bool plii_body_is_slow(const pli_body* body);
 /* The first node that is too far out, too fast or not finite, or PLI_NULL_INDEX. */

@@ -27,6 +27,37 @@ bool pli_body_is_resting(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->is_resting;
 }
 
+typedef struct held_rigids {
+    pli_rigid** rigids;
+    int count, capacity;
+} held_rigids;
+
+static void held_rigids_add(pli_body* body, pli_rigid* rigid, void* user) {
+    (void)body;
+    held_rigids* held = user;
+    if (rigid == NULL) { return; }
+    if (held->count < held->capacity) { held->rigids[held->count] = rigid; }
+    held->count += 1;
+}
+
+int pli_body_get_held_rigids(const pli_body* body, int capacity, pli_rigid** rigids) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    held_rigids held = {rigids, 0, rigids != NULL ? capacity : 0};
+    for (int k = 0; k < body->pipeline.feature_count; ++k) {
+        const plii_feature* feature = &body->pipeline.features[k];
+        if (feature->klass->visit_joined != NULL) {
+            feature->klass->visit_joined(feature->state, held_rigids_add, &held);
+        }
+        pli_rigid* rigid = NULL;
+        for (int n = 0;
+             feature->klass->held_rigid != NULL && (rigid = feature->klass->held_rigid(feature->state, n)) != NULL;
+             ++n) {
+            held_rigids_add(NULL, rigid, &held);
+        }
+    }
+    return held.count;
+}
+
 pli_status pli_body_set_asleep(pli_body* body, bool asleep) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
     if (!body->can_sleep) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "the body has no sleep enabled"); }

@@ -14,6 +14,7 @@
    name, with one class and one enable function. Only the reader of files names all features (body/all_features.h,
    file/file_features.c): what a program does not enable it does not link. */
 
+#include "math/definition.h"
 #include "pliant/body.h"
 #include "pliant/rigid.h"
 
@@ -121,7 +122,8 @@ typedef struct plii_feature_array {
     plii_snapshot_share snapshot;
     size_t count; /* of a list: offset of how many elements are in use, an int. Of one that is left it is 0 after a
                      snapshot was restored; of one that is saved 0 here means that all of its capacity is */
-    const char* fields; /* of an element, as plii_state_part has them */
+    const char* fields;   /* of an element, as plii_state_part has them */
+    plii_limits settings; /* likewise, as those of the class */
 } plii_feature_array;
 
 #define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
@@ -141,17 +143,17 @@ typedef struct plii_feature_array {
 /* Lists of a plii_bvh. */
 #define PLII_BVH_LISTS(type, tree)                                                                                     \
     {PLII_LIST_OF(type, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},                                       \
-        {PLII_LIST_OF(type, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},                                    \
+        {PLII_LIST_OF(type, tree.boxes.groups, tree.boxes.capacity), .snapshot = PLII_LEFT},                                    \
         {PLII_LIST_OF(type, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT}, {                                   \
         PLII_LIST_OF(type, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT                                 \
     }
 
 /* Of a plii_pair_record. */
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
-/* Lists of a plii_pair_cache, and its table; `of_before`: what snapshots do with the list of the step before. */
-#define PLII_PAIR_CACHE_LISTS(type, cache, of_before)                                                                  \
+/* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
+#define PLII_PAIR_CACHE_LISTS(type, cache, of_present, of_before)                                                      \
     {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count),            \
-     .is_kept = true, PLII_SAVED_AS(PLII_PAIR_RECORD_FIELDS)},                                                         \
+     .is_kept = true, .snapshot = of_present, .fields = PLII_PAIR_RECORD_FIELDS},                                      \
         {PLII_KEY_TABLE_OF(type, cache.table)}, {                                                                      \
         PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count),            \
             .is_kept = true, .snapshot = of_before, .fields = PLII_PAIR_RECORD_FIELDS                                  \
@@ -236,6 +238,8 @@ typedef struct plii_feature_class {
     /* What snapshots do with the members of the state (PLII_STATE), ended by a size of 0; needed where there are some
        beside the arrays. Then `on_restored` makes what follows from those that are saved, without memory. */
     const plii_state_part* state_parts;
+    /* Numbers of the state that the user gives: checked by the calls that take them, and by the reader of files. */
+    plii_limits settings;
     void (*on_restored)(pli_body* body, void* state);
     /* For files, when all bodies are read, before `on_restored`: whether the numbers in it go together. What steps use
        as an index or a count has to be one, but for what its letter has checked. */

@@ -1,8 +1,7 @@
 /* Service: the force accumulator of the nodes. Bodies that feel nothing but gravity do without it. */
 
-#include "math/simd_float4.h"
-
 #include "body/body_impl.h"
+#include "math/simd_float4.h"
 
 const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,
                                                               &plii_areas_class, NULL};

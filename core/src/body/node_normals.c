@@ -1,9 +1,8 @@
 /* Services: unit normals of nodes and faces, refreshed after each step, and their areas at rest.
    Matches btSoftBody::updateNormals and updateArea(true). */
 
-#include "math/simd_float4.h"
-
 #include "body/body_impl.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 
@@ -11,8 +10,6 @@ PLII_SIMD_INLINE plii_float4 normals_face_cross(const pli_vec4* positions, const
     const plii_float4 x0 = plii_float4_from(&positions[face[0]]);
     return plii_lanes_cross(plii_float4_from(&positions[face[1]]) - x0, plii_float4_from(&positions[face[2]]) - x0);
 }
-
-// --------------------------------------------------------------------------------------------------- normals
 
 typedef struct normals_state {
     pli_vec4* sums; /* [node_count] of the cross products of the faces around */
@@ -60,10 +57,7 @@ const plii_feature_class plii_normals_class = {
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
 };
 
-// ---------------------------------------------------------------------------------------------- normals of faces
-
 static void face_normals_refresh(pli_body* body, void* state) {
-    (void)state;
     for (int i = 0; i < body->topology->face_count; ++i) {
         pli_vec3 cross;
         plii_lanes_to_vec3(&cross, normals_face_cross(body->positions, body->topology->faces[i]));
@@ -82,8 +76,6 @@ static float normals_doubled_area(const pli_body* body, const int face[3]) {
     const plii_float4 cross = normals_face_cross(body->positions, face);
     return sqrtf(plii_lanes_dot(cross, cross));
 }
-
-// ----------------------------------------------------------------------------------------------------- areas
 
 typedef struct areas_state {
     int* face_counts; /* [node_count] */

@@ -68,7 +68,7 @@ struct pli_rigid {
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
     plii_rigid_path path;
-    int first_body;         /* of those that meet it in this step (world/groups.h) */
+    int first_body;         /* of those that meet it in this step (world/world_impl.h) */
     pli_bounds step_bounds; /* where pairs of this step were looked for */
     pli_vec3 pull;          /* change of velocity by gravity in the next step */
     int shape_count, shape_capacity, shape_pose_capacity, shape_place_capacity;

@@ -2,9 +2,8 @@
 
 /* What rigid_impl.h has for contacts and anchors of nodes, in lanes and with the same results. */
 
-#include "math/simd_float4.h"
-
 #include "body/rigid_impl.h"
+#include "math/simd_float4.h"
 
 /* Where a shape is; w is zero. */
 typedef struct plii_lanes_pose {

@@ -61,8 +61,6 @@ void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, c
     }
 }
 
-// ------------------------------------------------------------------------------------------ position-based steps
-
 typedef struct iterated_sweeps {
     plii_substep substep;
     plii_substep_kinds kinds;

@@ -2,20 +2,17 @@
    "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
    dampClusters, in their order of operations. */
 
-#include "body/pipeline.h"
-#include "math/simd_float4.h"
-
 #include "base/scratch.h"
+#include "body/pipeline.h"
 #include "cluster/cluster_impl.h"
 #include "math/bounds.h"
-
-#include "geometry/fat_aabb.h"
 #include "math/polar.h"
-#include "math/rotation_fit_warm.h"
+#include "math/rotation_fit.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 
-#define CLUSTER_BATCH (2 * PLII_ROTATION_FOLLOW_LANES) /* frames that are fitted at once */
+#define CLUSTER_BATCH (2 * PLII_ROTATION_LANES) /* frames that are fitted at once */
 
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
@@ -365,7 +362,6 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
 }
 
 static void clusters_disable(pli_body* body, void* state) {
-    (void)state;
     plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* also when their last user was another feature */
     body->joint_iterations = 0;
 }
@@ -416,7 +412,6 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
 
 /* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
 static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
-    (void)change;
     plii_clusters* clusters = state;
     if (clusters->count == 0) { return; }
     memmove(clusters->members, &clusters->members[clusters->member_count],
@@ -437,7 +432,6 @@ enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
 
 static bool clusters_is_sound(const pli_body* body, const void* data) {
     const plii_clusters* clusters = data;
-    (void)body;
     int members = 0;
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
@@ -451,6 +445,7 @@ static bool clusters_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
+    .settings = PLII_LIMITS(plii_clusters, def, plii_clusters_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
                                     PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
                                     PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u")),
@@ -461,7 +456,8 @@ const plii_feature_class plii_clusters_class = {
     .arrays =
         PLII_ARRAYS({PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count),
-                     PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B")},
+                     PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
+                     .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
                     {PLII_LIST_OF(plii_clusters, members, member_capacity),
                      PLII_COUNTED_BY(plii_clusters, member_count), PLII_SAVED_AS("n4f")}),
     .disable = clusters_disable,

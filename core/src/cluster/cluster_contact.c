@@ -67,8 +67,6 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
     return true;
 }
 
-// ---------------------------------------------------------------------------------------------------- reference mode
-
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, float dt, int iterations) {
     plii_cluster_contact_as_reference* state = &contact->as.reference;
     state->drift = plii_vec3_divide(pli_vec3_scale(state->drift, state->erp), dt);

@@ -13,8 +13,6 @@
 /* How much heavier than a cluster a rigid body must be to be in more than one lane. */
 #define GROUPS_HEAVIER 16.0f
 
-// ----------------------------------------------------------------------------------------------------------- grouping
-
 bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count) {
     groups->count = groups->block_count = groups->rigid_count = 0;
     groups->open_groups = 0;
@@ -133,8 +131,6 @@ bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups
     return true;
 }
 
-// -------------------------------------------------------------------------------------------------------------- steps
-
 static pli_vec4 groups_with_zero(pli_vec3 v) {
     return (pli_vec4){v.x, v.y, v.z, 0.0f};
 }
@@ -185,8 +181,6 @@ void plii_contact_batches_finish(plii_contact_batches* groups) {
     groups->kernel->finish(groups);
     groups->count = 0;
 }
-
-// ------------------------------------------------------------------------------------------------------------- memory
 
 /* Four contacts to a block, in some disorder. */
 bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts) {

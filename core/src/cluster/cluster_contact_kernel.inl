@@ -1,9 +1,8 @@
 /* How the sides of groups of contacts move, and their iterations, with what the including file has to offer: the two
    sides of four pairs at once where there are eight lanes, and with more registers fewer are put aside. */
 
-#include "math/simd_float8.h"
-
 #include "cluster/cluster_contacts_impl.h"
+#include "math/simd_float8.h"
 
 // -------------------------------------------------------------------------------------------------------------- lanes
 

@@ -102,8 +102,6 @@ static void cluster_contacts_clear(pli_body* body, void* data) {
 
 /* All contacts end. */
 static void cluster_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    (void)other;
-    (void)body;
     ((plii_cluster_contacts*)data)->count = 0;
     plii_cluster_contacts_clear(data);
 }
@@ -114,7 +112,6 @@ static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, con
 }
 
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)rigid;
     cluster_contacts_on_body_removed(body, data, NULL);
 }
 
@@ -217,9 +214,20 @@ static void cluster_contacts_keep_callbacks(void* data, const void* before) {
     state->def.distance_user = old->def.distance_user;
 }
 
+static const plii_field cluster_contacts_fields[] = {
+    PLII_FIELD(pli_cluster_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_cluster_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, static_hardness, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, soft_hardness, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, dynamic_split, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, static_split, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, soft_split, 0, 1),
+};
+
 const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
+    .settings = PLII_LIMITS(plii_cluster_contacts, def, cluster_contacts_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
         PLII_STATE(plii_cluster_contacts, clusters, PLII_LEFT), PLII_STATE(plii_cluster_contacts, leads, PLII_LEFT),
@@ -252,7 +260,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                     {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
                     {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
                     /* The next step frees the slots of pairs that have gone. */
-                    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED)),
+                    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
     .keeps_pairs_with_first = true,
@@ -278,16 +286,6 @@ pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {
         .cookie = PLII_DEF_COOKIE,
     };
 }
-
-static const plii_field cluster_contacts_fields[] = {
-    PLII_FIELD(pli_cluster_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_cluster_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, static_hardness, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, soft_hardness, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, dynamic_split, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, static_split, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, soft_split, 0, 1),
-};
 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

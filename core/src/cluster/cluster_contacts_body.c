@@ -5,8 +5,6 @@
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
 
-// ------------------------------------------------------------------------------------------------------- finding pairs
-
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state) {
     const int count = plii_body_clusters(body)->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
@@ -26,8 +24,6 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
     state->has_tree = plii_bvh4_build(body->context, &state->tree, clusters->count, state->boxes);
     return state->has_tree;
 }
-
-// ------------------------------------------------------------------------------------------------------------ one pair
 
 /* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
    normal of `info` points to `body`. */
@@ -95,8 +91,6 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
     return PLI_OK;
 }
 
-// ---------------------------------------------------------------------------------------------------------- neighbours
-
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
     plii_key_table_free(&state->neighbours);
     state->has_neighbours = state->has_tree = false;
@@ -131,8 +125,6 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
 static bool cluster_contacts_may_meet(const plii_cluster_contacts* state, int a, int b) {
     return a < b && plii_key_table_find(&state->neighbours, plii_edge_key(a, b)) == PLI_NULL_INDEX;
 }
-
-// ----------------------------------------------------------------------------------------------------------- all pairs
 
 /* Of clusters near each other; of one body each pair once, but for neighbours. */
 static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts* state, pli_body* other,

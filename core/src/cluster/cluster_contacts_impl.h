@@ -7,7 +7,7 @@
 #include "base/key_table.h"
 #include "cluster/cluster_contact_batch.h"
 #include "cluster/joint_end.h"
-#include "geometry/bvh4.h"
+#include "geometry/bvh.h"
 #include "geometry/pair_cache.h"
 
 /* In reference mode 1. */
@@ -87,8 +87,6 @@ typedef struct plii_cluster_contacts {
 
 extern const plii_feature_class plii_cluster_contacts_class;
 
-// ------------------------------------------------------------------------------------------------------- one contact
-
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_end sides[2],
                                const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact);
@@ -100,8 +98,6 @@ void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_c
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, float dt, int iterations);
 void plii_cluster_contact_solve(plii_cluster_contact* contact);
 void plii_cluster_contact_finish(plii_cluster_contact* contact);
-
-// ---------------------------------------------------------------------------------------------------------- distances
 
 /* The convex hull of a cluster's nodes, in world axes from `origin`. */
 typedef struct plii_cluster_hull {
@@ -148,8 +144,6 @@ pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_
 /* Overlapping, or apart by less than `margin`. */
 bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin);
 
-// --------------------------------------------------------------------------------------------------------- manifolds
-
 /* Keeps the contacts [first, state->count) of a pair, at least one and at most PLII_MANIFOLD_POINTS; `key` and `margin`
    are what they depend on besides the frames. */
 void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
@@ -159,8 +153,6 @@ void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contact
 bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contact* info,
                                   const plii_contact_terms terms[2], const void* key, plii_manifold* manifold,
                                   plii_cluster_contacts* state);
-
-// -------------------------------------------------------------------------------------------------------------- pairs
 
 /* For a search among the clusters of the body. False when out of memory. */
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state);

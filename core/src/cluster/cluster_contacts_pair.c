@@ -2,8 +2,6 @@
 
 #include "cluster/cluster_contacts_pair.h"
 
-// -------------------------------------------------------------------------------------------------------------- memory
-
 /* A slot for a pair that is new; 0 when out of memory. */
 static int cluster_contacts_alloc_manifold(pli_body* body, plii_cluster_contacts* state) {
     const int slot = state->free_manifold1;
@@ -85,8 +83,6 @@ void plii_cluster_contacts_clear(plii_cluster_contacts* state) {
     plii_pair_cache_clear(&state->memory);
     state->manifold_count = state->free_manifold1 = 0;
 }
-
-// ------------------------------------------------------------------------------------------------------------ contacts
 
 pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
                                      const plii_contact_terms* terms) {

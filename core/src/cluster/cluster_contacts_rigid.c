@@ -2,17 +2,14 @@
    (CollideCL_RS); otherwise up to three more at nodes and corners far from it, so that flat sides rest on each other.
    Shapes that are not convex are met node by node. */
 
-#include "math/simd_float4.h"
-
 #include "body/world_state.h"
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
+#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 #define CLUSTER_CONTACTS_BATCH 64
 #define CLUSTER_CONTACTS_TILT 0.1f /* of the directions in which corners are looked for */
-
-// ------------------------------------------------------------------------------------------------------- convex shapes
 
 static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, const plii_cluster_contacts* state,
                                                        const pli_rigid* rigid, float radius) {
@@ -95,8 +92,6 @@ static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_c
     return plii_cluster_contacts_collide_pair(body, state, NULL, pair, terms, cluster_contacts_measure_convex);
 }
 
-// -------------------------------------------------------------------------------------------------------- other shapes
-
 /* Clusters share nodes, so all nodes near a shape are measured first, each once. `near` shrinks to the nodes that are
    within the margin. */
 static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_rigid* rigid,
@@ -151,8 +146,6 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
     plii_pair_context touched = {.body = body, .state = state};
     return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
-
-// ------------------------------------------------------------------------------------------ all shapes of a rigid body
 
 /* Where clusters are met. Bullet adds the margin of a shape to bounds that have it already. */
 static pli_bounds cluster_contacts_near(const pli_body* body, bool reference_mode, const pli_rigid* rigid,

@@ -2,7 +2,7 @@
 
 #include "cluster/cluster_contacts_impl.h"
 
-#include "geometry/convex_penetration.h"
+#include "geometry/convex_distance.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
 
@@ -125,7 +125,6 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
 }
 
 static pli_vec3 cluster_point_support(const void* user, pli_vec3 direction) {
-    (void)direction;
     return *(const pli_vec3*)user;
 }
 

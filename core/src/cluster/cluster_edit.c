@@ -13,12 +13,12 @@ pli_clusters_def pli_clusters_def_default(void) {
     return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
 }
 
-static const plii_field clusters_fields[] = {PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)};
+const plii_field plii_clusters_fields[] = {PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)};
 
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_clusters_def used = def != NULL ? *def : pli_clusters_def_default();
-    PLII_TRY_DEF(body->context, pli_clusters_def, &used, clusters_fields, __func__);
+    PLII_TRY_DEF(body->context, pli_clusters_def, &used, plii_clusters_fields, __func__);
     plii_clusters* clusters = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_clusters_class, (void**)&clusters));
     const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;
@@ -113,8 +113,6 @@ pli_status pli_body_reset_clusters(pli_body* body) {
     return PLI_OK;
 }
 
-// ------------------------------------------------------------------------------------------------------------ access
-
 pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     const plii_clusters* clusters = plii_body_clusters(body);
@@ -137,7 +135,7 @@ pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_
     return PLI_OK;
 }
 
-static const plii_field cluster_settings_fields[] = {
+const plii_field plii_cluster_settings_fields[] = {
     PLII_FIELD(pli_cluster_settings, matching, 0, 1),
     PLII_FIELD(pli_cluster_settings, node_damping, 0, 1),
     PLII_FIELD(pli_cluster_settings, linear_damping, 0, 1),
@@ -150,7 +148,7 @@ pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, settings, cluster_settings_fields, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, settings, plii_cluster_settings_fields, __func__));
     plii_body_clusters(body)->items[cluster].settings = *settings;
     return PLI_OK;
 }

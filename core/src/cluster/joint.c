@@ -45,7 +45,6 @@ static void joints_prepare(pli_body* body, void* state) {
 }
 
 static void joints_solve(pli_body* body, void* state) {
-    (void)body;
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         if (!joints->items[i].is_idle) { joints->items[i].klass->solve(&joints->items[i]); }
@@ -66,7 +65,6 @@ static void joint_apply_split_drift(const plii_joint* joint) {
 }
 
 static void joints_finish(pli_body* body, void* state) {
-    (void)body;
     const joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         const plii_joint* joint = &joints->items[i];
@@ -146,6 +144,12 @@ static void joints_keep_callbacks(void* data, const void* before) {
     }
 }
 
+static const plii_field joint_softness_fields[] = {
+    PLII_FIELD(pli_joint_softness, error_reduction, 0, 1),
+    PLII_FIELD(pli_joint_softness, velocity_factor, 0, 1),
+    PLII_FIELD(pli_joint_softness, split, 0, 1),
+};
+
 const plii_feature_class plii_joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
@@ -154,7 +158,8 @@ const plii_feature_class plii_joints_class = {
     .keep_callbacks = joints_keep_callbacks,
     /* Joints hold to clusters, which follow a cut and keep their index. */
     .arrays = PLII_ARRAYS({PLII_LIST_OF(joints_state, items, capacity), .is_kept = true,
-                           PLII_COUNTED_BY(joints_state, count), PLII_SAVED_AS("JiiPiR9f3X*")},
+                           PLII_COUNTED_BY(joints_state, count), PLII_SAVED_AS("JiiPiR9f3X*"),
+                           .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
                           {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true,
                            PLII_COUNTED_BY(joints_state, ids.count), PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
@@ -166,12 +171,6 @@ const plii_feature_class plii_joints_class = {
 };
 
 // ----------------------------------------------------------------------------------------------------------- editing
-
-static const plii_field joint_softness_fields[] = {
-    PLII_FIELD(pli_joint_softness, error_reduction, 0, 1),
-    PLII_FIELD(pli_joint_softness, velocity_factor, 0, 1),
-    PLII_FIELD(pli_joint_softness, split, 0, 1),
-};
 
 static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 world_value, const char* function) {
     pli_context* context = body->context;

@@ -1,12 +1,11 @@
 /* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
    contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
 
-#include "body/pipeline.h"
-#include "body/rigid_lanes.h"
-
 #include "base/handle.h"
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
+#include "body/pipeline.h"
+#include "body/rigid_lanes.h"
 #include "body/world_state.h"
 #include "contact/anchor_impl.h"
 #include "math/definition.h"
@@ -64,7 +63,6 @@ static void anchor_note_start(plii_anchor* anchor) {
 
 static void anchor_note_starts(pli_body* body, void* state) {
     plii_anchors* anchors = state;
-    (void)body;
     for (int i = 0; i < anchors->item_count; ++i) {
         anchor_note_start(&anchors->items[i]);
     }
@@ -209,16 +207,23 @@ static bool anchor_is_sound(const pli_body* body, const void* data) {
     return plii_id_pool_is_sound(&anchors->ids, anchors->item_count);
 }
 
+static const plii_field anchor_fields[] = {
+    PLII_FIELD(plii_anchor, influence, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(plii_anchor, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+static const plii_field anchors_fields[] = {PLII_FIELD(plii_anchors, hardness, 0, 1)};
+
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
+    .settings = {anchors_fields, 1, 0},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_anchors, hardness, PLII_SAVED, "f"),
                                     PLII_STATE_OF(plii_anchors, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = anchor_is_sound,
     /* Anchors stay with their node; a copy of the node is free. */
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, item_count),
-         PLII_SAVED_AS("niS5fB3fu*")},
+         PLII_SAVED_AS("niS5fB3fu*"), .settings = {anchor_fields, 2, 0}},
         {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count),
          PLII_SAVED_AS("uii")},
         {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("B")}),
@@ -237,11 +242,6 @@ pli_anchor_def pli_anchor_def_default(void) {
     return (pli_anchor_def){.influence = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
 
-static const plii_field anchor_fields[] = {
-    PLII_FIELD(pli_anchor_def, influence, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_anchor_def, compliance, 0, PLI_MAX_COEFFICIENT),
-};
-
 static pli_status anchor_check_rigid(const pli_body* body, const pli_rigid* rigid, const char* name,
                                      const char* function) {
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, name, function));
@@ -254,7 +254,9 @@ static pli_status anchor_check_rigid(const pli_body* body, const pli_rigid* rigi
 
 static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const char* function) {
     pli_context* context = body->context;
-    PLII_TRY_DEF(context, pli_anchor_def, def, anchor_fields, function);
+    PLII_TRY(PLII_CHECK_MADE(context, pli_anchor_def, def, function));
+    const plii_anchor numbers = {.influence = def->influence, .compliance = def->compliance};
+    PLII_TRY(PLII_CHECK_FIELDS(context, &numbers, anchor_fields, function));
     PLII_TRY(plii_check_node(body, def->node, function));
     PLII_TRY(anchor_check_rigid(body, def->rigid, "def->rigid", function));
     if (def->local_pivot != NULL) {
@@ -445,7 +447,8 @@ int pli_body_anchor_count(const pli_body* body) {
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_between(body->context, hardness, 0.0f, 1.0f, "hardness", __func__));
+    const plii_anchors used = {.hardness = hardness};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, anchors_fields, __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
     ((plii_anchors*)state)->hardness = hardness;

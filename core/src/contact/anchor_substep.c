@@ -28,7 +28,6 @@ static float anchor_alpha(const plii_anchor* anchor, const plii_substep* substep
 
 static void anchor_substep_restart(pli_body* body, void* data, const plii_substep* substep) {
     const plii_anchors* anchors = data;
-    (void)body;
     for (int i = 0; i < anchors->item_count; ++i) {
         plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }

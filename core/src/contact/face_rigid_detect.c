@@ -326,9 +326,7 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     plii_face_moment moment;
     if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
     float kept = INFINITY;
-    /* What cannot move has contacts of nodes at the corners; with more a sheet between it and a body trembles. */
-    const bool keeps = pass->candidate->rigid->kind == PLI_RIGID_DYNAMIC && !moment.is_overlapping;
-    if (keeps) { PLII_TRY(rigid_faces_keep(pass, element, nodes, sweep, target, &kept)); }
+    if (!moment.is_overlapping) { PLII_TRY(rigid_faces_keep(pass, element, nodes, sweep, target, &kept)); }
     if (moment.distance > kept - RIGID_FACES_NEW_POINT * margin) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
     if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
@@ -480,8 +478,7 @@ static void rigid_faces_disable(pli_body* body, void* data) {
 enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
 static void rigid_faces_on_restored(pli_body* body, void* data) {
-    (void)body;
-    plii_pair_cache_forget_before(&((plii_rigid_faces*)data)->memory);
+    (void)plii_pair_cache_index_before(body->context, &((plii_rigid_faces*)data)->memory);
 }
 
 static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
@@ -489,9 +486,16 @@ static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
     return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
 }
 
+static const plii_field rigid_faces_fields[] = {
+    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
+};
+
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
+    .settings = PLII_LIMITS(plii_rigid_faces, def, rigid_faces_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_faces, def, PLII_SAVED, "3fu"),
                                     PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
                                     PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
@@ -504,7 +508,7 @@ const plii_feature_class plii_rigid_faces_class = {
                           {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
                           {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .snapshot = PLII_LEFT},
                           {PLII_LIST_OF(plii_rigid_faces, substeps.items, substeps.capacity), .snapshot = PLII_LEFT},
-                          PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory, PLII_LEFT)),
+                          PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory, PLII_LEFT, PLII_SAVED)),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
                [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},
@@ -517,12 +521,6 @@ const plii_feature_class plii_rigid_faces_class = {
     .visit_contacts = plii_rigid_faces_visit_contacts,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
     .build = rigid_faces_build,
-};
-
-static const plii_field rigid_faces_fields[] = {
-    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
 };
 
 pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {

@@ -3,7 +3,6 @@
 #include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "geometry/fat_aabb.h"
 #include "math/bounds.h"
 #include "pliant/bullet_reference.h"
 
@@ -15,7 +14,6 @@ static void node_boxes_start(const pli_body* body, pli_bounds* boxes, int first)
 }
 
 static void node_boxes_update(pli_body* body, void* state) {
-    (void)state;
     const float margin = body->collision_margin, ahead = body->step.dt * 3.0f;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
@@ -25,13 +23,11 @@ static void node_boxes_update(pli_body* body, void* state) {
 }
 
 static pli_status node_boxes_enable(pli_body* body, void* state) {
-    (void)state;
     node_boxes_start(body, body->node_boxes, 0);
     return PLI_OK;
 }
 
 static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
-    (void)state;
     node_boxes_start(body, body->node_boxes, change->old_node_count);
 }
 

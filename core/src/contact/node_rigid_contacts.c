@@ -172,18 +172,18 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
 }
 
 /* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
-   plane of a contact stands for the shape. Where a solver wants what lies to keep its contacts, as far as a node falls
-   from a body that its host moves after the search. */
+   plane of a contact stands for the shape. The same where a solver wants what lies to keep its contacts, and as far as
+   a node falls from a body that its host moves after the search. */
 static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, const plii_shape_place* place) {
     const pli_body* body = candidate->body;
     const pli_rigid* rigid = candidate->rigid;
     const float share = candidate->is_swept ? RIGID_CONTACTS_REACH : body->solver_class->contact_reach;
-    const float own = body->collision_margin * share;
-    if (rigid->kind == PLI_RIGID_STATIC) { return own; }
-    if (!candidate->is_swept) { return share > 0.0f ? own + plii_step_fall(body) : own; }
+    float reach = body->collision_margin * share;
+    if (rigid->kind == PLI_RIGID_STATIC || !(share > 0.0f)) { return reach; }
+    if (!candidate->is_swept) { reach += plii_step_fall(body); }
     const float speed =
         pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * place->radius;
-    return own + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
+    return reach + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
 }
 
 static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
@@ -351,9 +351,18 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
+static const plii_field rigid_contacts_fields[] = {
+    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
+    .settings = PLII_LIMITS(plii_rigid_contacts, def, rigid_contacts_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
                                     PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
@@ -377,14 +386,6 @@ const plii_feature_class plii_rigid_contacts_class = {
     .on_rigid_removed = rigid_contacts_on_rigid_removed,
     .reserve = rigid_contacts_preallocate,
     .build = rigid_contacts_clear,
-};
-
-static const plii_field rigid_contacts_fields[] = {
-    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
 };
 
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {

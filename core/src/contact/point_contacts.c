@@ -31,8 +31,6 @@ void plii_point_contact_begin(pli_body* body, plii_point_contact* contact) {
     contact->surface_weight = surface->rigid->state.inverse_mass + pli_vec3_dot(contact->turn, contact->spin);
 }
 
-// ------------------------------------------------------------------------------------------------------- the point
-
 static inline float point_height(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,
                                  const plii_point_contact* contact) {
     float sum = contact->offset;
@@ -80,8 +78,6 @@ static float point_room(const pli_body* body, const plii_substep* substep, const
     return room;
 }
 
-// ------------------------------------------------------------------------------------------------------- restarting
-
 /* A penetration from before goes by a shift of the nodes, lest it turns into speed. */
 static void point_recover(const pli_body* body, const plii_substep* substep, plii_point_contact* contact, float gap,
                           float most) {
@@ -107,8 +103,6 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
         contact->friction = contact->held_friction = pli_vec3_make(0, 0, 0);
     }
 }
-
-// -------------------------------------------------------------------------------------- what holds the points
 
 static float point_allowance(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
     const float gap = point_height(body, substep, substep->displacements, contact) - point_raised(contact);
@@ -160,8 +154,6 @@ static void point_contacts_hold(const pli_body* body, plii_point_contacts* conta
         }
     }
 }
-
-// ---------------------------------------------------------------------------------------------------------- sweeping
 
 static inline void point_push(const plii_substep* substep, const plii_point_contact* contact, pli_vec3 push) {
     for (int k = 0; k < contact->node_count; ++k) {

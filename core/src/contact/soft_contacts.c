@@ -4,7 +4,7 @@
 #include "body/pipeline.h"
 #include "contact/contact_order.h"
 #include "contact/soft_contacts_impl.h"
-#include "geometry/fat_aabb.h"
+#include "math/bounds.h"
 #include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
@@ -69,7 +69,6 @@ static void soft_contacts_update(pli_body* body, void* data) {
 
 static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     plii_soft_contacts_state* state = data;
-    (void)body;
     int kept = 0;
     for (int i = 0; i < state->count; ++i) {
         if (state->contacts[i].face_body != other) { state->contacts[kept++] = state->contacts[i]; }
@@ -116,15 +115,22 @@ static void soft_contacts_on_restored(pli_body* body, void* data) {
     body->soft_node_boxes = state->has_boxes ? state->node_boxes : NULL;
 }
 
+static const plii_field soft_contacts_fields[] = {
+    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
+    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
+    .settings = PLII_LIMITS(plii_soft_contacts_state, def, soft_contacts_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
                                     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
                                     PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
                                     PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
                                     PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
-                                    PLII_STATE(plii_soft_contacts_state, tree, PLII_LEFT),
                                     PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT)),
     .is_sound = soft_contacts_is_sound,
     .on_restored = soft_contacts_on_restored,
@@ -141,7 +147,6 @@ const plii_feature_class plii_soft_contacts_class = {
         {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity),
          PLII_COUNTED_BY(plii_soft_contacts_state, face_count), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
-        PLII_BVH_LISTS(plii_soft_contacts_state, tree),
         {PLII_LIST_OF(plii_soft_contacts_state, near.groups, near.capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity),
          PLII_COUNTED_BY(plii_soft_contacts_state, hit_count), .snapshot = PLII_LEFT},
@@ -169,13 +174,6 @@ const plii_feature_class plii_soft_contacts_class = {
 pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     return (pli_soft_contacts_def){.friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field soft_contacts_fields[] = {
-    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
-    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
-};
 
 static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contacts_state* state) {
     if (PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&

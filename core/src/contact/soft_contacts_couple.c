@@ -6,8 +6,6 @@
 
 #include "contact/soft_contacts_impl.h"
 
-// ------------------------------------------------------------------------------------------------- where nodes are
-
 /* The substep of the body that is solved, or NULL: a whole step. */
 typedef struct soft_couple_time {
     const plii_substep* substep;
@@ -75,8 +73,6 @@ static void soft_couple_accelerate(pli_body* body, int node, pli_vec3 by, soft_c
     soft_couple_add(&body->velocities[node], change);
     soft_couple_add(&body->positions[node], pli_vec3_scale(change, left));
 }
-
-// ------------------------------------------------------------------------------------------------------------ solving
 
 /* `push` in kg m; of what overlapped before the start `is_shift`. */
 static void soft_couple_push(pli_body* body, const plii_soft_contact* contact, pli_vec3 push, bool is_shift,

@@ -5,12 +5,12 @@
    Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 
-#include "math/simd_float4.h"
-
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "contact/soft_contacts_impl.h"
+#include "geometry/bvh.h"
 #include "geometry/closest_point.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 
@@ -192,14 +192,12 @@ static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_s
 
 /* For a search in which a body takes part. */
 static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contacts_state* search, int nodes, int faces) {
-    const bool has_boxes = search->node_boxes != NULL;
     return PLII_RESERVE(context, &search->nodes, &search->node_capacity, nodes) &&
            PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
            PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
            PLII_RESERVE(context, &search->hits, &search->hit_capacity, faces) &&
            PLII_RESERVE(context, &search->groups, &search->group_capacity, faces / 4 + 1) &&
-           (has_boxes ? plii_bvh_reserve(context, &search->tree, faces)
-                      : plii_bvh4_reserve(context, &search->near, faces));
+           plii_bvh4_reserve(context, &search->near, faces);
 }
 
 /* Of large bodies most nodes are far from others. */
@@ -234,51 +232,20 @@ static bool soft_contacts_collect(const plii_soft_contacts_pass* pass) {
     if (!soft_contacts_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
     if (pass->use_boxes) {
         soft_contacts_collect_boxes(pass);
-        return plii_bvh_build(context, &search->tree, search->face_count, search->boxes);
+    } else {
+        if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
+        soft_contacts_collect_near(pass);
     }
-    if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
-    soft_contacts_collect_near(pass);
     return plii_bvh4_build(context, &search->near, search->face_count, search->boxes);
-}
-
-/* Shell's sort: in place, and quick enough for the few faces near one node. Most nodes have a handful, for which the
-   wide steps gain nothing. */
-static void soft_contacts_sort(int* values, int count) {
-    for (int gap = count > 16 ? count / 2 : 1; gap > 0; gap /= 2) {
-        for (int i = gap; i < count; ++i) {
-            const int value = values[i];
-            int k = i;
-            for (; k >= gap && values[k - gap] > value; k -= gap) {
-                values[k] = values[k - gap];
-            }
-            values[k] = value;
-        }
-    }
-}
-
-static void soft_contacts_hit(int item, void* user) {
-    plii_soft_contacts_state* search = user;
-    search->hits[search->hit_count++] = item;
-}
-
-/* Faces whose boxes touch that of a node, ascending. */
-static void soft_contacts_find_in_boxes(const plii_soft_contacts_pass* pass, int node) {
-    plii_soft_contacts_state* search = pass->search;
-    search->hit_count = 0;
-    plii_bvh_overlaps(&search->tree, pass->node_state->node_boxes[node], soft_contacts_hit, search);
-    for (int i = 0; i < search->hit_count; ++i) {
-        search->hits[i] = search->faces[search->hits[i]];
-    }
-    soft_contacts_sort(search->hits, search->hit_count);
 }
 
 static pli_status soft_contacts_run_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
-        soft_contacts_find_in_boxes(pass, near.node);
-        for (int k = 0; k < search->hit_count; ++k) {
-            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k]));
+        const int count = plii_bvh4_overlaps(&search->near, &pass->node_state->node_boxes[near.node], search->hits);
+        for (int k = 0; k < count; ++k) {
+            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->faces[search->hits[k]]));
         }
     }
     return PLI_OK;

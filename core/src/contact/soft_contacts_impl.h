@@ -7,7 +7,6 @@
 #include "body/contact_report.h"
 #include "contact/contact_substep.h"
 #include "geometry/bvh.h"
-#include "geometry/bvh4.h"
 #include "math/bounds.h"
 #include "pliant/contact.h"
 
@@ -59,7 +58,6 @@ typedef struct plii_soft_contacts_state {
     int face_count, face_capacity;
     pli_bounds* boxes; /* of `faces`, and what finds them */
     int box_capacity;
-    plii_bvh tree; /* with Bullet's boxes */
     plii_bvh4 near;
     int* face_order; /* [order_count] own faces, neighbours in space one after the other; 0: not known */
     int order_count, order_capacity;

@@ -2,10 +2,9 @@
    it comes from; else the nearest one, and those whose own nearest point lies inside of them and that face another way.
    The others only repeat what these say. */
 
-#include "math/simd_float4.h"
-
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
+#include "math/simd_float4.h"
 
 /* Contacts of a node with one other body. */
 enum { SOFT_CONTACTS_MOST_NEAREST = 3 };

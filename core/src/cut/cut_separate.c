@@ -1,6 +1,6 @@
 /* Opening a surface along edges. Linear in the size of the body. */
 
-#include "cut/cut_separate.h"
+#include "cut/cut_swept_impl.h"
 
 #include "base/csr.h"
 #include "base/union_find.h"

@@ -19,8 +19,6 @@
 /* A ray goes on from another when its ends are as near as this share of its length. */
 #define SWEPT_SAME_RAY 1e-4f
 
-// ------------------------------------------------------------------------------------------- what lasts between sweeps
-
 typedef struct trace_state {
     bool has_ray;
     pli_vec3 ray[2]; /* the last ray of the last sweep */
@@ -42,7 +40,6 @@ static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, p
 /* A cut of another kind ends the sweep; a swept cut sets its ends after this. */
 static void trace_forget(pli_body* body, void* state) {
     trace_state* trace = state;
-    (void)body;
     trace->has_ray = false;
     trace->ends.tip_count = 0;
     trace->ends.edge_count = 0;
@@ -65,8 +62,6 @@ static bool trace_ends_at(const trace_state* trace, pli_vec3 start, pli_vec3 end
     return trace->has_ray && pli_vec3_length(pli_vec3_sub(start, trace->ray[0])) <= reach &&
            pli_vec3_length(pli_vec3_sub(end, trace->ray[1])) <= reach;
 }
-
-// ----------------------------------------------------------------------------------------------------------- the whole
 
 /* Blades that pass the body by are not worth a copy of it. */
 static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {

@@ -1,7 +1,6 @@
 /* One blade of a swept cut: what it meets, links without faces that it parts, nodes on the edges of faces, the edges
    that are opened, and the ends of the cut that stay closed. */
 
-#include "cut/cut_separate.h"
 #include "cut/cut_swept_impl.h"
 #include "math/dvec3.h"
 

@@ -2,13 +2,12 @@
    Bullet: addAeroForceToNode and addAeroForceToFace, in their order of operations. Two classes, because the vertex
    models act before pressure and the face models after it. Formulas are written for four areas at a time. */
 
-#include "math/simd_float4.h"
-
 #include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/definition.h"
+#include "math/simd_float4.h"
 #include "pliant/forces.h"
 
 #include <string.h>
@@ -17,9 +16,7 @@
 #define AERO_MAX_LIFT_COSINE 0.98480f
 
 typedef struct aero_state {
-    pli_aero_model model;
-    float lift, drag;
-    pli_vec3 wind;
+    pli_aero_def def;
     pli_vec3* face_forces; /* [node_count] N, of all faces of a node; models of faces only */
 } aero_state;
 
@@ -42,13 +39,13 @@ PLII_SIMD_INLINE void aero_lift_and_drag(const aero_state* aero, float density, 
     const plii_float4 cosine = plii_vec3x4_dot(normal, direction);
     const plii_float4 area = 0.5f * doubled_area;
 
-    const plii_float4 drag_share = 0.5f * aero->drag * density * speed_squared;
+    const plii_float4 drag_share = 0.5f * aero->def.drag * density * speed_squared;
     *drag = plii_vec3x4_scale(plii_vec3x4_neg(direction), drag_share * area * cosine);
     const plii_mask4 has_lift = (cosine > 0.0f) & (cosine < AERO_MAX_LIFT_COSINE);
     *lift = (plii_vec3x4){0};
     if (plii_lanes_bits(has_lift) == 0) { return; }
     const plii_vec3x4 upward = plii_vec3x4_cross(plii_vec3x4_cross(normal, direction), direction);
-    const plii_float4 lift_share = 0.5f * aero->lift * density * speed;
+    const plii_float4 lift_share = 0.5f * aero->def.lift * density * speed;
     const plii_float4 sine = plii_float4_sqrt(1.0f - cosine * cosine);
     const plii_float4 scale = lift_share * area * sine;
     *lift = plii_vec3x4_select(has_lift, plii_vec3x4_scale(upward, scale), *lift);
@@ -75,8 +72,8 @@ PLII_SIMD_INLINE plii_mask4 aero_resistance(const aero_state* aero, float densit
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
     const plii_float4 scale = -(doubled_area * approach * speed_squared * area_share * density);
     const plii_vec3x4 direction = aero_divide(velocity, plii_float4_sqrt(speed_squared));
-    *force = plii_vec3x4_add(plii_vec3x4_scale(normal, scale * aero->lift),
-                             plii_vec3x4_scale(direction, scale * aero->drag));
+    *force = plii_vec3x4_add(plii_vec3x4_scale(normal, scale * aero->def.lift),
+                             plii_vec3x4_scale(direction, scale * aero->def.drag));
     return approach > 0.0f;
 }
 
@@ -130,7 +127,7 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, float density, float
     const plii_float4 inverse_mass =
         plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
     const plii_vec3x4 own_velocity = plii_vec3x4_from_vec4s(nodes.velocities, NULL);
-    const plii_vec3x4 wind = plii_vec3x4_all(aero->wind);
+    const plii_vec3x4 wind = plii_vec3x4_all(aero->def.wind);
     const plii_vec3x4 velocity = plii_vec3x4_sub(own_velocity, wind);
     const plii_mask4 moves = plii_vec3x4_dot(velocity, velocity) > PLII_EPSILON;
     plii_mask4 is_active = (inverse_mass > 0.0f) & moves;
@@ -139,13 +136,13 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, float density, float
     const plii_float4 areas = plii_float4_load(nodes.areas);
     const plii_vec3x4 before = plii_vec3x4_from(nodes.forces);
     plii_vec3x4 after;
-    if (aero->model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
+    if (aero->def.model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
         plii_vec3x4 lift, drag;
         aero_lift_and_drag(aero, density, areas, normal, velocity, &lift, &drag);
         drag = aero_limit_drag(drag, own_velocity, inverse_mass, dt);
         after = plii_vec3x4_add(plii_vec3x4_add(before, drag), lift);
     } else {
-        if (aero->model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
+        if (aero->def.model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
         plii_vec3x4 force;
         is_active &= aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force);
         after = aero_add_clamped(before, force, own_velocity, inverse_mass, dt);
@@ -191,19 +188,19 @@ static void aero_add_faces(const pli_body* body, const aero_state* aero, pli_vec
         const pli_vec3 sum =
             pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[nodes[0]]), plii_xyz(body->velocities[nodes[1]])),
                          plii_xyz(body->velocities[nodes[2]]));
-        const pli_vec3 motion = pli_vec3_sub(plii_vec3_divide(sum, 3.0f), aero->wind);
+        const pli_vec3 motion = pli_vec3_sub(plii_vec3_divide(sum, 3.0f), aero->def.wind);
         if (!(pli_vec3_length_squared(motion) > PLII_EPSILON)) { continue; }
 
         const plii_vec3x4 velocity = plii_vec3x4_all(motion);
         const plii_float4 area = plii_float4_all(body->face_areas[f]), three = plii_float4_all(3.0f);
         plii_vec3x4 normal = plii_vec3x4_all(body->face_normals[f]);
-        const bool has_lift = aero->model == PLI_AERO_FACE_TWO_SIDED_LIFT_DRAG;
+        const bool has_lift = aero->def.model == PLI_AERO_FACE_TWO_SIDED_LIFT_DRAG;
         plii_vec3x4 lift, force; /* force: the drag, with lift */
         if (has_lift) {
             aero_lift_and_drag(aero, density, area, normal, velocity, &lift, &force);
             lift = aero_divide(lift, three);
         } else {
-            if (aero->model == PLI_AERO_FACE_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
+            if (aero->def.model == PLI_AERO_FACE_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
             const plii_mask4 is_front = aero_resistance(aero, density, area, 1.0f, normal, velocity, &force);
             if (plii_lanes_bits(is_front) == 0) { continue; }
             lift = velocity; /* not used */
@@ -236,7 +233,7 @@ static void aero_run_faces(pli_body* body, void* data) {
     }
     aero_add_faces(body, aero, aero->face_forces);
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 velocity = pli_vec3_sub(plii_xyz(body->velocities[i]), aero->wind);
+        const pli_vec3 velocity = pli_vec3_sub(plii_xyz(body->velocities[i]), aero->def.wind);
         const plii_vec3x4 force = aero_limit(plii_vec3x4_all(aero->face_forces[i]), plii_vec3x4_all(velocity),
                                              plii_float4_all(body->positions[i].w), body->step.dt);
         body->forces[i] = pli_vec3_add(body->forces[i], plii_vec3x4_first(force));
@@ -248,33 +245,36 @@ static void aero_run_faces(pli_body* body, void* data) {
 enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 
 static bool aero_vertex_is_sound(const pli_body* body, const void* data) {
-    (void)body;
-    return ((const aero_state*)data)->model <= PLI_AERO_VERTEX_ONE_SIDED;
+    return ((const aero_state*)data)->def.model <= PLI_AERO_VERTEX_ONE_SIDED;
 }
+
+static const plii_field aero_fields[] = {
+    PLII_FIELD(pli_aero_def, model, PLI_AERO_VERTEX_POINT, PLI_AERO_FACE_ONE_SIDED),
+    PLII_FIELD(pli_aero_def, lift, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_aero_def, drag, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_aero_def, wind, -PLI_MAX_SPEED, PLI_MAX_SPEED),
+};
 
 const plii_feature_class plii_aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),
-    .state_parts = PLII_STATE_PARTS(
-        PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"), PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
-        PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"), PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f"),
-        PLII_STATE(aero_state, face_forces, PLII_LEFT)),
+    .settings = PLII_LIMITS(aero_state, def, aero_fields),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(aero_state, def, PLII_SAVED, "e6ff3f*"),
+                                    PLII_STATE(aero_state, face_forces, PLII_LEFT)),
     .is_sound = aero_vertex_is_sound,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
 };
 
 static bool aero_face_is_sound(const pli_body* body, const void* data) {
-    (void)body;
-    return ((const aero_state*)data)->model >= PLI_AERO_FACE_TWO_SIDED;
+    return ((const aero_state*)data)->def.model >= PLI_AERO_FACE_TWO_SIDED;
 }
 
 const plii_feature_class plii_aero_face_class = {
     .name = "face aerodynamics",
     .state_size = sizeof(aero_state),
-    .state_parts = PLII_STATE_PARTS(
-        PLII_STATE_OF(aero_state, model, PLII_SAVED, "e6"), PLII_STATE_OF(aero_state, lift, PLII_SAVED, "f"),
-        PLII_STATE_OF(aero_state, drag, PLII_SAVED, "f"), PLII_STATE_OF(aero_state, wind, PLII_SAVED, "3f")),
+    .settings = PLII_LIMITS(aero_state, def, aero_fields),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(aero_state, def, PLII_SAVED, "e6ff3f*")),
     .is_sound = aero_face_is_sound,
     .needs = PLII_NEEDS(&plii_forces_class, &plii_normals_class, &plii_face_normals_class, &plii_areas_class),
     .arrays = PLII_ARRAYS({PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE, .snapshot = PLII_LEFT}),
@@ -284,13 +284,6 @@ const plii_feature_class plii_aero_face_class = {
 pli_aero_def pli_aero_def_default(void) {
     return (pli_aero_def){.cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field aero_fields[] = {
-    PLII_FIELD(pli_aero_def, model, PLI_AERO_VERTEX_POINT, PLI_AERO_FACE_ONE_SIDED),
-    PLII_FIELD(pli_aero_def, lift, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_aero_def, drag, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_aero_def, wind, -PLI_MAX_SPEED, PLI_MAX_SPEED),
-};
 
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
@@ -302,10 +295,7 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_feature_enable(body, on_faces ? &plii_aero_face_class : &plii_aero_vertex_class, &state));
     plii_feature_disable(body, on_faces ? &plii_aero_vertex_class : &plii_aero_face_class);
     aero_state* aero = state;
-    aero->model = used.model;
-    aero->lift = used.lift;
-    aero->drag = used.drag;
-    aero->wind = used.wind;
+    aero->def = used;
     return PLI_OK;
 }
 
@@ -315,8 +305,8 @@ pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
     aero_state* aero = plii_feature_state(body, &plii_aero_vertex_class);
     if (aero == NULL) { aero = plii_feature_state(body, &plii_aero_face_class); }
     if (aero == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "aerodynamics are not enabled"); }
-    if (memcmp(&aero->wind, &wind, sizeof wind) != 0) { plii_body_note_change(body); }
-    aero->wind = wind;
+    if (memcmp(&aero->def.wind, &wind, sizeof wind) != 0) { plii_body_note_change(body); }
+    aero->def.wind = wind;
     return PLI_OK;
 }
 

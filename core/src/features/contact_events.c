@@ -207,7 +207,6 @@ static void contact_events_sense(const contact_sensing* sensing) {
 
 static void contact_events_begin(pli_body* body, void* data) {
     contact_events* state = data;
-    (void)body;
     state->sensed_count = 0;
 }
 
@@ -305,18 +304,15 @@ static void contact_events_forget(contact_events* state, const void* gone) {
 }
 
 static void contact_events_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)body;
     contact_events_forget(data, rigid);
 }
 static void contact_events_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    (void)body;
     contact_events_forget(data, other);
 }
 
 /* Faces and links have other indices now: those of `other`, or of the body itself (NULL). */
 static void contact_events_drop_faces(pli_body* body, void* data, const pli_body* other) {
     contact_events* state = data;
-    (void)body;
     for (int i = 0; i < state->present.count; ++i) {
         contact_item* item = &state->present.items[i];
         pli_contact_event* event = &item->event;
@@ -347,7 +343,6 @@ static void contact_events_reserve(pli_body* body, void* data) {
 }
 
 static void contact_events_disable(pli_body* body, void* data) {
-    (void)data;
     body->records_contacts = false;
 }
 

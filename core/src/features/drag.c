@@ -90,7 +90,6 @@ static void drag_solve(pli_body* body, void* data) {
 
 static void drag_finish(pli_body* body, void* data) {
     drag_state* state = data;
-    (void)body;
     for (int i = 0; i < state->count; ++i) {
         state->items[i].from = state->items[i].to;
     }
@@ -179,7 +178,6 @@ enum { DRAG_ORDER = PLII_ORDER_LINKS + 3, DRAG_SUBSTEP_ORDER = 42, DRAG_FINISH_O
 
 static bool drag_is_sound(const pli_body* body, const void* data) {
     const drag_state* state = data;
-    (void)body;
     for (int i = 0; i < state->count; ++i) {
         const drag_item* item = &state->items[i];
         const bool is_sound =
@@ -189,6 +187,12 @@ static bool drag_is_sound(const pli_body* body, const void* data) {
     return plii_id_pool_is_sound(&state->ids, state->count);
 }
 
+static const plii_field drag_item_fields[] = {
+    PLII_FIELD(drag_item, stiffness, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(drag_item, damping, 0, FLT_MAX),
+    PLII_FIELD(drag_item, to, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+};
+
 const plii_feature_class plii_drag_class = {
     .name = "drags",
     .state_size = sizeof(drag_state),
@@ -196,7 +200,7 @@ const plii_feature_class plii_drag_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = drag_is_sound,
     .arrays = PLII_ARRAYS({PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count),
-                           .is_kept = true, PLII_SAVED_AS("i3ni21f")},
+                           .is_kept = true, PLII_SAVED_AS("i3ni21f"), .settings = {drag_item_fields, 3, 0}},
                           {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count),
                            .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},

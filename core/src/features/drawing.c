@@ -8,8 +8,6 @@
 
 #include <string.h>
 
-// --------------------------------------------------------------------------------------------------------- normals
-
 typedef struct drawn_normals_state {
     pli_vec3* previous; /* [node_count] at the start of the last step; zero: there was none */
 } drawn_normals_state;
@@ -42,8 +40,6 @@ pli_status pli_body_disable_normals(pli_body* body) {
 const pli_vec3* pli_body_get_face_normals(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK ? body->face_normals : NULL;
 }
-
-// -------------------------------------------------------------------------------------------------------- vertices
 
 pli_vertex_buffer_def pli_vertex_buffer_def_default(void) {
     return (pli_vertex_buffer_def){

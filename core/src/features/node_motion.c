@@ -62,7 +62,6 @@ enum { NODE_MOTION_START_ORDER = 0, NODE_MOTION_FINISH_ORDER = 190 };
 
 static bool node_motion_is_sound(const pli_body* body, const void* data) {
     const node_motion_state* state = data;
-    (void)body;
     return state->ended_count >= 0 && state->ended_count <= state->count;
 }
 

@@ -1,14 +1,13 @@
 /* Pose matching: nodes are pulled towards the best-fitting position of the rest shape (Müller and others, "Meshless
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
-#include "math/simd_float4.h"
-
+#include "pliant/pose.h"
 #include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/polar.h"
-#include "pliant/pose.h"
+#include "math/simd_float4.h"
 
 typedef struct pose_state {
     float matching;
@@ -113,9 +112,12 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
 
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
 
+static const plii_field pose_fields[] = {PLII_FIELD(pose_state, matching, 0, 1)};
+
 const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
+    .settings = {pose_fields, 1, 0},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
                                     PLII_STATE_OF(pose_state, rotation, PLII_SAVED, "9f"),
                                     PLII_STATE_OF(pose_state, centre, PLII_SAVED, "3f")),
@@ -127,7 +129,8 @@ const plii_feature_class plii_pose_class = {
 
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
+    const pose_state used = {.matching = matching};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, pose_fields, __func__));
     pose_state* pose = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_pose_class, (void**)&pose));
     pose->matching = matching;

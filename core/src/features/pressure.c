@@ -2,12 +2,11 @@
    Bullet: kPR in btSoftBody::applyForces. */
 
 #include "body/all_features.h"
-#include "body/pipeline.h"
-#include "pliant/forces.h"
-
 #include "body/body_impl.h"
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/range.h"
+#include "pliant/forces.h"
 
 typedef struct pressure_state {
     float coefficient;
@@ -32,9 +31,13 @@ static void pressure_run(pli_body* body, void* state) {
 
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
 
+static const plii_field pressure_fields[] = {
+    PLII_FIELD(pressure_state, coefficient, -PLI_MAX_COEFFICIENT, PLI_MAX_COEFFICIENT)};
+
 const plii_feature_class plii_pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
+    .settings = {pressure_fields, 1, 0},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pressure_state, coefficient, PLII_SAVED, "f")),
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
@@ -42,11 +45,12 @@ const plii_feature_class plii_pressure_class = {
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
+    const pressure_state used = {coefficient};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, pressure_fields, __func__));
     PLII_TRY(plii_check_faces(body, "pressure acts on faces", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_pressure_class, &state));
-    ((pressure_state*)state)->coefficient = coefficient;
+    *(pressure_state*)state = used;
     return PLI_OK;
 }
 

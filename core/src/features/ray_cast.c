@@ -35,8 +35,6 @@ static void ray_accept(ray_cast* ray, pli_feature_kind kind, int index, float fr
     ray->hit.normal = normal;
 }
 
-// ----------------------------------------------------------------------------------------------------- triangles
-
 static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b, int node_c) {
     const pli_vec3 a = ray_position(ray, node_a), b = ray_position(ray, node_b), c = ray_position(ray, node_c);
     const pli_vec3 n = pli_vec3_cross(pli_vec3_sub(b, a), pli_vec3_sub(c, a));
@@ -54,8 +52,6 @@ static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, i
     const pli_vec3 normal = plii_vec3_safe_normalize(n);
     ray_accept(ray, kind, index, t, slope > 0.0f ? pli_vec3_neg(normal) : normal);
 }
-
-// ------------------------------------------------------------------------------------------ spheres and capsules
 
 /* In double, since a thin link far from the start of a long ray is what a mouse looks for. */
 
@@ -122,8 +118,6 @@ static void ray_cast_link(ray_cast* ray, int index) {
     }
     if (first < DBL_MAX) { ray_accept_round(ray, PLI_FEATURE_LINK, index, first, outward); }
 }
-
-// ------------------------------------------------------------------------------------------------------ the cast
 
 /* Faces and tetrahedra before what Bullet does not test. */
 static void ray_cast_targets(ray_cast* ray, int targets) {

@@ -166,6 +166,15 @@ static bool sleep_rigid_moves(const pli_rigid* rigid) {
            !(plii_vec3_is_zero(state->linear_velocity) && plii_vec3_is_zero(state->angular_velocity));
 }
 
+/* Below what rests; in the step in which its host puts it to sleep it may still do so. */
+static bool sleep_rigid_is_slow(const pli_rigid* rigid) {
+    const pli_sleep_def def = pli_sleep_def_default();
+    const pli_bounds bounds = plii_rigid_bounds(rigid);
+    const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
+    const float speed = pli_vec3_length(rigid->state.linear_velocity);
+    return speed + radius * pli_vec3_length(rigid->state.angular_velocity) <= def.speed;
+}
+
 static void sleep_note_seen(pli_rigid* rigid) {
     rigid->has_changed = false;
     rigid->seen_version = rigid->pose_version;
@@ -175,6 +184,7 @@ static void sleep_note_seen(pli_rigid* rigid) {
 static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float dt) {
     const bool has_changed = rigid->has_changed, has_moved = rigid->seen_version != rigid->pose_version;
     const bool is_by_host = world->def.host_puts_to_sleep;
+    if (is_by_host && !has_changed && rigid->kind == PLI_RIGID_DYNAMIC && sleep_rigid_is_slow(rigid)) { return; }
     if (rigid->is_asleep || !(has_changed || has_moved || (!is_by_host && sleep_rigid_moves(rigid)))) { return; }
     const pli_bounds bounds = plii_rigid_swept_bounds(rigid, dt);
     for (int i = 0; i < world->body_count; ++i) {
@@ -323,7 +333,6 @@ static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, s
 // ------------------------------------------------------------------------------------------------------------- class
 
 static pli_status sleep_enable(pli_body* body, void* data) {
-    (void)data;
     pli_world* world = body->world;
     body->can_sleep = true;
     for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
@@ -334,24 +343,27 @@ static pli_status sleep_enable(pli_body* body, void* data) {
 }
 
 static void sleep_disable(pli_body* body, void* data) {
-    (void)data;
     body->can_sleep = false;
 }
 
 static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)data;
     const bool is_under = plii_bounds_overlap(body->bounds, plii_rigid_bounds(rigid));
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
 
 static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    (void)data;
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
+
+static const plii_field sleep_fields[] = {
+    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
+};
 
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
+    .settings = PLII_LIMITS(sleep_state, def, sleep_fields),
     .arrays = PLII_ARRAYS({PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, PLII_SAVED_AS("3f")}),
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
     .enable = sleep_enable,
@@ -361,11 +373,6 @@ const plii_feature_class plii_sleep_class = {
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(sleep_state, def, PLII_SAVED, "2fu"),
                                     PLII_STATE_OF(sleep_state, time, PLII_SAVED, "f")),
-};
-
-static const plii_field sleep_fields[] = {
-    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
 };
 
 pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {

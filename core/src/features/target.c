@@ -291,15 +291,23 @@ static bool target_is_sound(const pli_body* body, const void* data) {
     return true;
 }
 
+enum { TARGET_MAX_DISTANCE, TARGET_BACKSTOP_DISTANCE, TARGET_BACKSTOP_RADIUS, TARGET_FIELDS };
+static const plii_field target_fields[TARGET_FIELDS] = {
+    [TARGET_MAX_DISTANCE] = PLII_FIELD(pli_target, max_distance, 0, PLI_MAX_COORDINATE),
+    [TARGET_BACKSTOP_DISTANCE] = PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    [TARGET_BACKSTOP_RADIUS] = PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE),
+};
+
 const plii_feature_class plii_target_class = {
     .name = "targets",
     .state_size = sizeof(target_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
                                     PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B")),
     .is_sound = target_is_sound,
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count),
-                           .is_kept = true, PLII_SAVED_AS("n3fBf2if12f")},
-                          {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
+    .arrays =
+        PLII_ARRAYS({PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count), .is_kept = true,
+                     PLII_SAVED_AS("n3fBf2if12f"), .settings = PLII_LIMITS(target_item, limits, target_fields)},
+                    {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},
@@ -331,12 +339,13 @@ static pli_status target_check_normal(const pli_body* body, const pli_target* ta
                      index, index);
 }
 
-static pli_status target_check_range(const pli_body* body, int index, const char* name, float value, float low,
+static pli_status target_check_range(const pli_body* body, int index, int field, float value, float low,
                                      const char* function) {
-    if (value >= low && value <= PLI_MAX_COORDINATE) { return PLI_OK; }
+    const plii_field* range = &target_fields[field];
+    if (value >= low && value <= range->highest) { return PLI_OK; }
     char full[48];
-    snprintf(full, sizeof full, "%s of target %d", name, index);
-    return plii_check_between(body->context, value, low, PLI_MAX_COORDINATE, full, function);
+    snprintf(full, sizeof full, "%s of target %d", range->name, index);
+    return plii_check_between(body->context, value, low, range->highest, full, function);
 }
 
 static pli_status target_check(const pli_body* body, const pli_targets_def* def, int index, int* users,
@@ -352,9 +361,9 @@ static pli_status target_check(const pli_body* body, const pli_targets_def* def,
                          users[node] - 1, index, node);
     }
     users[node] = index + 1;
-    PLII_TRY(target_check_range(body, index, "max_distance", target->max_distance, 0.0f, function));
-    PLII_TRY(target_check_range(body, index, "backstop_radius", target->backstop_radius, 0.0f, function));
-    PLII_TRY(target_check_range(body, index, "backstop_distance", target->backstop_distance, -target->max_distance,
+    PLII_TRY(target_check_range(body, index, TARGET_MAX_DISTANCE, target->max_distance, 0.0f, function));
+    PLII_TRY(target_check_range(body, index, TARGET_BACKSTOP_RADIUS, target->backstop_radius, 0.0f, function));
+    PLII_TRY(target_check_range(body, index, TARGET_BACKSTOP_DISTANCE, target->backstop_distance, -target->max_distance,
                                 function));
     if (target->backstop_radius > 0.0f && def->normals == NULL) {
         return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "normals is null, target %d has a backstop",

@@ -284,7 +284,6 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
-    (void)change;
     tether_state* state = data;
     state->load_count = 0;
     tether_measure(body, state);
@@ -294,9 +293,12 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
    in iterations. */
 enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
 
+static const plii_field tether_fields[] = {PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)};
+
 const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
+    .settings = PLII_LIMITS(tether_state, def, tether_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
                                     PLII_STATE(tether_state, link_revision, PLII_LEFT)),
     .stages =
@@ -323,8 +325,6 @@ const plii_feature_class plii_tether_class = {
 pli_tethers_def pli_tethers_def_default(void) {
     return (pli_tethers_def){.slack = 0.01f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field tether_fields[] = {PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)};
 
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -31,7 +31,6 @@ static bool changes_topology_reserve(const pli_body* body, void* data, const pli
 static void changes_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     topology_changes_state* state = data;
     const int* old_parents = change->old_arrays[1];
-    (void)body;
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin origin = change->node_origins[i - change->old_node_count];
         state->new_nodes[state->new_node_count++] = (pli_new_node){origin.a, origin.b, origin.share};

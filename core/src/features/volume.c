@@ -2,12 +2,11 @@
    Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
 
 #include "body/all_features.h"
-#include "body/pipeline.h"
-#include "pliant/forces.h"
-
 #include "body/body_impl.h"
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/range.h"
+#include "pliant/forces.h"
 
 typedef struct volume_state {
     float coefficient;
@@ -39,9 +38,12 @@ static pli_status volume_enable(pli_body* body, void* state) {
 
 enum { VOLUME_ORDER = 30 }; /* after pressure */
 
+static const plii_field volume_fields[] = {PLII_FIELD(volume_state, coefficient, 0, PLI_MAX_COEFFICIENT)};
+
 const plii_feature_class plii_volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
+    .settings = {volume_fields, 1, 0},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(volume_state, coefficient, PLII_SAVED, "f"),
                                     PLII_STATE_OF(volume_state, rest_volume, PLII_SAVED, "f")),
     .needs = plii_surface_force_needs,
@@ -51,7 +53,8 @@ const plii_feature_class plii_volume_class = {
 
 pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_between(body->context, coefficient, 0.0f, PLI_MAX_COEFFICIENT, "coefficient", __func__));
+    const volume_state used = {.coefficient = coefficient};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, volume_fields, __func__));
     PLII_TRY(plii_check_faces(body, "conservation of volume acts on faces", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_volume_class, &state));

@@ -4,6 +4,7 @@
 
 #include "body/all_features.h"
 #include "body/pipeline.h"
+#include "mesh/mesh_impl.h"
 
 static const plii_state_part file_body_parts[] = {
     PLII_STATE_OF(pli_body, is_frozen, PLII_SAVED, "B"),
@@ -126,7 +127,11 @@ static void file_check_body(plii_file* file, const pli_body* body) {
     if (!has_materials) { plii_file_refuse(file, "a material is out of range"); }
     if (!file_has_two_nodes(body)) { plii_file_refuse(file, "a link joins a node to itself"); }
     if (!file_is_within(body)) { plii_file_refuse(file, "a node is too far out, too fast, or has no mass"); }
-    if (!(body->collision_margin >= 0.0f)) { plii_file_refuse(file, "a setting is out of range"); }
+    for (int i = 0; i < body->material_count && file->status == PLI_OK; ++i) {
+        if (plii_check_material(file->context, &body->materials[i], file->function) != PLI_OK) {
+            plii_file_refuse(file, "the stiffness of a material is out of range");
+        }
+    }
 }
 
 pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
@@ -140,8 +145,10 @@ pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
     if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return body; }
     file_check_body(file, body);
     const pli_solver_settings solver = body->solver;
-    if (file->status == PLI_OK && pli_body_set_solver_settings(body, &solver) != PLI_OK) {
-        plii_file_refuse(file, "a setting of the solver is out of range");
+    if (file->status == PLI_OK &&
+        (pli_body_set_solver_settings(body, &solver) != PLI_OK ||
+         plii_check_margin(file->context, body->collision_margin, file->function) != PLI_OK)) {
+        plii_file_refuse(file, "a setting of the solver or the collision margin is out of range");
     }
     return body;
 }

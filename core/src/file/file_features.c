@@ -7,6 +7,7 @@
 #include "body/pipeline.h"
 #include "solver/xpbd/xpbd_impl.h"
 
+#include <stdio.h>
 #include <string.h>
 
 enum { FILE_NAME_SIZE = 32 };
@@ -105,6 +106,20 @@ static bool file_is_kept(const char* fields, plii_snapshot_share share) {
     return fields != NULL && share != PLII_LEFT;
 }
 
+/* Of what was read, the numbers that calls would refuse. */
+static void file_check_settings(plii_file* file, const plii_limits* settings, void* values) {
+    for (int i = 0; i < settings->count && file->mode == PLII_FILE_READ && file->status == PLI_OK; ++i) {
+        const plii_field* field = &settings->fields[i];
+        if (plii_check_fields(file->context, file_member(values, settings->offset), 1, field, file->function) ==
+            PLI_OK) {
+            continue;
+        }
+        char problem[64];
+        snprintf(problem, sizeof problem, "%s is out of range", field->name);
+        plii_file_refuse(file, problem);
+    }
+}
+
 /* How many elements a list has; without a count, all of its capacity. */
 static void file_list(plii_file* file, pli_body* body, const plii_feature_array* array, void* state) {
     const size_t count_offset = array->count != 0 ? array->count : array->capacity;
@@ -124,8 +139,11 @@ static void file_list(plii_file* file, pli_body* body, const plii_feature_array*
         }
         memcpy(file_member(state, array->count), &count, sizeof count);
     }
-    plii_file_elements(file, array->fields, plii_feature_array_address(body, array, state), (size_t)count,
-                       array->element_size);
+    void* block = plii_feature_array_address(body, array, state);
+    plii_file_elements(file, array->fields, block, (size_t)count, array->element_size);
+    for (int i = 0; i < count && array->settings.count > 0; ++i) {
+        file_check_settings(file, &array->settings, file_member(block, (size_t)i * array->element_size));
+    }
 }
 
 /* One that follows the body. */
@@ -174,6 +192,7 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
             plii_file_fields(file, part->fields, file_member(state, part->offset));
         }
     }
+    file_check_settings(file, &klass->settings, state);
     for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
         if (file->status != PLI_OK) { break; }
         if (array->length >= PLII_LIST) {

@@ -84,6 +84,8 @@ static void file_world_settings(plii_file* file, pli_world_def* def) {
 static void file_world_state(plii_file* file, pli_world* world) {
     plii_file_fields(file, "f", &world->dt);
     plii_file_fields(file, "u", &world->sleep_group);
+    const bool is_time = world->dt >= 0.0f && world->dt <= PLI_MAX_TIME_STEP;
+    if (file->mode == PLII_FILE_READ && !is_time) { plii_file_refuse(file, "the time step is out of range"); }
 }
 
 /* Where the rigid bodies of the file are in the target. */

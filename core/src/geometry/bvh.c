@@ -1,8 +1,183 @@
-/* Bounding volume tree over boxes; the order along the curve is that of Morton codes of the box centres. */
+/* Levels of boxes by components. The order along the curve is that of Morton codes of the box centres. */
 
 #include "geometry/bvh.h"
 
 #include "math/bounds.h"
+#include "math/simd_float4.h"
+
+static void bvh4_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
+    group->low[0][lane] = low.x;
+    group->low[1][lane] = low.y;
+    group->low[2][lane] = low.z;
+    group->high[0][lane] = high.x;
+    group->high[1][lane] = high.y;
+    group->high[2][lane] = high.z;
+}
+
+/* What encloses the four boxes of a group, of which the first is not empty. */
+static pli_bounds bvh4_join(const plii_box4* group) {
+    pli_bounds all = {{group->low[0][0], group->low[1][0], group->low[2][0]},
+                      {group->high[0][0], group->high[1][0], group->high[2][0]}};
+    for (int k = 1; k < 4 && !isnan(group->low[0][k]); ++k) {
+        const pli_vec3 low = pli_vec3_make(group->low[0][k], group->low[1][k], group->low[2][k]);
+        const pli_vec3 high = pli_vec3_make(group->high[0][k], group->high[1][k], group->high[2][k]);
+        all.min = plii_vec3_min(low, all.min);
+        all.max = plii_vec3_max(high, all.max);
+    }
+    return all;
+}
+
+/* Empty boxes are nowhere: no comparison holds for NaN, however large the radius or the bounds that are looked for. */
+static void bvh4_pad(plii_box4* groups, int count) {
+    const pli_vec3 nowhere = pli_vec3_make(NAN, NAN, NAN);
+    for (int i = count; i % 4 != 0; ++i) {
+        bvh4_set(&groups[i / 4], i % 4, nowhere, nowhere);
+    }
+}
+
+pli_bounds plii_bvh4_bounds(const plii_bvh4* boxes) {
+    return bvh4_join(&boxes->groups[boxes->begin[boxes->level_count - 1]]);
+}
+
+bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count) {
+    if (count <= 0) { return true; }
+    int begin[PLII_BVH_MAX_LEVELS + 1];
+    const int level_count = plii_bvh_lay_out((count + 3) / 4, begin);
+    return PLII_RESERVE(context, &boxes->groups, &boxes->capacity, begin[level_count]);
+}
+
+/* In the order of `items`, NULL: as they come. */
+static bool bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds, const int* items) {
+    boxes->level_count = 0;
+    if (count <= 0) { return true; }
+    if (!plii_bvh4_reserve(context, boxes, count)) { return false; }
+    const int level_count = plii_bvh_lay_out((count + 3) / 4, boxes->begin);
+    for (int i = 0; i < count; ++i) {
+        const pli_bounds* box = &bounds[items != NULL ? items[i] : i];
+        bvh4_set(&boxes->groups[i / 4], i % 4, box->min, box->max);
+    }
+    bvh4_pad(boxes->groups, count);
+    for (int level = 1; level < level_count; ++level) {
+        const plii_box4* below = boxes->groups + boxes->begin[level - 1];
+        plii_box4* groups = boxes->groups + boxes->begin[level];
+        const int below_count = boxes->begin[level] - boxes->begin[level - 1];
+        for (int i = 0; i < below_count; ++i) {
+            const pli_bounds all = bvh4_join(&below[i]);
+            bvh4_set(&groups[i / 4], i % 4, all.min, all.max);
+        }
+        bvh4_pad(groups, below_count);
+    }
+    boxes->level_count = level_count;
+    return true;
+}
+
+bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds) {
+    return bvh4_build(context, boxes, count, bounds, NULL);
+}
+
+void plii_bvh4_free(pli_context* context, plii_bvh4* boxes) {
+    PLII_RELEASE(context, boxes->groups, boxes->capacity);
+    *boxes = (plii_bvh4){0};
+}
+
+PLII_SIMD_INLINE plii_mask4 bvh4_overlaps_axis(plii_float4 low, plii_float4 high, const float* box_low,
+                                               const float* box_high) {
+    return (plii_float4_load(box_low) <= high) & (low <= plii_float4_load(box_high));
+}
+
+/* Bit k where box k touches the one between `low` and `high`. */
+PLII_SIMD_INLINE int bvh4_overlaps(plii_vec3x4 low, plii_vec3x4 high, const plii_box4* group) {
+    const plii_mask4 x = bvh4_overlaps_axis(low.x, high.x, group->low[0], group->high[0]);
+    const plii_mask4 y = bvh4_overlaps_axis(low.y, high.y, group->low[1], group->high[1]);
+    const plii_mask4 z = bvh4_overlaps_axis(low.z, high.z, group->low[2], group->high[2]);
+    return plii_lanes_bits((x & y) & z);
+}
+
+/* Squares of how far a coordinate lies outside of four intervals; NaN where the interval or the coordinate is, as the
+   maximum of two values is the second one then. */
+PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, const float* low, const float* high) {
+    const plii_float4 below = plii_float4_load(low) - value;
+    const plii_float4 above = value - plii_float4_load(high);
+    const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(below, above));
+    return outside * outside;
+}
+
+PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const plii_box4* group) {
+    const plii_float4 x = bvh4_outside(point.x, group->low[0], group->high[0]);
+    const plii_float4 y = bvh4_outside(point.y, group->low[1], group->high[1]);
+    const plii_float4 z = bvh4_outside(point.z, group->low[2], group->high[2]);
+    return x + y + z;
+}
+
+static const uint8_t bvh4_first_bit[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
+static const uint8_t bvh4_last_bit[16] = {0, 0, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3};
+
+/* Visits boxes of the lowest level that counts, depth first, ascending or backwards: of the groups on the path down,
+   what is left to be looked at. */
+PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, bool backwards,
+                                plii_bvh_visit_fn* visit, void* user) {
+    const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
+    int bits[PLII_BVH_MAX_LEVELS], group[PLII_BVH_MAX_LEVELS];
+    const int top = boxes->level_count - 1;
+    if (top < 0) { return; }
+    group[top] = 0;
+    bits[top] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[top]]);
+    for (int level = top; level <= top;) {
+        if (bits[level] == 0) {
+            ++level;
+            continue;
+        }
+        const int lane = backwards ? bvh4_last_bit[bits[level]] : bvh4_first_bit[bits[level]];
+        const int box = 4 * group[level] + lane;
+        bits[level] ^= 1 << lane;
+        if (level == lowest) {
+            visit(box, user);
+        } else {
+            --level;
+            group[level] = box;
+            bits[level] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[level] + box]);
+        }
+    }
+}
+
+typedef struct bvh4_list {
+    int* items;
+    int count;
+} bvh4_list;
+
+static inline void bvh4_append(int box, void* user) {
+    bvh4_list* list = user;
+    list->items[list->count++] = box;
+}
+
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
+    bvh4_list list = {items, 0};
+    bvh4_walk(boxes, bounds, 0, false, bvh4_append, &list);
+    return list.count;
+}
+
+int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups) {
+    if (boxes->level_count == 1) { groups[0] = 0; }
+    if (boxes->level_count <= 1) { return boxes->level_count; }
+    bvh4_list list = {groups, 0};
+    bvh4_walk(boxes, bounds, 1, false, bvh4_append, &list);
+    return list.count;
+}
+
+int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
+                   int* items) {
+    const plii_vec3x4 p = plii_vec3x4_all(point);
+    int count = 0;
+    for (int i = 0; i < group_count; ++i) {
+        const plii_float4 squared = bvh4_squared_distances(p, &boxes->groups[groups[i]]);
+        for (int bits = plii_lanes_bits(squared <= radius * radius); bits != 0; bits &= bits - 1) {
+            items[count++] = 4 * groups[i] + bvh4_first_bit[bits];
+        }
+    }
+    return count;
+}
+
+// --------------------------------------------------------------------------------------------------- along a curve
 
 /* The ten low bits of a number, two zero bits put between each. */
 static uint32_t bvh_spread(uint32_t v) {
@@ -15,10 +190,6 @@ static uint32_t bvh_spread(uint32_t v) {
 static uint32_t bvh_cell(float value, float low, float scale) {
     const float cell = (value - low) * scale;
     return cell >= 1023.0f ? 1023u : cell >= 0.0f ? (uint32_t)cell : 0u; /* also for NaN */
-}
-
-static pli_bounds bvh_join(pli_bounds a, pli_bounds b) {
-    return (pli_bounds){plii_vec3_min(a.min, b.min), plii_vec3_max(a.max, b.max)};
 }
 
 /* Sorts items by key, eight bits at a time, least significant first. */
@@ -50,132 +221,101 @@ static void bvh_sort(plii_bvh* tree, int count) {
     /* After an even number of passes the result is back where it began. */
 }
 
-bool plii_bvh_reserve(pli_context* context, plii_bvh* tree, int count) {
-    if (count <= 0) { return true; }
-    int begin[PLII_BVH_MAX_LEVELS + 1];
-    const int level_count = plii_bvh_lay_out(count, begin);
-    return PLII_RESERVE(context, &tree->items, &tree->item_capacity, count) &&
-           PLII_RESERVE(context, &tree->sorting, &tree->sorting_capacity, count) &&
-           PLII_RESERVE(context, &tree->keys, &tree->key_capacity, 2 * count) &&
-           PLII_RESERVE(context, &tree->boxes, &tree->box_capacity, begin[level_count]);
-}
-
-bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* boxes) {
+bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* bounds) {
     tree->count = 0;
-    tree->level_count = 0;
+    tree->boxes.level_count = 0;
     if (count <= 0) { return true; }
-    if (!plii_bvh_reserve(context, tree, count)) { return false; }
-    const int level_count = plii_bvh_lay_out(count, tree->begin);
-
-    pli_bounds all = boxes[0];
+    if (!PLII_RESERVE(context, &tree->items, &tree->item_capacity, count) ||
+        !PLII_RESERVE(context, &tree->sorting, &tree->sorting_capacity, count) ||
+        !PLII_RESERVE(context, &tree->keys, &tree->key_capacity, 2 * count)) {
+        return false;
+    }
+    pli_bounds all = bounds[0];
     for (int i = 1; i < count; ++i) {
-        all = bvh_join(all, boxes[i]);
+        all = plii_bounds_join(all, bounds[i]);
     }
     const pli_vec3 low = pli_vec3_scale(all.min, 2.0f);
     const pli_vec3 size = pli_vec3_sub(pli_vec3_scale(all.max, 2.0f), low);
     const float largest = plii_max(size.x, plii_max(size.y, size.z));
     const float scale = largest > 0.0f ? 1024.0f / largest : 0.0f;
     for (int i = 0; i < count; ++i) {
-        const pli_vec3 centre = pli_vec3_add(boxes[i].min, boxes[i].max); /* twice the centre */
+        const pli_vec3 centre = pli_vec3_add(bounds[i].min, bounds[i].max); /* twice the centre */
         tree->items[i] = i;
         tree->keys[i] = bvh_spread(bvh_cell(centre.x, low.x, scale)) |
                         bvh_spread(bvh_cell(centre.y, low.y, scale)) << 1 |
                         bvh_spread(bvh_cell(centre.z, low.z, scale)) << 2;
     }
     bvh_sort(tree, count);
-    for (int i = 0; i < count; ++i) {
-        tree->boxes[i] = boxes[tree->items[i]];
-    }
-
-    for (int level = 1; level < level_count; ++level) {
-        const pli_bounds* below = tree->boxes + tree->begin[level - 1];
-        const int below_count = tree->begin[level] - tree->begin[level - 1];
-        pli_bounds* parents = tree->boxes + tree->begin[level];
-        for (int i = 0; i < below_count; ++i) {
-            const int parent = i / PLII_BVH_FAN;
-            parents[parent] = i % PLII_BVH_FAN == 0 ? below[i] : bvh_join(parents[parent], below[i]);
-        }
-    }
-    tree->count = count;
-    tree->level_count = level_count;
-    return true;
+    tree->count = bvh4_build(context, &tree->boxes, count, bounds, tree->items) ? count : 0;
+    return tree->count > 0;
 }
 
 void plii_bvh_free(pli_context* context, plii_bvh* tree) {
+    plii_bvh4_free(context, &tree->boxes);
     PLII_RELEASE(context, tree->items, tree->item_capacity);
-    PLII_RELEASE(context, tree->boxes, tree->box_capacity);
     PLII_RELEASE(context, tree->keys, tree->key_capacity);
     PLII_RELEASE(context, tree->sorting, tree->sorting_capacity);
     *tree = (plii_bvh){.count = 0};
 }
 
-typedef struct bvh_entry {
-    int level, index;
-    float squared; /* distance of the box; only for the nearest item */
-} bvh_entry;
+typedef struct bvh_visitor {
+    const int* items;
+    plii_bvh_visit_fn* visit;
+    void* user;
+} bvh_visitor;
 
-static int bvh_width(const plii_bvh* tree, int level) {
-    return tree->begin[level + 1] - tree->begin[level];
+static inline void bvh_visit(int box, void* user) {
+    const bvh_visitor* visitor = user;
+    visitor->visit(visitor->items[box], visitor->user);
 }
 
 void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* visit, void* user) {
-    bvh_entry stack[PLII_BVH_STACK];
-    int depth = 0;
-    const int top = tree->level_count - 1;
-    if (top < 0 || !plii_bounds_overlap(tree->boxes[tree->begin[top]], box)) { return; }
-    stack[depth++] = (bvh_entry){.level = top, .index = 0};
-    while (depth > 0) {
-        const bvh_entry entry = stack[--depth]; /* overlaps */
-        if (entry.level == 0) {
-            visit(tree->items[entry.index], user);
-            continue;
-        }
-        const int first = entry.index * PLII_BVH_FAN;
-        const int width = bvh_width(tree, entry.level - 1);
-        const pli_bounds* boxes = tree->boxes + tree->begin[entry.level - 1];
-        for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
-            if (!plii_bounds_overlap(boxes[child], box)) { continue; }
-            stack[depth++] = (bvh_entry){.level = entry.level - 1, .index = child};
-        }
-    }
+    bvh_visitor visitor = {tree->items, visit, user};
+    bvh4_walk(&tree->boxes, &box, 0, true, bvh_visit, &visitor);
 }
 
-static float bvh_squared_distance(pli_bounds box, pli_vec3 p) {
-    const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, box.min), box.max);
-    return pli_vec3_length_squared(pli_vec3_sub(p, inside));
+/* A box, or a group of boxes below it. */
+typedef struct bvh_entry {
+    int level, index;
+    float squared; /* distance */
+} bvh_entry;
+
+/* Boxes of a group go on the stack with the nearest on top. */
+static int bvh_push_group(const plii_bvh4* boxes, bvh_entry from, plii_vec3x4 point, float nearest_squared,
+                          bvh_entry* stack, int depth) {
+    const int level = from.level - 1, bottom = depth;
+    float distances[4];
+    plii_float4_store(distances, bvh4_squared_distances(point, &boxes->groups[boxes->begin[level] + from.index]));
+    for (int k = 0; k < 4; ++k) {
+        if (!(distances[k] < nearest_squared)) { continue; }
+        int at = depth++;
+        for (; at > bottom && stack[at - 1].squared < distances[k]; --at) {
+            stack[at] = stack[at - 1];
+        }
+        stack[at] = (bvh_entry){level, 4 * from.index + k, distances[k]};
+    }
+    return depth;
 }
 
 int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, plii_bvh_measure_fn* measure,
                      const void* user) {
+    const plii_vec3x4 p = plii_vec3x4_all(point);
     bvh_entry stack[PLII_BVH_STACK];
-    int depth = 0;
-    int nearest = PLI_NULL_INDEX;
+    int depth = 0, nearest = PLI_NULL_INDEX;
     float nearest_squared = max_squared;
-    if (tree->level_count > 0) { stack[depth++] = (bvh_entry){tree->level_count - 1, 0, 0.0f}; }
+    if (tree->boxes.level_count > 0) { stack[depth++] = (bvh_entry){tree->boxes.level_count, 0, 0.0f}; }
     while (depth > 0) {
         const bvh_entry entry = stack[--depth];
         if (!(entry.squared < nearest_squared)) { continue; }
-        if (entry.level == 0) {
-            const int item = tree->items[entry.index];
-            const float squared = measure(item, point, user);
-            if (squared < nearest_squared) {
-                nearest = item;
-                nearest_squared = squared;
-            }
+        if (entry.level > 0) {
+            depth = bvh_push_group(&tree->boxes, entry, p, nearest_squared, stack, depth);
             continue;
         }
-        /* Children go on the stack with the nearest on top. */
-        const int bottom = depth;
-        const int first = entry.index * PLII_BVH_FAN;
-        const int width = bvh_width(tree, entry.level - 1);
-        for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
-            const float squared = bvh_squared_distance(tree->boxes[tree->begin[entry.level - 1] + child], point);
-            if (!(squared < nearest_squared)) { continue; }
-            int at = depth++;
-            for (; at > bottom && stack[at - 1].squared < squared; --at) {
-                stack[at] = stack[at - 1];
-            }
-            stack[at] = (bvh_entry){entry.level - 1, child, squared};
+        const int item = tree->items[entry.index];
+        const float squared = measure(item, point, user);
+        if (squared < nearest_squared) {
+            nearest = item;
+            nearest_squared = squared;
         }
     }
     return nearest;

@@ -1,26 +1,37 @@
 #pragma once
 
-/* A bounding volume tree over boxes, built in linear time and without pointers: the boxes are sorted along a Z-order
-   curve, and box i of one level encloses boxes 4i .. 4i + 3 of the level below. */
+/* Bounding volume trees over boxes, built in linear time and without pointers: boxes are in groups of four, and box i
+   of a level above is around group i of the level below. Four are tested at once. */
 
 #include "base/context.h"
 #include "math/vec.h"
 
 #define PLII_BVH_FAN 4
-/* 4^15 items and the root. */
 #define PLII_BVH_MAX_LEVELS 17
 /* Entries that a depth-first walk can have waiting. */
 #define PLII_BVH_STACK (PLII_BVH_MAX_LEVELS * PLII_BVH_FAN)
 
+/* Four boxes by components; those beyond the last one are empty: NaN, which no search finds. */
+typedef struct plii_box4 {
+    float low[3][4], high[3][4];
+} plii_box4;
+
+/* Boxes in their order: quick to ask where neighbours in the list are neighbours in space. */
+typedef struct plii_bvh4 {
+    int level_count;                    /* 0: no boxes; the last level is one group */
+    int begin[PLII_BVH_MAX_LEVELS + 1]; /* of each level in `groups` */
+    plii_box4* groups;
+    int capacity;
+} plii_bvh4;
+
+/* Boxes along a Z-order curve. */
 typedef struct plii_bvh {
-    int count;                          /* items */
-    int level_count;                    /* 0 for an empty tree; the last level has one box */
-    int begin[PLII_BVH_MAX_LEVELS + 1]; /* of each level in `boxes`; level 0 are the items' own */
-    int* items;                         /* [count] the item of each box of level 0 */
-    pli_bounds* boxes;
+    int count;  /* items */
+    int* items; /* [count] the item of each box */
+    plii_bvh4 boxes;
     uint32_t* keys; /* [2 * count] scratch: Z-order keys */
     int* sorting;   /* [count] scratch */
-    int item_capacity, box_capacity, key_capacity, sorting_capacity;
+    int item_capacity, key_capacity, sorting_capacity;
 } plii_bvh;
 
 /* Levels over `width` boxes of the lowest one, up to a single one: fills `begin`, where each level begins, and after
@@ -36,11 +47,25 @@ static inline int plii_bvh_lay_out(int width, int* begin) {
     return level_count;
 }
 
-/* Replaces what the tree held; the boxes must be finite. Memory is kept from build to build.
-   False when out of memory: the tree is then empty. */
-bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* boxes);
+/* Replaces what was held; memory is kept from build to build. False when out of memory: there are no boxes then. */
+bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds);
 /* Room for that many; false when out of memory. */
-bool plii_bvh_reserve(pli_context* context, plii_bvh* tree, int count);
+bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count);
+void plii_bvh4_free(pli_context* context, plii_bvh4* boxes);
+/* Around all, of which there is one at least. */
+pli_bounds plii_bvh4_bounds(const plii_bvh4* boxes);
+
+/* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
+   numbers are infinite or NaN. `items` has room for all. */
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
+/* The same for groups of level 0, for points that lie close together. */
+int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups);
+/* Writes the boxes of these groups within `radius` of a point, in the order of the groups; returns their number. */
+int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
+                   int* items);
+
+/* As plii_bvh4_build; the boxes must be finite. */
+bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* bounds);
 void plii_bvh_free(pli_context* context, plii_bvh* tree);
 
 /* Calls `visit` with each item whose box overlaps `box` (closed intervals), in no particular order. */

@@ -2,9 +2,8 @@
 
 /* Four triangles at a time, from one point: enough to tell which of many are worth plii_closest_point_on_triangle. */
 
-#include "math/simd_float4.h"
-
 #include "geometry/closest_point.h"
+#include "math/simd_float4.h"
 
 /* Corners relative to the point. */
 typedef struct plii_triangle4 {

@@ -47,3 +47,10 @@ plii_convex_options plii_convex_options_default(void);
    `cache` may be NULL. */
 void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii_convex_options* options,
                           plii_convex_cache* cache, plii_convex_result* result);
+
+/* Penetration of overlapping convex cores by libccd, for plii_convex_options.penetration. Only programs that name the
+   function need libccd. */
+
+/* The expanding polytope algorithm: accurate; allocates with malloc inside libccd. Makes no more support calls than the
+   query allows. */
+bool plii_penetration_epa(const plii_penetration_query* query, plii_penetration_result* result);

@@ -2,7 +2,7 @@
    origin, which is what the callbacks return once the budget is spent. Sets are moved near the origin and scaled to
    about unit size, because libccd's tolerances are absolute. */
 
-#include "geometry/convex_penetration.h"
+#include "geometry/convex_distance.h"
 
 #include <ccd/ccd.h>
 

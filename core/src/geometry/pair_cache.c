@@ -24,6 +24,18 @@ bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int c
            pair_reserve_table(context, cache, count);
 }
 
+bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache) {
+    plii_key_table_clear(&cache->table);
+    if (!pair_reserve_table(context, cache, cache->before_count)) {
+        cache->before_count = 0;
+        return false;
+    }
+    for (int i = 0; i < cache->before_count; ++i) {
+        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
+    }
+    return true;
+}
+
 bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
     plii_pair_record* records = cache->before;
     const int capacity = cache->before_capacity;
@@ -41,20 +53,7 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
         cache->present = plii_allocate(context, (size_t)cache->before_capacity * sizeof *cache->present);
         cache->present_capacity = cache->present != NULL ? cache->before_capacity : 0;
     }
-    plii_key_table_clear(&cache->table);
-    if (!pair_reserve_table(context, cache, cache->before_count)) {
-        cache->before_count = 0;
-        return false;
-    }
-    for (int i = 0; i < cache->before_count; ++i) {
-        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
-    }
-    return true;
-}
-
-void plii_pair_cache_forget_before(plii_pair_cache* cache) {
-    cache->before_count = 0;
-    plii_key_table_clear(&cache->table);
+    return plii_pair_cache_index_before(context, cache);
 }
 
 /* Among those of the last step, or PLI_NULL_INDEX. */

@@ -42,8 +42,9 @@ plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* ca
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew. */
 void plii_pair_cache_clear(plii_pair_cache* cache);
-/* What was present was replaced. */
-void plii_pair_cache_forget_before(plii_pair_cache* cache);
+/* What was before was replaced. Out of memory, which cannot be where as many were before, nothing is remembered; false
+   then. */
+bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache);
 /* Of one that was read: points are no more than there are, and indices of the step before below `before_count`. */
 bool plii_pair_cache_is_sound(const plii_pair_cache* cache, int before_count);
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache);

@@ -48,8 +48,6 @@ static void sampling_locate(const sampling_grid* grid, size_t sample, int at[3])
     }
 }
 
-// ------------------------------------------------------------------------------------------------ walls inside
-
 /* Whether both sides of a triangle are solid at one of its points. */
 static bool sampling_is_inner(const plii_winding* winding, pli_vec3 point, pli_vec3 side) {
     return sampling_is_solid(plii_winding_at(winding, pli_vec3_add(point, side))) &&
@@ -73,8 +71,6 @@ static bool sampling_hide_inner_triangles(plii_soup* soup, const plii_winding* w
     }
     return has_surface;
 }
-
-// ---------------------------------------------------------------------------------------------------- blocks
 
 static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
     int end[3];
@@ -113,8 +109,6 @@ static void sampling_fill_blocks(sampling_grid* grid) {
         }
     }
 }
-
-// ----------------------------------------------------------------------------------------------------- holes
 
 /* Both sides of a change of sign that no triangle explains. */
 static bool sampling_find_holes(sampling_grid* grid) {
@@ -161,8 +155,6 @@ static void sampling_lower(sampling_grid* grid, bool is_backward) {
         }
     }
 }
-
-// ------------------------------------------------------------------------------------------------------- all
 
 /* False when nothing is inside. */
 static bool sampling_fill(sampling_grid* grid) {

@@ -2,12 +2,11 @@
    Collision Detection of Deformable Objects"; Mueller, "Ten Minute Physics" 11 for the dense layout. Columns of cells
    are hashed, cells of a column follow each other. */
 
-#include "math/simd_float4.h"
-
 #include "geometry/spatial_hash.h"
 
 #include "base/csr.h"
 #include "base/ranges.h"
+#include "math/simd_float4.h"
 
 static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_origin) {
     const float cell = from_origin * hash->inverse_cell_size;
@@ -16,10 +15,9 @@ static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_ori
 }
 
 static plii_spatial_hash_cell spatial_hash_cell_of(const plii_spatial_hash* hash, pli_vec3 p) {
-    const float from[3] = {p.x - hash->origin.x, p.y - hash->origin.y, p.z - hash->origin.z};
-    return (plii_spatial_hash_cell){spatial_hash_coordinate(hash, from[hash->axes[0]]),
-                                    spatial_hash_coordinate(hash, from[hash->axes[1]]),
-                                    spatial_hash_coordinate(hash, from[hash->axes[2]])};
+    return (plii_spatial_hash_cell){spatial_hash_coordinate(hash, p.x - hash->origin.x),
+                                    spatial_hash_coordinate(hash, p.y - hash->origin.y),
+                                    spatial_hash_coordinate(hash, p.z - hash->origin.z)};
 }
 
 static uint64_t spatial_hash_column_name(int x, int y) {
@@ -50,41 +48,18 @@ static float spatial_hash_padded_size(float cell_size, pli_vec3 extent) {
 
 /* Where the grid has at most `most` cells, it is the table. An empty cell is between rows. */
 static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, unsigned most) {
-    const float extents[3] = {extent.x, extent.y, extent.z};
-    float cells[3];
-    for (int k = 0; k < 3; ++k) {
-        cells[k] = extents[hash->axes[k]] * hash->inverse_cell_size;
-    }
+    const pli_vec3 cells = pli_vec3_scale(extent, hash->inverse_cell_size);
     unsigned size = 64;
     hash->strides[0] = hash->strides[1] = 0;
     hash->mask = most - 1;
-    if (!((cells[0] + 3.0f) * (cells[1] + 3.0f) * (cells[2] + 3.0f) < (float)most)) { return; }
-    const unsigned x = (unsigned)cells[0] + 2, y = (unsigned)cells[1] + 3, z = (unsigned)cells[2] + 3;
+    if (!((cells.x + 3.0f) * (cells.y + 3.0f) * (cells.z + 3.0f) < (float)most)) { return; }
+    const unsigned x = (unsigned)cells.x + 2, y = (unsigned)cells.y + 3, z = (unsigned)cells.z + 3;
     while (size < x * y * z) {
         size *= 2;
     }
     hash->strides[0] = y * z;
     hash->strides[1] = z;
     hash->mask = size - 1;
-}
-
-enum { SPATIAL_HASH_SAMPLE = 16 }; /* of so many points one shows the order */
-
-static void spatial_hash_choose_axes(plii_spatial_hash* hash, int count, const pli_vec3* positions) {
-    float lengths[3] = {0.0f, 0.0f, 0.0f};
-    for (int i = 1; i < count; i += SPATIAL_HASH_SAMPLE) {
-        const pli_vec3 step = pli_vec3_sub(positions[i], positions[i - 1]);
-        lengths[0] += fabsf(step.x);
-        lengths[1] += fabsf(step.y);
-        lengths[2] += fabsf(step.z);
-    }
-    int last = 2;
-    for (int k = 0; k < 2; ++k) {
-        last = lengths[k] > lengths[last] ? k : last;
-    }
-    hash->axes[0] = (last + 1) % 3;
-    hash->axes[1] = (last + 2) % 3;
-    hash->axes[2] = last;
 }
 
 /* Of passes over the points. */
@@ -117,7 +92,6 @@ enum { SPATIAL_HASH_POINT_NS = 3 };
 static void spatial_hash_set_grid(pli_context* context, spatial_hash_points* points, int count, float cell_size,
                                   float shift, unsigned most) {
     plii_spatial_hash* hash = points->hash;
-    const pli_vec3* positions = points->positions;
     const plii_blocks blocks = plii_blocks_of(count, plii_grain(SPATIAL_HASH_POINT_NS), PLII_MOST_BLOCKS);
     plii_run_blocks(context, blocks, count, spatial_hash_bound_block, points);
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
@@ -130,7 +104,6 @@ static void spatial_hash_set_grid(pli_context* context, spatial_hash_points* poi
     hash->cell_size = is_finite ? spatial_hash_padded_size(cell_size, extent) : cell_size;
     hash->inverse_cell_size = 1.0f / hash->cell_size;
     hash->origin = is_finite ? pli_vec3_sub(low, pli_vec3_make(shift, shift, shift)) : pli_vec3_make(0, 0, 0);
-    spatial_hash_choose_axes(hash, count, positions);
     const pli_vec3 from_origin = pli_vec3_add(extent, pli_vec3_make(shift, shift, shift));
     spatial_hash_choose_table(hash, is_finite ? from_origin : pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), most);
 }

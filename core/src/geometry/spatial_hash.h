@@ -3,13 +3,11 @@
 /* Pairs of points that are near each other, in linear time: points are counted into the cells of an unbounded grid and
    laid out densely. The table of cells is the grid itself where that is small enough, so that neighbours are near in
    memory too; otherwise columns are hashed to it. Cells that differ in the last axis only lie side by side in the
-   table, so the 27 cells around a point are 9 runs, and each pair is met from one of its ends: 5 runs. The last axis is
-   the one along which points that follow each other are farthest apart, as in rows of a sheet. */
+   table, so the 27 cells around a point are 9 runs, and each pair is met from one of its ends: 5 runs. */
 
 #include "base/context.h"
 #include "math/vec.h"
 
-/* In the order of the axes of the hash. */
 typedef struct plii_spatial_hash_cell {
     int x, y, z;
 } plii_spatial_hash_cell;
@@ -23,7 +21,6 @@ typedef struct plii_node_pair {
 typedef struct plii_spatial_hash {
     int count;
     pli_vec3 origin;
-    int axes[3]; /* a cyclic order of x, y, z */
     float cell_size, inverse_cell_size;
     unsigned mask;                 /* table size - 1; a power of two minus 1 */
     unsigned strides[2];           /* of the first two axes in the table; 0 where columns are hashed */

@@ -4,6 +4,9 @@
 
 #include "geometry/winding_number.h"
 
+#include "base/scratch.h"
+#include "math/bounds.h"
+
 /* A cluster is far when it is this many of its radii away: errors of some hundredths. */
 #define WINDING_FAR 3.0f
 #define WINDING_FULL 12.566370614f /* the solid angle of everything, 4 pi */
@@ -23,34 +26,42 @@ static void winding_add_weighted(plii_winding_cluster* sum, pli_vec3 centre, pli
 bool plii_winding_build(plii_winding* winding, const plii_soup* soup) {
     const plii_bvh* tree = &soup->tree;
     winding->soup = soup;
-    winding->cluster_count = tree->begin[tree->level_count];
-    winding->clusters = plii_allocate(soup->context, (size_t)winding->cluster_count * sizeof *winding->clusters);
-    if (winding->clusters == NULL) { return false; }
+    winding->level_count = plii_bvh_lay_out(tree->count, winding->begin);
+    const int count = winding->begin[winding->level_count];
+    plii_scratch scratch = {.context = soup->context};
+    pli_bounds* boxes = PLII_TAKE(&scratch, pli_bounds, count);
+    if (boxes == NULL || !PLII_ALLOCATE(soup->context, &winding->clusters, count)) {
+        plii_scratch_free(&scratch);
+        return false;
+    }
     for (int i = 0; i < tree->count; ++i) {
         const pli_vec3* c = soup->triangles[tree->items[i]].corners;
         const pli_vec3 normal =
             pli_vec3_scale(pli_vec3_cross(pli_vec3_sub(c[1], c[0]), pli_vec3_sub(c[2], c[0])), 0.5f);
         const pli_vec3 centre = pli_vec3_scale(pli_vec3_add(c[0], pli_vec3_add(c[1], c[2])), 1.0f / 3.0f);
         winding_add_weighted(&winding->clusters[i], centre, normal, pli_vec3_length(normal));
-        winding_finish(&winding->clusters[i], tree->boxes[i]);
+        boxes[i] = plii_bounds_of_triangle(c[0], c[1], c[2]);
+        winding_finish(&winding->clusters[i], boxes[i]);
     }
-    for (int level = 1; level < tree->level_count; ++level) {
-        const int below = tree->begin[level - 1], begin = tree->begin[level], end = tree->begin[level + 1];
+    for (int level = 1; level < winding->level_count; ++level) {
+        const int below = winding->begin[level - 1], begin = winding->begin[level], end = winding->begin[level + 1];
         for (int i = below; i < begin; ++i) {
             const plii_winding_cluster* child = &winding->clusters[i];
-            winding_add_weighted(&winding->clusters[begin + (i - below) / PLII_BVH_FAN], child->centre,
-                                 child->area_normal, child->area);
+            const int parent = begin + (i - below) / PLII_BVH_FAN;
+            boxes[parent] = (i - below) % PLII_BVH_FAN == 0 ? boxes[i] : plii_bounds_join(boxes[parent], boxes[i]);
+            winding_add_weighted(&winding->clusters[parent], child->centre, child->area_normal, child->area);
         }
         for (int i = begin; i < end; ++i) {
-            winding_finish(&winding->clusters[i], tree->boxes[i]);
+            winding_finish(&winding->clusters[i], boxes[i]);
         }
     }
+    plii_scratch_free(&scratch);
     return true;
 }
 
 void plii_winding_free(plii_winding* winding) {
     if (winding->soup == NULL) { return; }
-    PLII_RELEASE(winding->soup->context, winding->clusters, winding->cluster_count);
+    PLII_RELEASE(winding->soup->context, winding->clusters, winding->begin[winding->level_count]);
 }
 
 /* Van Oosterom and Strackee, The solid angle of a plane triangle, 1983. */
@@ -69,13 +80,13 @@ float plii_winding_at(const plii_winding* winding, pli_vec3 point) {
         int level, index;
     } stack[PLII_BVH_STACK];
     int depth = 0;
-    stack[depth].level = tree->level_count - 1;
+    stack[depth].level = winding->level_count - 1;
     stack[depth++].index = 0;
     float angle = 0.0f;
     while (depth > 0) {
         --depth;
         const int level = stack[depth].level, index = stack[depth].index;
-        const plii_winding_cluster* cluster = &winding->clusters[tree->begin[level] + index];
+        const plii_winding_cluster* cluster = &winding->clusters[winding->begin[level] + index];
         const pli_vec3 offset = pli_vec3_sub(cluster->centre, point);
         const float squared = pli_vec3_length_squared(offset);
         if (squared > cluster->reach_squared) {
@@ -87,7 +98,7 @@ float plii_winding_at(const plii_winding* winding, pli_vec3 point) {
             continue;
         }
         const int first = index * PLII_BVH_FAN;
-        const int width = tree->begin[level] - tree->begin[level - 1];
+        const int width = winding->begin[level] - winding->begin[level - 1];
         for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
             stack[depth].level = level - 1;
             stack[depth++].index = child;

@@ -15,8 +15,8 @@ typedef struct plii_winding_cluster {
 
 typedef struct plii_winding {
     const plii_soup* soup;
-    plii_winding_cluster* clusters; /* one for each box of the soup's tree */
-    int cluster_count;
+    plii_winding_cluster* clusters; /* of the items of the soup's tree, of four of these each, and so on up to one */
+    int level_count, begin[PLII_BVH_MAX_LEVELS + 1]; /* of each level in `clusters` */
 } plii_winding;
 
 /* False when out of memory. The soup must outlive it. */

@@ -2,7 +2,7 @@
 
 /* Boxes along the axes. */
 
-#include "math/vec.h"
+#include "math/simd_float4.h"
 
 static inline bool plii_bounds_overlap(pli_bounds a, pli_bounds b) {
     return a.min.x <= b.max.x && a.max.x >= b.min.x && a.min.y <= b.max.y && a.max.y >= b.min.y && a.min.z <= b.max.z &&
@@ -10,6 +10,9 @@ static inline bool plii_bounds_overlap(pli_bounds a, pli_bounds b) {
 }
 static inline pli_bounds plii_bounds_add(pli_bounds b, pli_vec3 point) {
     return (pli_bounds){plii_vec3_min(b.min, point), plii_vec3_max(b.max, point)};
+}
+static inline pli_bounds plii_bounds_join(pli_bounds a, pli_bounds b) {
+    return (pli_bounds){plii_vec3_min(a.min, b.min), plii_vec3_max(a.max, b.max)};
 }
 static inline pli_bounds plii_bounds_of_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return (pli_bounds){plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
@@ -26,4 +29,22 @@ static inline bool plii_bounds_contain(pli_bounds outer, pli_bounds inner) {
 }
 
 /* Bounds of a box after a rigid motion. */
-pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose);
+static inline pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose) {
+    const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&pose.rotation);
+    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &rotation, plii_lanes_from_vec3(&pose.origin));
+    pli_bounds world;
+    plii_lanes_to_vec3(&world.min, bounds.low);
+    plii_lanes_to_vec3(&world.max, bounds.high);
+    return world;
+}
+
+/* Of boxes that are kept from step to step, for those who must find the same pairs as Bullet (btDbvt::update): a stored
+   box is replaced only when it does not hold the new one, and then by a larger one. */
+static inline void plii_fat_aabb_update(pli_bounds* stored, pli_bounds box, pli_vec3 motion, float margin) {
+    if (plii_bounds_contain(*stored, box)) { return; }
+    box = plii_bounds_grow(box, margin);
+    *(motion.x > 0.0f ? &box.max.x : &box.min.x) += motion.x;
+    *(motion.y > 0.0f ? &box.max.y : &box.min.y) += motion.y;
+    *(motion.z > 0.0f ? &box.max.z : &box.min.z) += motion.z;
+    *stored = box;
+}

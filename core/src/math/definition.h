@@ -27,6 +27,15 @@ typedef struct plii_field {
      (float)(lowest), (float)(highest)}
 // clang-format on
 
+/* Of a struct, `offset` bytes into something. */
+typedef struct plii_limits {
+    const plii_field* fields; /* NULL: none */
+    int count;
+    size_t offset;
+} plii_limits;
+#define PLII_LIMITS(type, member, limits)                                                                              \
+    { limits, (int)(sizeof(limits) / sizeof *(limits)), offsetof(type, member) }
+
 pli_status plii_check_fields(pli_context* context, const void* values, int count, const plii_field* fields,
                              const char* function);
 #define PLII_CHECK_FIELDS(context, values, fields, function)                                                           \

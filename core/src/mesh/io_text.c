@@ -12,8 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-// ---------------------------------------------------------------------------------------------------- loading
-
 /* Reads to the end into a block that doubles; `size` receives the size of the block, `used` what it holds. */
 static pli_status text_load(pli_context* context, FILE* file, const char* path, const char* function, char** data,
                             size_t* size, size_t* used) {
@@ -82,8 +80,6 @@ plii_quote plii_text_quote(const char* word, int length) {
     return quote;
 }
 
-// ------------------------------------------------------------------------------------------------ lines and words
-
 static bool text_is_blank(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
@@ -146,8 +142,6 @@ bool plii_text_read_word(plii_text* text, const char** word, int* length) {
     *length = size < INT_MAX ? (int)size : INT_MAX;
     return true;
 }
-
-// ---------------------------------------------------------------------------------------------------- numbers
 
 static bool text_is_digit(char c) {
     return c >= '0' && c <= '9';

@@ -50,12 +50,10 @@ static pli_status mesh_check_element(const pli_mesh* mesh, const int* nodes, int
     return plii_check_mesh_material(mesh, material, function);
 }
 
-static pli_status mesh_check_material_values(const pli_mesh* mesh, const pli_material* material, const char* function) {
-    if (material == NULL) {
-        return plii_fail(mesh->context, PLI_ERROR_NULL_ARGUMENT, function, "the material is null");
-    }
-    return plii_check_between(mesh->context, material->linear_stiffness, PLI_MIN_STIFFNESS, 1.0f,
-                              "the linear stiffness", function);
+pli_status plii_check_material(pli_context* context, const pli_material* material, const char* function) {
+    if (material == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "the material is null"); }
+    return plii_check_between(context, material->linear_stiffness, PLI_MIN_STIFFNESS, 1.0f, "the linear stiffness",
+                              function);
 }
 
 // -------------------------------------------------------------------------------------------------- topology
@@ -298,7 +296,7 @@ pli_status pli_mesh_append_tetra(pli_mesh* mesh, int a, int b, int c, int d, int
 
 pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material, int* index) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(mesh_check_material_values(mesh, material, __func__));
+    PLII_TRY(plii_check_material(mesh->context, material, __func__));
     if (mesh->material_count >= PLII_MAX_MATERIALS) {
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "a mesh has at most %d materials", PLII_MAX_MATERIALS);
     }
@@ -309,7 +307,7 @@ pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material
 pli_status pli_mesh_set_material(pli_mesh* mesh, int index, const pli_material* material) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, index, __func__));
-    PLII_TRY(mesh_check_material_values(mesh, material, __func__));
+    PLII_TRY(plii_check_material(mesh->context, material, __func__));
     mesh->materials[index] = *material;
     return PLI_OK;
 }

@@ -39,6 +39,7 @@ pli_status plii_check_mesh_create(pli_context* context, pli_mesh** mesh, const c
 /* PLI_OK, or the error of an index; messages name `function`. */
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function);
 pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function);
+pli_status plii_check_material(pli_context* context, const pli_material* material, const char* function);
 
 /* 1 / mass, or 0 for a mass of 0; fails on a mass that is negative, not finite, or too small to be inverted. */
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass);

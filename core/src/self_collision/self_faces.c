@@ -15,8 +15,6 @@
 /* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
 #define SELF_FACES_SUBSTEP_ROOM 0.1f
 
-// -------------------------------------------------------------------------------------------------- steps and substeps
-
 static plii_self_nodes self_faces_nodes(pli_body* body, const plii_self_faces_state* state) {
     return (plii_self_nodes){NULL, body->positions, state->starts};
 }
@@ -52,13 +50,13 @@ static void self_faces_run_finish(pli_body* body, void* data) {
     }
 }
 
-static void self_faces_motion_block(int begin, int end, int block, void* data) {
-    plii_self_faces_motions* motions = data;
+static double self_faces_motion_block(int begin, int end, const void* data) {
+    const plii_self_faces_motions* motions = data;
     float squared = 0.0f;
     for (int i = begin; i < end; ++i) {
         squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(motions->nodes, i)));
     }
-    motions->squared[block] = squared;
+    return (double)squared;
 }
 
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
@@ -74,8 +72,6 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
     plii_self_faces_solve(data, &nodes);
     plii_self_faces_finish(body, data, &nodes);
 }
-
-// -------------------------------------------------------------------------------------------------------------- memory
 
 static pli_status self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
@@ -94,8 +90,6 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
     state->reach = 0.0f;
 }
 
-// --------------------------------------------------------------------------------------------------------- the feature
-
 /* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
 enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
 
@@ -105,14 +99,10 @@ static const plii_field self_faces_fields[] = {
     PLII_FIELD(pli_self_faces_def, max_travel, 0, PLI_MAX_COORDINATE),
 };
 
-static bool self_faces_is_sound(const pli_body* body, const void* data) {
-    const plii_self_faces_state* state = data;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_faces_fields, __func__) == PLI_OK;
-}
-
 const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
+    .settings = PLII_LIMITS(plii_self_faces_state, def, self_faces_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(plii_self_faces_state, def, PLII_SAVED, "3fu"),
         PLII_STATE(plii_self_faces_state, travel, PLII_LEFT), PLII_STATE(plii_self_faces_state, motion, PLII_LEFT),
@@ -122,7 +112,6 @@ const plii_feature_class plii_self_faces_class = {
         PLII_STATE(plii_self_faces_state, edge_count, PLII_LEFT), PLII_STATE(plii_self_faces_state, tree, PLII_LEFT),
         PLII_STATE(plii_self_faces_state, hits, PLII_LEFT),
         PLII_STATE_OF(plii_self_faces_state, report, PLII_SAVED, "3iB")),
-    .is_sound = self_faces_is_sound,
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
@@ -157,8 +146,6 @@ const plii_feature_class plii_self_faces_class = {
     .bytes = plii_self_faces_hit_bytes,
     .topology_commit = self_faces_topology_commit,
 };
-
-// ------------------------------------------------------------------------------------------------------------ settings
 
 pli_self_faces_def pli_self_faces_def_default(void) {
     return (pli_self_faces_def){.thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE};

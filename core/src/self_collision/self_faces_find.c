@@ -211,8 +211,6 @@ static void self_faces_search_block(int begin, int end, int block, void* data) {
 
 static void self_faces_put_block(int begin, int end, int block, void* data) {
     const self_faces_search* search = data;
-    (void)begin;
-    (void)end;
     self_faces_put_pairs(search, &search->state->hits[block], search->begin[block]);
 }
 
@@ -285,26 +283,21 @@ size_t plii_self_faces_hit_bytes(const void* data) {
 // ------------------------------------------------------------------------------------------------------------- motions
 
 float plii_self_faces_largest(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes,
-                              plii_block_fn* run) {
-    plii_self_faces_motions motions = {.body = body, .state = state, .nodes = nodes};
-    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_FACES_NODE_NS), PLII_MOST_BLOCKS);
-    plii_run_blocks(body->context, blocks, body->node_count, run, &motions);
-    float squared = 0.0f;
-    for (int b = 0; b < blocks.count; ++b) {
-        squared = plii_max(squared, motions.squared[b]);
-    }
-    return sqrtf(squared);
+                              plii_block_value_fn* squared) {
+    const plii_self_faces_motions motions = {body, state, nodes};
+    return sqrtf((float)plii_largest_of_blocks(body->context, body->node_count, plii_grain(SELF_FACES_NODE_NS), squared,
+                                               &motions));
 }
 
-static void self_faces_predicted_block(int begin, int end, int block, void* data) {
-    plii_self_faces_motions* motions = data;
+static double self_faces_predicted_block(int begin, int end, const void* data) {
+    const plii_self_faces_motions* motions = data;
     const pli_body* body = motions->body;
     float squared = 0.0f;
     for (int i = begin; i < end; ++i) {
         const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
         squared = plii_max(squared, pli_vec3_length_squared(motion));
     }
-    motions->squared[block] = squared;
+    return (double)squared;
 }
 
 /* How far nodes are about to move in this step, with some room for constraints. */
@@ -314,8 +307,8 @@ static float self_faces_wanted_travel(const pli_body* body, plii_self_faces_stat
     return plii_min(most, 1.25f * motion + 0.5f * state->def.thickness);
 }
 
-static void self_faces_count_block(int begin, int end, int block, void* data) {
-    plii_self_faces_motions* motions = data;
+static double self_faces_count_block(int begin, int end, const void* data) {
+    const plii_self_faces_motions* motions = data;
     pli_vec3* last = motions->state->last;
     float squared = 0.0f;
     for (int i = begin; i < end; ++i) {
@@ -323,7 +316,7 @@ static void self_faces_count_block(int begin, int end, int block, void* data) {
         squared = plii_max(squared, pli_vec3_length_squared(pli_vec3_sub(x, last[i])));
         last[i] = x;
     }
-    motions->squared[block] = squared;
+    return (double)squared;
 }
 
 /* Counts how far nodes have got. What is not finite goes on being so, and is caught elsewhere. */
@@ -424,9 +417,5 @@ void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const
     const plii_blocks blocks = plii_blocks_of(count, plii_grain(SELF_FACES_PAIR_NS), PLII_MOST_BLOCKS);
     self_faces_restart restart = {.state = state};
     plii_run_blocks(body->context, blocks, count, self_faces_restart_block, &restart);
-    for (int b = 0; b < blocks.count; ++b) {
-        memmove(&state->active[state->active_count], &state->active[b * blocks.size],
-                (size_t)restart.counts[b] * sizeof *state->active);
-        state->active_count += restart.counts[b];
-    }
+    state->active_count = plii_close_up_blocks(blocks, restart.counts, state->active, sizeof *state->active);
 }

@@ -57,16 +57,14 @@ typedef struct plii_self_faces_state {
 void plii_self_faces_release_hits(pli_body* body, void* data);
 size_t plii_self_faces_hit_bytes(const void* data);
 
-/* Of the largest of what blocks of nodes came to. */
 typedef struct plii_self_faces_motions {
     const pli_body* body;
     plii_self_faces_state* state;
     const plii_self_nodes* nodes;
-    float squared[PLII_MOST_BLOCKS];
 } plii_self_faces_motions;
-/* The most that a node moves, m: `run` fills in the squared motion of each block. */
+/* The most that a node moves, m; `squared` of a block, of plii_self_faces_motions. */
 float plii_self_faces_largest(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes,
-                              plii_block_fn* run);
+                              plii_block_value_fn* squared);
 
 /* Edges of all faces, each once. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);

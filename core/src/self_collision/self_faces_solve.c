@@ -8,8 +8,6 @@
 /* Share of its distance that a pair keeps at least. */
 #define SELF_FACES_KEPT 0.2f
 
-// ------------------------------------------------------------------------------------------------------------ contacts
-
 /* True when the pair was too near. */
 static bool self_faces_part(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float friction) {
     float weight = 0.0f, distance = 0.0f;
@@ -42,17 +40,14 @@ void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* 
     state->report.contacts = contacts;
 }
 
-// ----------------------------------------------------------------------------------------------- cutting motions short
-
 typedef struct self_faces_limit {
-    plii_self_faces_state* state;
+    const plii_self_faces_state* state;
     const plii_self_nodes* nodes;
     const pli_vec4* step_starts;
-    int shortened[PLII_MOST_BLOCKS];
 } self_faces_limit;
 
-static void self_faces_limit_block(int begin, int end, int block, void* data) {
-    self_faces_limit* limit = data;
+static double self_faces_limit_block(int begin, int end, const void* data) {
+    const self_faces_limit* limit = data;
     const plii_self_faces_state* state = limit->state;
     const plii_self_nodes* nodes = limit->nodes;
     int shortened = 0;
@@ -71,18 +66,15 @@ static void self_faces_limit_block(int begin, int end, int block, void* data) {
             shortened += 1;
         }
     }
-    limit->shortened[block] = shortened;
+    return shortened;
 }
 
 enum { SELF_FACES_LIMIT_NS = 5 }; /* per node */
 
 static void self_faces_limit_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_FACES_LIMIT_NS), PLII_MOST_BLOCKS);
-    self_faces_limit limit = {state, nodes, body->solver_class->has_substeps ? body->previous : state->starts, {0}};
-    plii_run_blocks(body->context, blocks, body->node_count, self_faces_limit_block, &limit);
-    for (int b = 0; b < blocks.count; ++b) {
-        state->report.shortened += limit.shortened[b];
-    }
+    const self_faces_limit limit = {state, nodes, body->solver_class->has_substeps ? body->previous : state->starts};
+    state->report.shortened += (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_FACES_LIMIT_NS),
+                                                    self_faces_limit_block, &limit);
 }
 
 /* Levels of the nodes of a pair along its normal, about the middle; positive on the first side. */

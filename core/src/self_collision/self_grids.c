@@ -17,8 +17,6 @@ typedef struct self_grids_state {
     pli_self_grids_report report;
 } self_grids_state;
 
-// ------------------------------------------------------------------------------------------------------ the response
-
 static bool self_grids_are_linked(const plii_link_graph* graph, int a, int b) {
     for (int k = graph->begin[a]; k < graph->begin[a + 1]; ++k) {
         if (graph->halves[k].neighbour == b) { return true; }
@@ -88,8 +86,6 @@ static void self_grids_run(pli_body* body, void* data) {
     (void)self_grids_solve(body, state, 0.5f * first.cell_size, &first);
 }
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
 enum { SELF_GRIDS_ORDER = 50 };
 
@@ -98,25 +94,18 @@ static const plii_field self_grids_fields[] = {
     PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1),
 };
 
-static bool self_grids_is_sound(const pli_body* body, const void* data) {
-    const self_grids_state* state = data;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_grids_fields, __func__) == PLI_OK;
-}
-
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
+    .settings = PLII_LIMITS(self_grids_state, def, self_grids_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(self_grids_state, def, PLII_SAVED, "2fu"), PLII_STATE(self_grids_state, hash, PLII_LEFT),
         PLII_STATE(self_grids_state, pairs, PLII_LEFT), PLII_STATE_OF(self_grids_state, report, PLII_SAVED, "iB")),
-    .is_sound = self_grids_is_sound,
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
     .arrays = PLII_ARRAYS({PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE, .snapshot = PLII_LEFT},
                           PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs)),
 };
-
-// --------------------------------------------------------------------------------------------------------- settings
 
 pli_self_grids_def pli_self_grids_def_default(void) {
     return (pli_self_grids_def){.distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE};

@@ -13,10 +13,8 @@
 #define SELF_NODES_MAX_MARGIN 0.5f
 /* What becomes of a margin that was not needed, in a step. */
 #define SELF_NODES_MARGIN_DECAY 0.9f
-/* Of the thickness: the longest reach of the common search, and of nodes apart. For faster nodes a search is good for a
-   shorter time. */
+/* Of the thickness: the longest reach. For faster nodes a search is good for a shorter time. */
 #define SELF_NODES_MAX_REACH 0.75f
-#define SELF_NODES_MAX_REACH_APART 3.0f
 
 // ------------------------------------------------------------------------------------------------------ paths
 
@@ -124,7 +122,7 @@ static void self_nodes_set_distances(const self_nodes_finder* finder, int first)
     found->count = count;
 }
 
-/* Pairs of a node that is not apart with others that are not. */
+/* Pairs of a node in a search of all. */
 static void self_nodes_find_common(self_nodes_finder* finder, int node) {
     const plii_self_node_pairs* state = finder->state;
     pli_context* context = finder->body->context;
@@ -139,9 +137,7 @@ static void self_nodes_find_common(self_nodes_finder* finder, int node) {
     }
     self_nodes_mark_linked(finder, node);
     for (int k = 0; k < near->count; ++k) {
-        const plii_node_pair pair = near->pairs[k];
-        if (state->is_apart[pair.other]) { continue; }
-        self_nodes_keep(finder, node, pair.other, pair.distance_squared, 0.5f);
+        self_nodes_keep(finder, node, near->pairs[k].other, near->pairs[k].distance_squared, 0.5f);
     }
     self_nodes_set_distances(finder, first);
 }
@@ -185,7 +181,7 @@ static void self_nodes_find_apart(self_nodes_finder* finder, int index, float sh
 
 // ---------------------------------------------------------------------------------------------------------- in blocks
 
-/* Of all nodes that are not apart, or of those of the list of nodes apart from `first` on. */
+/* Of all nodes, or of those of the list of nodes apart from `first` on. */
 typedef struct self_nodes_search_task {
     const pli_body* body;
     const plii_link_graph* graph;
@@ -201,7 +197,7 @@ static void self_nodes_find_some(const self_nodes_search_task* task, int begin, 
     for (int i = begin; i < end; ++i) {
         if (task->is_apart) {
             self_nodes_find_apart(finder, task->first + i, task->share);
-        } else if (!task->state->is_apart[i]) {
+        } else {
             self_nodes_find_common(finder, i);
         }
     }
@@ -220,8 +216,6 @@ static void self_nodes_find_block(int begin, int end, int block, void* data) {
 static void self_nodes_gather_block(int begin, int end, int block, void* data) {
     const self_nodes_search_task* task = data;
     const plii_self_pair_list* found = &task->state->parts[block].found;
-    (void)begin;
-    (void)end;
     if (found->count == 0) { return; }
     memcpy(&task->state->found.items[task->begin[block]], found->items, (size_t)found->count * sizeof *found->items);
 }
@@ -264,93 +258,34 @@ static int self_nodes_max_apart(int node_count) {
     return most < 4096 ? most : 4096;
 }
 
-enum { SELF_NODES_BINS = 64, SELF_NODES_PATH_NS = 5 /* per node */ };
+enum { SELF_NODES_PATH_NS = 5 }; /* per node */
 
-typedef struct self_nodes_reaches {
-    const plii_self_node_pairs* state;
-    float low, size; /* of the bins */
-    float lows[PLII_SELF_SEARCH_PARTS], highs[PLII_SELF_SEARCH_PARTS];
-    int bins[PLII_SELF_SEARCH_PARTS][SELF_NODES_BINS];
-} self_nodes_reaches;
-
-static void self_nodes_extremes_block(int begin, int end, int block, void* data) {
-    self_nodes_reaches* all = data;
-    float low = FLT_MAX, high = 0.0f;
+static double self_nodes_reach_block(int begin, int end, const void* data) {
+    float longest = 0.0f;
     for (int i = begin; i < end; ++i) {
-        const float reach = self_nodes_reach(all->state, i);
-        low = reach < low ? reach : low;
-        high = reach > high ? reach : high;
+        longest = plii_max(longest, self_nodes_reach(data, i));
     }
-    all->lows[block] = low;
-    all->highs[block] = high;
+    return (double)longest;
 }
 
-static void self_nodes_bins_block(int begin, int end, int block, void* data) {
-    self_nodes_reaches* all = data;
-    int* bins = all->bins[block];
-    memset(bins, 0, sizeof all->bins[block]);
-    for (int i = begin; i < end; ++i) {
-        const float at = (self_nodes_reach(all->state, i) - all->low) / all->size; /* may be NaN */
-        ++bins[at < (float)SELF_NODES_BINS ? (int)at : SELF_NODES_BINS - 1];
-    }
+static float self_nodes_longest_reach(const pli_body* body, const plii_self_node_pairs* state) {
+    return (float)plii_largest_of_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS),
+                                         self_nodes_reach_block, state);
 }
 
-/* Of the reaches, the smallest bound that leaves few nodes beyond it; `longest` of all. */
-static float self_nodes_common_reach(const pli_body* body, const plii_self_node_pairs* state, float* longest) {
-    const int node_count = body->node_count;
-    const plii_blocks blocks = plii_blocks_of(node_count, plii_grain(SELF_NODES_PATH_NS), PLII_SELF_SEARCH_PARTS);
-    self_nodes_reaches all;
-    all.state = state;
-    plii_run_blocks(body->context, blocks, node_count, self_nodes_extremes_block, &all);
-    float low = FLT_MAX, high = 0.0f;
-    for (int b = 0; b < blocks.count; ++b) {
-        low = all.lows[b] < low ? all.lows[b] : low;
-        high = all.highs[b] > high ? all.highs[b] : high;
-    }
-    *longest = high;
-    if (!(high > 1.01f * low) || !(high < FLT_MAX)) { return high; }
-    all.low = low;
-    all.size = (high - low) / SELF_NODES_BINS;
-    plii_run_blocks(body->context, blocks, node_count, self_nodes_bins_block, &all);
-    int beyond = 0, bin = SELF_NODES_BINS - 1;
-    for (; bin > 0; --bin) {
-        int count = 0;
-        for (int b = 0; b < blocks.count; ++b) {
-            count += all.bins[b][bin];
-        }
-        if (beyond + count > self_nodes_max_apart(node_count) / 2) { break; }
-        beyond += count;
-    }
-    return low + all.size * (float)(bin + 1);
-}
-
-static void self_nodes_scale_travel(plii_self_node_pairs* state, int node_count, float scale) {
-    for (int i = 0; i < node_count; ++i) {
+/* How long the search is good for. */
+static void self_nodes_choose_reach(const pli_body* body, plii_self_node_pairs* state) {
+    const float most = SELF_NODES_MAX_REACH * state->thickness;
+    state->drift = self_nodes_mean_travel(state, body->node_count);
+    state->reach = self_nodes_longest_reach(body, state);
+    if (!(state->reach > most)) { return; }
+    const float scale = most / state->reach;
+    for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&state->travel[i], pli_vec3_scale(plii_xyz(state->travel[i]), scale));
     }
     state->drift = pli_vec3_scale(state->drift, scale);
     state->travel_time *= scale;
-}
-
-/* How long the search is good for, who is apart. */
-static void self_nodes_choose_reach(const pli_body* body, plii_self_node_pairs* state) {
-    const int node_count = body->node_count;
-    const float most = SELF_NODES_MAX_REACH * state->thickness,
-                most_apart = SELF_NODES_MAX_REACH_APART * state->thickness;
-    float longest = 0.0f;
-    state->drift = self_nodes_mean_travel(state, node_count);
-    state->reach = self_nodes_common_reach(body, state, &longest);
-    const float scale = plii_min(1.0f, plii_min(most / state->reach, most_apart / longest));
-    if (scale < 1.0f) {
-        self_nodes_scale_travel(state, node_count, scale);
-        state->reach = self_nodes_common_reach(body, state, &longest);
-    }
-    const int max_apart = self_nodes_max_apart(node_count);
-    state->apart_count = 0;
-    for (int i = 0; i < node_count; ++i) {
-        state->is_apart[i] = self_nodes_reach(state, i) > state->reach && state->apart_count < max_apart;
-        if (state->is_apart[i]) { state->apart[state->apart_count++] = i; }
-    }
+    state->reach = self_nodes_longest_reach(body, state);
 }
 
 static bool self_nodes_build_hash(const pli_body* body, plii_self_node_pairs* state) {
@@ -376,6 +311,8 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     pli_context* context = body->context;
     plii_node_pairs* near = &state->search.near;
     self_nodes_choose_reach(body, state);
+    memset(state->is_apart, 0, (size_t)node_count * sizeof *state->is_apart);
+    state->apart_count = 0;
     plii_parallel_for(context, self_nodes_start_range, state, node_count, plii_grain(SELF_NODES_PATH_NS));
     state->found.count = 0;
     state->searches += 1;
@@ -388,8 +325,6 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     }
     self_nodes_search_task task = {.body = body, .graph = graph, .state = state};
     self_nodes_find(&task, node_count);
-    task.is_apart = true;
-    self_nodes_find(&task, state->apart_count);
     state->is_known = !state->is_truncated;
 }
 
@@ -399,11 +334,10 @@ typedef struct self_nodes_counts {
     const pli_body* body;
     const plii_self_node_pairs* state;
     float share;
-    int counts[PLII_MOST_BLOCKS];
 } self_nodes_counts;
 
-static void self_nodes_leaving_block(int begin, int end, int block, void* data) {
-    self_nodes_counts* all = data;
+static double self_nodes_leaving_block(int begin, int end, const void* data) {
+    const self_nodes_counts* all = data;
     const pli_body* body = all->body;
     const plii_self_node_pairs* state = all->state;
     int leaving = 0;
@@ -414,27 +348,22 @@ static void self_nodes_leaving_block(int begin, int end, int block, void* data) 
         const float margin = state->travel[i].w;
         leaving += !(squared <= margin * margin);
     }
-    all->counts[block] = leaving;
+    return leaving;
 }
 
-static void self_nodes_strayed_block(int begin, int end, int block, void* data) {
-    self_nodes_counts* all = data;
+static double self_nodes_strayed_block(int begin, int end, const void* data) {
+    const self_nodes_counts* all = data;
     int strayed = 0;
     for (int i = begin; i < end; ++i) {
         strayed += self_nodes_has_strayed(all->state, i, all->share);
     }
-    all->counts[block] = strayed;
+    return strayed;
 }
 
-static int self_nodes_count(const pli_body* body, const plii_self_node_pairs* state, plii_block_fn* run, float share) {
-    self_nodes_counts all = {.body = body, .state = state, .share = share};
-    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_NODES_PATH_NS), PLII_MOST_BLOCKS);
-    plii_run_blocks(body->context, blocks, body->node_count, run, &all);
-    int count = 0;
-    for (int b = 0; b < blocks.count; ++b) {
-        count += all.counts[b];
-    }
-    return count;
+static int self_nodes_count(const pli_body* body, const plii_self_node_pairs* state, plii_block_value_fn* value,
+                            float share) {
+    const self_nodes_counts all = {body, state, share};
+    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, &all);
 }
 
 // -------------------------------------------------------------------------------------------------------- of a step
@@ -477,18 +406,24 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
 
 // ------------------------------------------------------------------------------------------------------ later
 
-/* Those of pairs with nodes that have no mark. */
+typedef struct self_nodes_drop {
+    const plii_self_search* search;
+    plii_self_pair* pairs;
+    int kept[PLII_MOST_BLOCKS];
+} self_nodes_drop;
+
+/* Keeps pairs of nodes that have no mark. */
 static void self_nodes_drop_block(int begin, int end, int block, void* data) {
-    self_nodes_counts* all = data;
-    const plii_self_search* search = &all->state->search;
-    plii_self_pair* pairs = all->state->found.items;
+    self_nodes_drop* drop = data;
+    const plii_self_search* search = drop->search;
+    plii_self_pair* pairs = drop->pairs;
     int count = begin;
     for (int k = begin; k < end; ++k) {
         const plii_self_pair pair = pairs[k];
         pairs[count] = pair;
         count += (search->linked[pair.a] != search->mark) & (search->linked[pair.b] != search->mark);
     }
-    all->counts[block] = count - begin;
+    drop->kept[block] = count - begin;
 }
 
 enum { SELF_NODES_DROP_NS = 2 }; /* per pair */
@@ -496,14 +431,9 @@ enum { SELF_NODES_DROP_NS = 2 }; /* per pair */
 static void self_nodes_drop_marked(const pli_body* body, plii_self_node_pairs* state) {
     plii_self_pair_list* found = &state->found;
     const plii_blocks blocks = plii_blocks_of(found->count, plii_grain(SELF_NODES_DROP_NS), PLII_MOST_BLOCKS);
-    self_nodes_counts all = {.body = body, .state = state};
-    plii_run_blocks(body->context, blocks, found->count, self_nodes_drop_block, &all);
-    found->count = 0;
-    for (int b = 0; b < blocks.count; ++b) {
-        memmove(&found->items[found->count], &found->items[b * blocks.size],
-                (size_t)all.counts[b] * sizeof *found->items);
-        found->count += all.counts[b];
-    }
+    self_nodes_drop drop = {.search = &state->search, .pairs = found->items};
+    plii_run_blocks(body->context, blocks, found->count, self_nodes_drop_block, &drop);
+    found->count = plii_close_up_blocks(blocks, drop.kept, found->items, sizeof *found->items);
 }
 
 /* From the list of nodes apart; it then ends with those that strayed. Returns the index of the first of them. */
@@ -579,4 +509,44 @@ void plii_self_node_pairs_start(plii_self_node_pairs* state) {
     state->at = state->local;
     state->found.count = state->apart_count = 0;
     state->is_known = false;
+}
+
+/* Memory of searches on several threads. */
+
+void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
+    for (int i = 0; i < PLII_SELF_SEARCH_PARTS; ++i) {
+        plii_self_search_part* part = &state->parts[i];
+        PLII_RELEASE(context, part->search.near.pairs, part->search.near.capacity);
+        PLII_RELEASE(context, part->search.linked, state->part_node_count);
+        PLII_RELEASE(context, part->found.items, part->found.capacity);
+        *part = (plii_self_search_part){0};
+    }
+    state->part_node_count = 0;
+}
+
+size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state) {
+    size_t bytes = 0;
+    for (int i = 0; i < PLII_SELF_SEARCH_PARTS; ++i) {
+        const plii_self_search_part* part = &state->parts[i];
+        bytes += (size_t)part->search.near.capacity * sizeof *part->search.near.pairs +
+                 (part->search.linked != NULL ? (size_t)state->part_node_count * sizeof *part->search.linked : 0) +
+                 (size_t)part->found.capacity * sizeof *part->found.items;
+    }
+    return bytes;
+}
+
+bool plii_self_node_pairs_reserve(const pli_body* body, plii_self_node_pairs* state, plii_blocks blocks) {
+    pli_context* context = body->context;
+    if (state->part_node_count != body->node_count) { plii_self_node_pairs_release(context, state); }
+    state->part_node_count = body->node_count;
+    for (int b = 0; b < blocks.count; ++b) {
+        plii_self_search_part* part = &state->parts[b];
+        const bool is_marked = part->search.linked != NULL;
+        if ((!is_marked && !PLII_ALLOCATE(context, &part->search.linked, body->node_count)) ||
+            !PLII_RESERVE(context, &part->search.near.pairs, &part->search.near.capacity, PLII_NODE_PAIRS_ROOM) ||
+            !PLII_RESERVE(context, &part->found.items, &part->found.capacity, PLII_SELF_PAIRS_PER_NODE * blocks.size)) {
+            return false;
+        }
+    }
+    return true;
 }

@@ -3,8 +3,7 @@
 /* Pairs of a body's nodes that could touch before the next search. Each node has a path, along which it is expected to
    go on, and a margin for what constraints change; a pair that could touch on its paths, or within the margins, is
    kept. When nodes have left their paths by more than their margins, they are searched again; so no pair is missed, at
-   any speed. A node that strayed gets a larger margin. Most nodes need a short reach; the few that need a longer one
-   are kept out of the common search and get one each. */
+   any speed. A node that strayed gets a larger margin. Where few have strayed they are apart: searched one by one. */
 
 #include "base/ranges.h"
 #include "body/link_graph.h"
@@ -44,13 +43,13 @@ typedef struct plii_self_node_pairs {
     pli_vec4* searched; /* at the last search */
     pli_vec4* travel;   /* expected from there in `travel_time`; w = margin, m */
     pli_vec3* middle;   /* half of the path */
-    bool* is_apart;     /* not in the common search */
+    bool* is_apart;     /* searched alone since the last search of all */
     int* apart;         /* [apart_count] nodes */
     int apart_count;
     float searched_at; /* s since the start of the step */
     float travel_time; /* s */
     pli_vec3 drift;    /* mean travel */
-    float reach;       /* of nodes in the common search, at most: margin + half of what they travel beside the drift */
+    float reach;       /* of all nodes, at most: margin + half of what they travel beside the drift */
     plii_spatial_hash hash;
     plii_self_search search;
     plii_self_search_part parts[PLII_SELF_SEARCH_PARTS]; /* where there are threads */

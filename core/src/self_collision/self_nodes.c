@@ -2,11 +2,10 @@
    thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
    Physics" 15. */
 
-#include "math/simd_float4.h"
-
 #include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/definition.h"
+#include "math/simd_float4.h"
 #include "self_collision/self_node_pairs.h"
 
 typedef struct self_nodes_state {
@@ -118,11 +117,10 @@ static float self_nodes_limit_scale(const self_nodes_state* state, const plii_se
 typedef struct self_nodes_limits {
     const self_nodes_state* state;
     const plii_self_nodes* nodes;
-    int counts[PLII_MOST_BLOCKS];
 } self_nodes_limits;
 
-static void self_nodes_limit_block(int begin, int end, int block, void* data) {
-    self_nodes_limits* limits = data;
+static double self_nodes_limit_block(int begin, int end, const void* data) {
+    const self_nodes_limits* limits = data;
     const self_nodes_state* state = limits->state;
     const plii_self_nodes* nodes = limits->nodes;
     int count = 0;
@@ -132,19 +130,16 @@ static void self_nodes_limit_block(int begin, int end, int block, void* data) {
         plii_set_xyz(&nodes->offsets[i], pli_vec3_add(plii_xyz(nodes->starts[i]), motion));
         count += 1;
     }
-    limits->counts[block] = count;
+    return count;
 }
 
 enum { SELF_NODES_LIMIT_NS = 2 }; /* per node */
 
 static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
-    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_NODES_LIMIT_NS), PLII_MOST_BLOCKS);
-    self_nodes_limits limits = {.state = state, .nodes = nodes};
-    plii_run_blocks(body->context, blocks, body->node_count, self_nodes_limit_block, &limits);
-    for (int b = 0; b < blocks.count; ++b) {
-        state->report.limited_nodes += limits.counts[b];
-    }
+    const self_nodes_limits limits = {state, nodes};
+    state->report.limited_nodes += (int)plii_sum_blocks(
+        body->context, body->node_count, plii_grain(SELF_NODES_LIMIT_NS), self_nodes_limit_block, &limits);
 }
 
 static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
@@ -271,7 +266,6 @@ static void self_nodes_add(pli_vec4* target, plii_float4 change, float scale) {
 static void self_nodes_finish(pli_body* body, void* data, const plii_substep* substep) {
     const self_nodes_state* state = data;
     pli_vec4* v = body->velocities;
-    (void)substep;
     for (int i = 0; i < state->touching_count; ++i) {
         const int a = state->touching[i].a, b = state->touching[i].b;
         const plii_float4 at_a = plii_float4_from(&state->pairs.at[a]), at_b = plii_float4_from(&state->pairs.at[b]);
@@ -339,22 +333,22 @@ static void self_nodes_on_restored(pli_body* body, void* data) {
     plii_self_node_pairs_rebuild(body, &((self_nodes_state*)data)->pairs);
 }
 
+static bool self_nodes_is_sound(const pli_body* body, const void* data) {
+    const self_nodes_state* state = data;
+    const int count = state->pairs.apart_count;
+    return count >= 0 && count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
+}
+
 static const plii_field self_nodes_fields[] = {
     PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
     PLII_FIELD(pli_self_collision_def, friction, 0, 1),
     PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR),
 };
 
-static bool self_nodes_is_sound(const pli_body* body, const void* data) {
-    const self_nodes_state* state = data;
-    const int count = state->pairs.apart_count;
-    return PLII_CHECK_FIELDS(body->context, &state->def, self_nodes_fields, __func__) == PLI_OK && count >= 0 &&
-           count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
-}
-
 const plii_feature_class plii_self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
+    .settings = PLII_LIMITS(self_nodes_state, def, self_nodes_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(self_nodes_state, def, PLII_SAVED, "3fu"),
                                     PLII_STATE_OF(self_nodes_state, origin, PLII_SAVED, "3f"),
                                     PLII_STATE_OF(self_nodes_state, pairs.thickness, PLII_SAVED, "f"),

@@ -1,10 +1,9 @@
 /* Life and queries of collision shapes. What a shape is lies in its callbacks; each built-in shape is a file of its
    own. */
 
+#include "base/handle.h"
 #include "math/definition.h"
 #include "shape/shape_impl.h"
-
-#include "base/handle.h"
 
 pli_shape_def pli_shape_def_default(void) {
     return (pli_shape_def){.cookie = PLII_DEF_COOKIE};

@@ -1,8 +1,7 @@
 /* Box around the origin, with sharp edges. */
 
-#include "math/simd_float4.h"
-
 #include "math/range.h"
+#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 /* The data of a box is a pli_vec3: its half extents. */
@@ -33,7 +32,6 @@ static plii_float4 box_distances_of_four(plii_vec3x4 h, plii_vec3x4 p, plii_vec3
 static void box_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                           pli_vec3* normals) {
     const plii_vec3x4 h = plii_vec3x4_all(*(const pli_vec3*)user);
-    (void)max_distance;
     plii_vec3x4 found;
     int i = 0;
     for (; i + PLII_LANES <= count; i += PLII_LANES) {

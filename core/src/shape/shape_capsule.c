@@ -13,7 +13,6 @@ typedef struct capsule_data {
 static void capsule_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                               pli_vec3* normals) {
     const capsule_data capsule = *(const capsule_data*)user;
-    (void)max_distance;
     for (int i = 0; i < count; ++i) {
         const float along = pli_vec3_dot(points[i], capsule.half_segment) * capsule.inverse_squared;
         const float clamped = plii_clamp(along, -1.0f, 1.0f);

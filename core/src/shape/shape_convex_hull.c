@@ -32,8 +32,6 @@ typedef struct hull_data {
     int point_capacity, triangle_capacity; /* as was known before */
 } hull_data;
 
-// ------------------------------------------------------------------------------------------------------- queries
-
 static pli_vec3 hull_closest(const hull_data* hull, int triangle, pli_vec3 p) {
     const int* v = hull->triangles[triangle];
     plii_closest_feature closest;
@@ -91,8 +89,6 @@ static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
     }
     return hull->points[farthest];
 }
-
-// ------------------------------------------------------------------------------------------------------ building
 
 /* Keeps the points that are corners, in their order. `map` [point_count] receives where each went. */
 static void hull_copy_corners(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
@@ -161,8 +157,6 @@ static bool hull_build(hull_data* hull, const plii_convex_hull* source, int poin
     plii_scratch_free(&scratch);
     return has_memory;
 }
-
-// ---------------------------------------------------------------------------------------------------------- life
 
 static void hull_destroy(void* user) {
     hull_data* hull = user;

@@ -12,7 +12,6 @@ typedef struct cylinder_data {
 static void cylinder_distances(const void* user, int count, const pli_vec3* points, float max_distance,
                                float* distances, pli_vec3* normals) {
     const cylinder_data cylinder = *(const cylinder_data*)user;
-    (void)max_distance;
     for (int i = 0; i < count; ++i) {
         /* The distance in the half plane through the point and the axis: a rectangle. */
         const float along = pli_vec3_dot(points[i], cylinder.axis);

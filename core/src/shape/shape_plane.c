@@ -11,7 +11,6 @@ typedef struct plane_data {
 static void plane_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                             pli_vec3* normals) {
     const plane_data* plane = user;
-    (void)max_distance;
     for (int i = 0; i < count; ++i) {
         distances[i] = pli_vec3_dot(plane->normal, points[i]) - plane->offset;
         normals[i] = plane->normal;

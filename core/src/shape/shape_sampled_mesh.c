@@ -25,8 +25,6 @@ pli_sampled_mesh_def pli_sampled_mesh_def_default(void) {
     return (pli_sampled_mesh_def){.cookie = PLII_DEF_COOKIE};
 }
 
-// ------------------------------------------------------------------------------------------------------- queries
-
 /* The cell of a coordinate within the grid, and how far along it. */
 static int sampled_mesh_cell(float coordinate, int count, float* fraction) {
     const int cell = (int)coordinate < count - 1 ? (int)coordinate : count - 2;
@@ -76,7 +74,6 @@ static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli
 
 static void sampled_mesh_distances(const void* user, int count, const pli_vec3* points, float max_distance,
                                    float* distances, pli_vec3* normals) {
-    (void)max_distance;
     for (int i = 0; i < count; ++i) {
         distances[i] = sampled_mesh_distance(user, points[i], &normals[i]);
     }
@@ -85,8 +82,6 @@ static void sampled_mesh_distances(const void* user, int count, const pli_vec3* 
 static pli_bounds sampled_mesh_bounds(const void* user) {
     return ((const sampled_mesh*)user)->bounds;
 }
-
-// -------------------------------------------------------------------------------------------------------- making
 
 static const plii_field sampled_mesh_fields[] = {
     PLII_FIELD(pli_sampled_mesh_def, cell_size, 0, PLI_MAX_COORDINATE),

@@ -7,7 +7,6 @@
 static void sphere_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                              pli_vec3* normals) {
     const float radius = *(const float*)user;
-    (void)max_distance;
     for (int i = 0; i < count; ++i) {
         const pli_vec3 p = points[i];
         const float squared = pli_vec3_length_squared(p);
@@ -25,8 +24,6 @@ static pli_bounds sphere_bounds(const void* user) {
 }
 
 static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
-    (void)user;
-    (void)direction;
     return pli_vec3_make(0, 0, 0);
 }
 

@@ -3,10 +3,7 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
-#include "world/groups.h"
-#include "world/world_calls.h"
-
-// --------------------------------------------------------------------------------------------------------- one pair
+#include "world/world_impl.h"
 
 pli_status plii_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
                            const char* function) {
@@ -56,8 +53,6 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     world_collide_rigid(world, body, rigid);
     return plii_world_end_call(world, &walk, before, __func__);
 }
-
-// ------------------------------------------------------------------------------------------ many with rigid bodies
 
 typedef struct world_pairs_task {
     pli_world* world;
@@ -124,8 +119,6 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     plii_parallel_for(world->context, world_collide_range, &task, count, world_join_pairs(world, pairs, count));
     return plii_world_end_call(world, &walk, before, __func__);
 }
-
-// -------------------------------------------------------------------------------------------------------- all pairs
 
 static bool world_overlaps_rigid(const pli_body* body, const pli_rigid* rigid) {
     const bool is_swept = body->sweeping_features > 0;

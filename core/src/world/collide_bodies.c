@@ -5,10 +5,7 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
-#include "world/groups.h"
-#include "world/world_calls.h"
-
-// -------------------------------------------------------------------------------------------------------- one pair
+#include "world/world_impl.h"
 
 bool pli_body_collides_with_bodies(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
@@ -58,8 +55,6 @@ static void world_collide_pair(pli_world* world, const pli_body_pair* pair) {
     if (!world_meets_body(pair->body_a, pair->body_b) || !world_join_pair(world, pair, &is_ordered)) { return; }
     world_run_collide_bodies(world, pair);
 }
-
-// ----------------------------------------------------------------------------------------------------------- waves
 
 /* The last wave is of what found no other one: its pairs go one after the other. */
 enum { COLLIDE_LAST_WAVE = 63, COLLIDE_WAVES = 64 };
@@ -162,8 +157,6 @@ static void world_collide_pairs(pli_world* world, const pli_body_pair* pairs, in
     }
 }
 
-// ------------------------------------------------------------------------------------------------------------ calls
-
 static pli_status world_check_body_pair(const pli_world* world, const pli_body_pair* pair, const char* function) {
     const pli_body *a = pair->body_a, *b = pair->body_b;
     PLII_TRY(plii_check_handle(a, PLII_HANDLE_BODY, world->context, "the first body", function));
@@ -195,8 +188,6 @@ pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* p
     world_collide_pairs(world, pairs, count);
     return plii_world_end_call(world, &walk, before, __func__);
 }
-
-// ---------------------------------------------------------------------------------------------------------- all pairs
 
 /* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
 static void world_sort_sweep(pli_world* world) {

@@ -1,4 +1,4 @@
-#include "world/groups.h"
+#include "world/world_impl.h"
 
 #include "base/union_find.h"
 #include "body/pipeline.h"
@@ -108,8 +108,6 @@ bool plii_groups_find(pli_world* world) {
     groups_list(world);
     return world->group_count > 1;
 }
-
-// ------------------------------------------------------------------------------------------------------- running
 
 typedef struct groups_task {
     pli_world* world;

@@ -1,4 +1,4 @@
-#include "world/islands.h"
+#include "world/world_impl.h"
 
 #include "base/union_find.h"
 
@@ -42,8 +42,6 @@ void plii_islands_find(pli_world* world) {
         root->island_next = body;
     }
 }
-
-// --------------------------------------------------------------------------------------------------------- solving
 
 /* Most bodies are alone. */
 static inline void islands_run(pli_body* first, void (*run)(pli_body* body)) {

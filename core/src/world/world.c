@@ -3,12 +3,9 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
-
 #include "math/definition.h"
 #include "shape/shape_impl.h"
-#include "world/groups.h"
-#include "world/islands.h"
-#include "world/world_calls.h"
+#include "world/world_impl.h"
 
 #include <string.h>
 

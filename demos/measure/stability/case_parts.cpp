@@ -115,7 +115,7 @@ std::vector<StabilityCase> stability_cases(const StabilityOptions& options) {
     add_contact_cases(cases);
     add_rest_cases(cases, options.rest_steps);
     add_input_cases(cases);
-    add_heavy_cases(cases, options.rest_steps);
+    add_heavy_cases(cases, options);
     add_random_cases(cases, options.seed, options.random_count);
     return cases;
 }

@@ -45,7 +45,7 @@ void add_contact_cases(std::vector<StabilityCase>& cases);
 void add_rest_cases(std::vector<StabilityCase>& cases, int steps);
 void add_input_cases(std::vector<StabilityCase>& cases);
 void add_random_cases(std::vector<StabilityCase>& cases, uint64_t seed, int count);
-void add_heavy_cases(std::vector<StabilityCase>& cases, int rest_steps);
+void add_heavy_cases(std::vector<StabilityCase>& cases, const StabilityOptions& options);
 
 } // namespace demos
 #endif

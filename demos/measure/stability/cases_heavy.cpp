@@ -56,14 +56,15 @@ void watch_by(StabilityCase& which, HeavyRules rules) {
     which.watch = watch_heavy(rules);
 }
 
-// Rigid bodies never fall asleep, and where `share` of their speed is lost in 1/60 s they come to rest as nodes do.
-std::function<void(Engine&)> awake(float share) {
-    return [share](Engine& engine) {
+// Rigid bodies lose `share` of their speed in 1/60 s, and come to rest as nodes do. Where bodies do not sleep they
+// never fall asleep.
+void damp_rigids(StabilityCase& which, float share) {
+    which.prepare = [share, sleeps = which.sleeps](Engine& engine) {
         for (int i = 0; i < engine.rigid_count(); ++i) {
             if (!(engine.rigid_record(i).mass > 0.0f)) { continue; }
             const float share_per_second = 1 - std::pow(1 - share, 1 / frame_seconds);
             engine.rigids().body(i)->setDamping(share_per_second, share_per_second);
-            engine.rigids().body(i)->setActivationState(DISABLE_DEACTIVATION);
+            if (!sleeps) { engine.rigids().body(i)->setActivationState(DISABLE_DEACTIVATION); }
         }
     };
 }
@@ -129,7 +130,7 @@ const char* contacts_name(bool has_faces) {
     return has_faces ? "nodes and faces" : "nodes";
 }
 
-void add_dropped_balls(std::vector<StabilityCase>& cases) {
+void add_dropped_balls(std::vector<StabilityCase>& cases, bool sleeps) {
     const struct {
         Support support;
         const char* name;
@@ -151,7 +152,8 @@ void add_dropped_balls(std::vector<StabilityCase>& cases) {
                     made.substeps = substeps_of(step);
                     made.has_face_contacts = has_faces;
                     if (support.support != Support::floor) { made.tethered = {Column::position_based, Column::xpbd}; }
-                    made.prepare = awake(damping);
+                    made.sleeps = sleeps;
+                    damp_rigids(made, damping);
                     HeavyRules rules;
                     rules.figure_from = end_seconds - 1;
                     rules.lying = 0;
@@ -175,7 +177,7 @@ void add_trampolines(std::vector<StabilityCase>& cases) {
             made.seconds = 5;
             made.has_face_contacts = has_faces;
             made.tethered = {Column::position_based, Column::xpbd};
-            made.prepare = awake(0);
+            damp_rigids(made, 0);
             HeavyRules rules;
             rules.lying = rules.never_higher = 0;
             rules.rests = false;
@@ -217,7 +219,7 @@ void add_lying_boxes(std::vector<StabilityCase>& cases, int rest_steps) {
             made.build = [gap, yaw](scene_builder* builder) { build_box_on_cloth(builder, gap, yaw); };
             made.seconds = static_cast<float>(std::min(rest_steps, most_steps)) * frame_seconds;
             made.has_face_contacts = has_faces;
-            made.prepare = awake(0);
+            damp_rigids(made, 0);
             HeavyRules rules;
             rules.lying = rules.stays.rigid = 0;
             rules.stays_from = settled;
@@ -230,7 +232,7 @@ void add_lying_boxes(std::vector<StabilityCase>& cases, int rest_steps) {
 // -------------------------------------------------------------------------------------------------------- ropes
 
 // Level at first, the weight at its free end.
-void add_weights(std::vector<StabilityCase>& cases) {
+void add_weights(std::vector<StabilityCase>& cases, bool sleeps) {
     constexpr float rope_mass = 0.1f, length = 2, radius = 0.1f;
     constexpr int inner_nodes = 18;
     for (const int ratio : {1, 10, 100, 1000}) {
@@ -248,7 +250,8 @@ void add_weights(std::vector<StabilityCase>& cases) {
             scene_add_anchor(builder, scene_add_soft(builder, mesh, &def), inner_nodes + 1, weight, true, 1);
         };
         made.tethered = {Column::position_based, Column::xpbd};
-        made.prepare = awake(damping);
+        made.sleeps = sleeps;
+        damp_rigids(made, damping);
         HeavyRules rules;
         rules.has_passage = false;
         rules.figure_from = end_seconds - 1;
@@ -324,7 +327,7 @@ void build_light_sheet(scene_builder* builder, float node_mass, float box_mass) 
     scene_add_soft(builder, mesh, &def);
 }
 
-void add_light_sheets(std::vector<StabilityCase>& cases) {
+void add_light_sheets(std::vector<StabilityCase>& cases, bool sleeps) {
     constexpr float heavy_box = 10; // kg
     for (const float box_mass : {0.0f, heavy_box}) {
         for (const bool has_faces : {false, true}) {
@@ -335,7 +338,8 @@ void add_light_sheets(std::vector<StabilityCase>& cases) {
                 StabilityCase made = heavy_case(name, "wandering, mm");
                 made.build = [=](scene_builder* builder) { build_light_sheet(builder, node_mass, box_mass); };
                 made.has_face_contacts = has_faces;
-                made.prepare = awake(damping);
+                made.sleeps = sleeps;
+                damp_rigids(made, damping);
                 HeavyRules rules;
                 rules.stays.soft = 0;
                 rules.stays_from = end_seconds - 5;
@@ -348,12 +352,12 @@ void add_light_sheets(std::vector<StabilityCase>& cases) {
 
 } // namespace
 
-void add_heavy_cases(std::vector<StabilityCase>& cases, int rest_steps) {
-    add_dropped_balls(cases);
-    add_lying_boxes(cases, rest_steps);
-    add_weights(cases);
+void add_heavy_cases(std::vector<StabilityCase>& cases, const StabilityOptions& options) {
+    add_dropped_balls(cases, options.sleeps);
+    add_lying_boxes(cases, options.rest_steps);
+    add_weights(cases, options.sleeps);
     add_capes(cases);
-    add_light_sheets(cases);
+    add_light_sheets(cases, options.sleeps);
     add_trampolines(cases);
 }
 

@@ -115,6 +115,9 @@ void enable_extras(Engine& engine, const StabilityCase& which, Column column) {
     if (which.smooths_steps) {
         enable_for_all(engine, [](pli_body* body, size_t) { return pli_body_enable_step_smoothing(body); });
     }
+    if (which.sleeps) {
+        enable_for_all(engine, [](pli_body* body, size_t) { return pli_body_enable_sleep(body, nullptr); });
+    }
     if (is_tethered(which, column)) {
         enable_for_all(engine, [](pli_body* body, size_t) {
             const pli_tethers_def def = pli_tethers_def_default();

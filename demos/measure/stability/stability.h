@@ -80,6 +80,7 @@ struct StabilityCase {
     bool filter_compression = false;          // of the implicit solver
     int finishing_iterations = 0;             // of its sweeps
     bool smooths_steps = false;               // Pliant's bodies do
+    bool sleeps = false;                      // what rests may fall asleep: rigid bodies, and Pliant's
     std::vector<Column> tethered{};           // Pliant's bodies have tethers in these columns
     std::function<void(Engine&)> prepare{};   // before the first step
     std::function<std::unique_ptr<Watcher>()> watch{}; // empty: the figure is the root mean square stretch
@@ -87,6 +88,7 @@ struct StabilityCase {
 
 struct StabilityOptions {
     int rest_steps = 20000; // of the cases at rest
+    bool sleeps = true;     // bodies of the cases of heavy bodies that come to rest may fall asleep
     uint64_t seed = 1;      // of the random cases
     int random_count = 100;
     double time_limit = 20; // s of wall time per cell, beside what a case may take more

@@ -311,8 +311,6 @@ static pli_status link_colors_enable_tagged(pli_body* body, void* state) {
 }
 
 static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
-    (void)body;
-    (void)change;
     ((plii_link_colors*)state)->is_current = false;
 }
 

@@ -26,8 +26,6 @@ typedef struct link_quads_search {
     uint8_t ordered_pairs[LINK_QUADS_PATTERNS]; /* what the pairs become by it */
 } link_quads_search;
 
-// ------------------------------------------------------------------------------------------------------------ orders
-
 /* Of two different nodes; as plii_link_pair_nodes. */
 static uint8_t link_quads_pair(int a, int b) {
     static const uint8_t pairs[4][4] = {{0, 0, 2, 4}, {0, 0, 5, 3}, {2, 5, 0, 1}, {4, 3, 1, 0}};
@@ -61,8 +59,6 @@ static void link_quads_make_orders(link_quads_search* search) {
         ++count;
     }
 }
-
-// ------------------------------------------------------------------------------------------------------------ search
 
 static bool link_quads_is_open(const link_quads_search* search, int link) {
     return search->quads->is_used[link] == 0 && plii_link_tag_of(search->quads->tags, link) == search->tag;
@@ -196,8 +192,6 @@ static void link_quads_pass(link_quads_search* search, int least) {
         }
     }
 }
-
-// ------------------------------------------------------------------------------------------------------------- links
 
 /* After those of quads. */
 static void link_quads_list_singles(const pli_body* body, plii_link_quads* quads) {

@@ -49,8 +49,6 @@ PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, cons
     return spring;
 }
 
-// ------------------------------------------------------------------------------------------ springs to fixed points
-
 typedef struct implicit_hold_visit {
     pli_body* body;
     plii_implicit_system* system;
@@ -95,8 +93,6 @@ static double implicit_hardness(const plii_implicit_holds* holds, int node) {
     }
     return sum;
 }
-
-// ------------------------------------------------------------------------------------------------------- the system
 
 /* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
 PLII_SIMD_INLINE plii_implicit_block implicit_factorise(const double d[6], double mass) {
@@ -173,11 +169,10 @@ typedef struct implicit_assembly {
     double h;
     const plii_dvec3* leads;
     plii_implicit_system* system;
-    int collapsed[PLII_MOST_BLOCKS];
 } implicit_assembly;
 
-static void implicit_assemble_block(int begin, int end, int block, void* data) {
-    implicit_assembly* all = data;
+static double implicit_assemble_block(int begin, int end, const void* data) {
+    const implicit_assembly* all = data;
     const pli_body* body = all->body;
     const plii_link_graph* graph = all->graph;
     plii_implicit_system* system = all->system;
@@ -196,20 +191,14 @@ static void implicit_assemble_block(int begin, int end, int block, void* data) {
             system->halves[k] = (plii_implicit_half){.neighbour = graph->halves[k].neighbour};
         }
     }
-    all->collapsed[block] = collapsed;
+    return collapsed;
 }
 
 enum { IMPLICIT_ASSEMBLE_NS = 250 }; /* per node */
 
 int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
                            const plii_dvec3* leads, plii_implicit_system* system) {
-    implicit_assembly all = {
-        .body = body, .graph = graph, .def = def, .h = (double)dt, .leads = leads, .system = system};
-    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(IMPLICIT_ASSEMBLE_NS), PLII_MOST_BLOCKS);
-    plii_run_blocks(body->context, blocks, body->node_count, implicit_assemble_block, &all);
-    int collapsed = 0;
-    for (int b = 0; b < blocks.count; ++b) {
-        collapsed += all.collapsed[b];
-    }
-    return collapsed;
+    const implicit_assembly all = {body, graph, def, (double)dt, leads, system};
+    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(IMPLICIT_ASSEMBLE_NS),
+                                implicit_assemble_block, &all);
 }

@@ -14,8 +14,7 @@ enum { IMPLICIT_MAX_ROUNDS = 8 };
 #define IMPLICIT_LEAST_SLIDING 0.01      /* of what friction takes in a step */
 #define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */
 
-// ------------------------------------------------------------------------------------------- what the constraints
-// change
+// -------------------------------------------------------------------------------------- what the constraints change
 
 /* The held part of the direction is that of the rigid bodies. */
 static void gradient_lead(plii_implicit_system* system) {
@@ -61,58 +60,48 @@ enum { GRADIENT_PRODUCT_NS = 40, GRADIENT_ADD_NS = 5 }; /* per node */
 
 typedef struct gradient_pass {
     const pli_body* body;
-    plii_implicit_system* system;
-    const plii_dvec3 *a, *b; /* of a sum */
+    const plii_implicit_system* system;
+    const plii_dvec3 *a, *b;
+    plii_dvec3* to;
     double factor;
 } gradient_pass;
 
-/* residual = rhs - W solution */
-static void gradient_residual_range(int begin, int end, void* data) {
-    const gradient_pass* pass = data;
+/* W x of a node that is not pinned, but for holds. */
+static plii_dvec3 gradient_product(const gradient_pass* pass, int node, const plii_dvec3* x) {
     const plii_implicit_system* system = pass->system;
-    for (int i = begin; i < end; ++i) {
-        const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
-        system->residual[i] =
-            is_pinned ? (plii_dvec3){0}
-                      : plii_dvec3_sub(system->rhs[i], plii_implicit_product(pass->body, system, i, system->solution));
+    const plii_dvec3 own = x[node];
+    plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)pass->body->positions[node].w);
+    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
+        const plii_implicit_half* half = &system->halves[k];
+        const plii_dvec3 q = plii_dvec3_from(half->axis), difference = plii_dvec3_sub(own, x[half->neighbour]);
+        sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, difference));
+        sum = plii_dvec3_add_scaled(sum, difference, (double)half->isotropic);
     }
+    return sum;
 }
 
-/* spare = W direction */
+/* to = W b, or a - W b where there is an a. */
 static void gradient_product_range(int begin, int end, void* data) {
     const gradient_pass* pass = data;
-    const plii_implicit_system* system = pass->system;
     for (int i = begin; i < end; ++i) {
-        const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
-        system->spare[i] =
-            is_pinned ? (plii_dvec3){0} : plii_implicit_product(pass->body, system, i, system->direction);
+        const bool is_pinned = plii_implicit_block_is_pinned(&pass->system->blocks[i]);
+        const plii_dvec3 product = is_pinned ? (plii_dvec3){0} : gradient_product(pass, i, pass->b);
+        pass->to[i] = is_pinned || pass->a == NULL ? product : plii_dvec3_sub(pass->a[i], product);
     }
 }
 
-/* spare = residual over the blocks */
-static void gradient_solve_range(int begin, int end, void* data) {
+static void gradient_add_range(int begin, int end, void* data) {
     const gradient_pass* pass = data;
-    const plii_implicit_system* system = pass->system;
     for (int i = begin; i < end; ++i) {
-        system->spare[i] = plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
+        pass->to[i] = plii_dvec3_add_scaled(pass->a[i], pass->b[i], pass->factor);
     }
 }
 
-static void gradient_advance_range(int begin, int end, void* data) {
-    const gradient_pass* pass = data;
-    const plii_implicit_system* system = pass->system;
-    for (int i = begin; i < end; ++i) {
-        system->solution[i] = plii_dvec3_add_scaled(system->solution[i], system->direction[i], pass->factor);
-        system->residual[i] = plii_dvec3_add_scaled(system->residual[i], system->spare[i], -pass->factor);
-    }
-}
-
-static void gradient_direction_range(int begin, int end, void* data) {
-    const gradient_pass* pass = data;
-    const plii_implicit_system* system = pass->system;
-    for (int i = begin; i < end; ++i) {
-        system->direction[i] = plii_dvec3_add_scaled(system->spare[i], system->direction[i], pass->factor);
-    }
+/* to = a + factor b */
+static void gradient_add(const plii_implicit_system* system, const plii_dvec3* a, double factor, const plii_dvec3* b,
+                         plii_dvec3* to) {
+    gradient_pass pass = {.a = a, .b = b, .to = to, .factor = factor};
+    plii_implicit_run(system, gradient_add_range, &pass, GRADIENT_ADD_NS);
 }
 
 static double gradient_dot_block(int begin, int end, const void* data) {
@@ -134,8 +123,9 @@ static double gradient_dot(const plii_implicit_system* system, const plii_dvec3*
 /* residual = rhs + friction - W x, of rigid bodies too. */
 static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    gradient_pass pass = {.body = body, .system = system};
-    plii_implicit_run(system, gradient_residual_range, &pass, GRADIENT_PRODUCT_NS);
+    gradient_pass pass = {.body = body, .system = system, .a = system->rhs, .b = system->solution};
+    pass.to = system->residual;
+    plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &constraints->rigids[i];
@@ -170,7 +160,7 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
 static double gradient_multiply(const pli_body* body, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    gradient_pass pass = {.body = body, .system = system};
+    gradient_pass pass = {.body = body, .system = system, .b = system->direction, .to = system->spare};
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
     for (int i = 0; i < constraints->rigid_count; ++i) {
@@ -275,8 +265,7 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
 /* spare = preconditioned residual, and `product` of rigid bodies; gives its product with the residual. */
 static double gradient_precondition(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    gradient_pass pass = {.system = system};
-    plii_implicit_run(system, gradient_solve_range, &pass, GRADIENT_ADD_NS);
+    plii_implicit_solve_blocks(system, system->residual, system->spare);
     gradient_filter filter;
     for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
@@ -303,8 +292,8 @@ static double gradient_precondition(plii_implicit_system* system) {
 // ------------------------------------------------------------------------------------------------------ iterations
 
 static void gradient_advance(plii_implicit_system* system, double alpha) {
-    gradient_pass pass = {.system = system, .factor = alpha};
-    plii_implicit_run(system, gradient_advance_range, &pass, GRADIENT_ADD_NS);
+    gradient_add(system, system->solution, alpha, system->direction, system->solution);
+    gradient_add(system, system->residual, -alpha, system->spare, system->residual);
     for (int i = 0; i < system->constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &system->constraints->rigids[i];
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
@@ -316,8 +305,7 @@ static void gradient_advance(plii_implicit_system* system, double alpha) {
 
 /* direction = preconditioned residual + beta direction. */
 static void gradient_choose_direction(plii_implicit_system* system, double beta) {
-    gradient_pass pass = {.system = system, .factor = beta};
-    plii_implicit_run(system, gradient_direction_range, &pass, GRADIENT_ADD_NS);
+    gradient_add(system, system->spare, beta, system->direction, system->direction);
     for (int i = 0; i < system->constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &system->constraints->rigids[i];
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
@@ -396,28 +384,25 @@ static double gradient_guess_sliding(const plii_implicit_constraint* constraint,
     return before > IMPLICIT_LEAST_SLIDING * taken ? fmax(before, free - taken) : before;
 }
 
-/* Whether a contact presses after a solution, and its friction. `free` is where the node would go without it. */
-static void gradient_judge_contact(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
-                                   double mass, plii_dvec3 x, plii_dvec3 free) {
-    const plii_dvec3 n = constraint->normal,
-                     relative = plii_dvec3_sub(x, plii_implicit_constraint_goal(constraints, constraint));
-    const plii_dvec3 impulse = plii_implicit_block_mul(&constraint->block, plii_dvec3_sub(x, free));
-    double pressing = plii_dvec3_dot(n, impulse), sliding = gradient_across(n, relative);
+/* Whether a contact presses after a solution, and its friction. `off`: to its goal; `impulse` is that of the
+   solution. */
+static void gradient_judge_contact(plii_implicit_constraint* constraint, double mass, plii_dvec3 off,
+                                   plii_dvec3 impulse) {
+    const plii_dvec3 n = constraint->normal;
+    double pressing = plii_dvec3_dot(n, impulse), sliding = gradient_across(n, off);
     constraint->impulse = (plii_dvec3){0};
     if (constraint->rows == 0) {
-        pressing = -mass * plii_dvec3_dot(n, relative);
+        pressing = mass * plii_dvec3_dot(n, off);
         sliding = gradient_guess_sliding(constraint, sliding, constraint->friction * pressing / mass);
         constraint->viscosity = 0.0;
-    } else {
+    } else if (pressing > 0.0) {
         constraint->impulse = impulse;
     }
     constraint->rows = pressing > 0.0 ? 1 : 0;
     constraint->is_viscous = true;
-    if (!(pressing > 0.0)) {
-        constraint->impulse = (plii_dvec3){0};
-        return;
+    if (pressing > 0.0) {
+        gradient_set_viscosity(constraint, constraint->friction * pressing, sliding, gradient_across(n, impulse), mass);
     }
-    gradient_set_viscosity(constraint, constraint->friction * pressing, sliding, gradient_across(n, impulse), mass);
 }
 
 static double gradient_point_mass(const pli_body* body, const plii_implicit_constraint* constraint) {
@@ -434,23 +419,9 @@ static void gradient_judge_point(const pli_body* body, const plii_implicit_const
                                  plii_implicit_constraint* constraint, const plii_dvec3* x) {
     const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint),
                      off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
-    const plii_dvec3 before = plii_dvec3_scale(n, plii_dvec3_dot(n, constraint->impulse)),
-                     impulse = plii_dvec3_add(before, gradient_yield(constraint, off));
-    const double mass = gradient_point_mass(body, constraint);
-    double pressing = plii_dvec3_dot(n, impulse), sliding = gradient_across(n, off);
-    constraint->impulse = (plii_dvec3){0};
-    if (constraint->rows == 0) {
-        pressing = mass * plii_dvec3_dot(n, off);
-        sliding = gradient_guess_sliding(constraint, sliding, constraint->friction * pressing / mass);
-        constraint->viscosity = 0.0;
-    } else if (pressing > 0.0) {
-        constraint->impulse = impulse;
-    }
-    constraint->rows = pressing > 0.0 ? 1 : 0;
-    constraint->is_viscous = true;
-    if (pressing > 0.0) {
-        gradient_set_viscosity(constraint, constraint->friction * pressing, sliding, gradient_across(n, impulse), mass);
-    }
+    const plii_dvec3 before = plii_dvec3_scale(n, plii_dvec3_dot(n, constraint->impulse));
+    gradient_judge_contact(constraint, gradient_point_mass(body, constraint), off,
+                           plii_dvec3_add(before, gradient_yield(constraint, off)));
 }
 
 /* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
@@ -478,10 +449,10 @@ static bool gradient_judge(const pli_body* body, plii_implicit_system* system) {
             plii_implicit_project_node(constraints, begin, end, system->spare);
             system->solution[constraint->nodes[0]] = system->spare[constraint->nodes[0]];
         } else {
-            plii_dvec3* x = &system->solution[constraint->nodes[0]];
-            gradient_judge_contact(constraints, constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, *x,
-                                   system->spare[constraint->nodes[0]]);
+            plii_dvec3 *x = &system->solution[constraint->nodes[0]], free = system->spare[constraint->nodes[0]];
             const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), *x);
+            gradient_judge_contact(constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, off,
+                                   plii_implicit_block_mul(&constraint->block, plii_dvec3_sub(*x, free)));
             const bool is_new = constraint->rows_before == 0;
             plii_dvec3 held = plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, off));
             if (is_new || gradient_sticks(constraint)) { held = off; }

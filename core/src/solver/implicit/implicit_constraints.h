@@ -63,8 +63,6 @@ typedef struct plii_implicit_constraints {
     int rigid_count, rigid_capacity;
 } plii_implicit_constraints;
 
-// ------------------------------------------------------------------------------------------- implicit_constraints.c
-
 /* What the features of the body demand now. `base` is what the velocities of the body have in them of the solution
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
@@ -82,8 +80,6 @@ void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bo
 /* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */
 void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
                                         plii_implicit_constraint* constraint);
-
-// ------------------------------------------------------------------------------------------- implicit_project.c
 
 /* The nearest solution that meets the conditions, in the norm of the diagonal blocks, given `x` without them; then the
    changes of the rigid bodies that balance the impulses. */

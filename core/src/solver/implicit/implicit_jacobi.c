@@ -21,30 +21,30 @@ plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node) {
     return plii_implicit_block_solve(&system->blocks[node], b);
 }
 
-plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
-                                 const plii_dvec3* x) {
-    const plii_dvec3 own = x[node];
-    plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)body->positions[node].w);
-    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
-        const plii_implicit_half* half = &system->halves[k];
-        const plii_dvec3 q = plii_dvec3_from(half->axis), difference = plii_dvec3_sub(own, x[half->neighbour]);
-        sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, difference));
-        sum = plii_dvec3_add_scaled(sum, difference, (double)half->isotropic);
-    }
-    return sum;
-}
-
 enum { IMPLICIT_SOLVE_NS = 5, IMPLICIT_SWEEP_NS = 40 }; /* per node */
 
-static void implicit_start_range(int begin, int end, void* data) {
-    plii_implicit_system* system = data;
+/* Of a pass over the nodes: what it reads and writes. */
+typedef struct implicit_nodes {
+    const plii_implicit_system* system;
+    const plii_dvec3* from;
+    plii_dvec3* to;
+    double factor;
+} implicit_nodes;
+
+static void implicit_solve_range(int begin, int end, void* data) {
+    const implicit_nodes* nodes = data;
     for (int i = begin; i < end; ++i) {
-        system->solution[i] = plii_implicit_block_solve(&system->blocks[i], system->rhs[i]);
+        nodes->to[i] = plii_implicit_block_solve(&nodes->system->blocks[i], nodes->from[i]);
     }
+}
+
+void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_dvec3* from, plii_dvec3* to) {
+    implicit_nodes nodes = {.system = system, .from = from, .to = to};
+    plii_implicit_run(system, implicit_solve_range, &nodes, IMPLICIT_SOLVE_NS);
 }
 
 static void implicit_start(plii_implicit_system* system) {
-    plii_implicit_run(system, implicit_start_range, system, IMPLICIT_SOLVE_NS);
+    plii_implicit_solve_blocks(system, system->rhs, system->solution);
     plii_implicit_project(system->constraints, system->solution);
 }
 
@@ -54,21 +54,16 @@ static void implicit_swap(plii_implicit_system* system) {
     system->spare = solution;
 }
 
-typedef struct implicit_sweep {
-    const plii_implicit_system* system;
-    plii_dvec3* swept;
-} implicit_sweep;
-
 static void implicit_sweep_range(int begin, int end, void* data) {
-    const implicit_sweep* sweep = data;
+    const implicit_nodes* nodes = data;
     for (int i = begin; i < end; ++i) {
-        sweep->swept[i] = plii_implicit_swept(sweep->system, i);
+        nodes->to[i] = plii_implicit_swept(nodes->system, i);
     }
 }
 
 static void implicit_run_sweep(const plii_implicit_system* system, plii_dvec3* swept) {
-    implicit_sweep sweep = {system, swept};
-    plii_implicit_run(system, implicit_sweep_range, &sweep, IMPLICIT_SWEEP_NS);
+    implicit_nodes nodes = {.system = system, .to = swept};
+    plii_implicit_run(system, implicit_sweep_range, &nodes, IMPLICIT_SWEEP_NS);
 }
 
 /* One more than `sweeps` from a given solution, so that the square that makes odd counts safe stays one. */
@@ -81,17 +76,11 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
     }
 }
 
-typedef struct implicit_blend {
-    const plii_implicit_system* system;
-    double weight;
-} implicit_blend;
-
 static void implicit_blend_range(int begin, int end, void* data) {
-    const implicit_blend* blend = data;
-    const plii_implicit_system* system = blend->system;
+    const implicit_nodes* nodes = data;
     for (int i = begin; i < end; ++i) {
-        const plii_dvec3 before = system->spare[i];
-        system->spare[i] = plii_dvec3_add_scaled(before, plii_dvec3_sub(system->residual[i], before), blend->weight);
+        const plii_dvec3 way = plii_dvec3_sub(nodes->from[i], nodes->to[i]);
+        nodes->to[i] = plii_dvec3_add_scaled(nodes->to[i], way, nodes->factor);
     }
 }
 
@@ -102,8 +91,8 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
         memcpy(constraints->rigids[r].product, constraints->rigids[r].change, sizeof constraints->rigids[r].product);
     }
     plii_implicit_project(constraints, system->residual);
-    implicit_blend blend = {system, weight};
-    plii_implicit_run(system, implicit_blend_range, &blend, IMPLICIT_SOLVE_NS);
+    implicit_nodes nodes = {system, system->residual, system->spare, weight};
+    plii_implicit_run(system, implicit_blend_range, &nodes, IMPLICIT_SOLVE_NS);
     for (int r = 0; r < constraints->rigid_count; ++r) {
         plii_implicit_rigid* rigid = &constraints->rigids[r];
         for (int k = 0; k < 6; ++k) {
@@ -142,13 +131,11 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double sp
     }
 }
 
-// ------------------------------------------------------------------------------------------------ spectral radius
-
 enum { IMPLICIT_POWER_ITERATIONS = 24 };
 
 /* x^T W_ii x. */
 static double implicit_block_square(const plii_implicit_block* block, plii_dvec3 x) {
-    if (!(block->inverse_d[0] > 0.0)) { return 0.0; }
+    if (plii_implicit_block_is_pinned(block)) { return 0.0; }
     const double y0 = x.x + block->l10 * x.y + block->l20 * x.z, y1 = x.y + block->l21 * x.z;
     return y0 * y0 / block->inverse_d[0] + y1 * y1 / block->inverse_d[1] + x.z * x.z / block->inverse_d[2];
 }
@@ -167,17 +154,11 @@ static double implicit_norm(const plii_implicit_system* system) {
                                 implicit_square_of_solution, system));
 }
 
-typedef struct implicit_power {
-    const plii_implicit_system* system;
-    double scale;
-} implicit_power;
-
 static void implicit_power_range(int begin, int end, void* data) {
-    const implicit_power* power = data;
-    const plii_implicit_system* system = power->system;
+    const implicit_nodes* nodes = data;
     for (int i = begin; i < end; ++i) {
-        const plii_dvec3 b = plii_dvec3_scale(implicit_gather(system, i, system->solution), power->scale);
-        system->spare[i] = plii_implicit_block_solve(&system->blocks[i], b);
+        const plii_dvec3 b = plii_dvec3_scale(implicit_gather(nodes->system, i, nodes->from), nodes->factor);
+        nodes->to[i] = plii_implicit_block_solve(&nodes->system->blocks[i], b);
     }
 }
 
@@ -194,7 +175,7 @@ static double implicit_noise(uint32_t seed) {
 double plii_implicit_spectral_radius(plii_implicit_system* system) {
     for (int i = 0; i < system->node_count; ++i) {
         const uint32_t seed = 3 * (uint32_t)i;
-        const bool is_pinned = !(system->blocks[i].inverse_d[0] > 0.0);
+        const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->solution[i] =
             is_pinned ? (plii_dvec3){0}
                       : plii_dvec3_make(implicit_noise(seed), implicit_noise(seed + 1), implicit_noise(seed + 2));
@@ -203,8 +184,8 @@ double plii_implicit_spectral_radius(plii_implicit_system* system) {
     for (int s = 0; s < IMPLICIT_POWER_ITERATIONS; ++s) {
         const double norm = implicit_norm(system);
         if (!(norm > 0.0)) { break; }
-        implicit_power power = {system, 1.0 / norm};
-        plii_implicit_run(system, implicit_power_range, &power, IMPLICIT_SWEEP_NS);
+        implicit_nodes nodes = {system, system->solution, system->spare, 1.0 / norm};
+        plii_implicit_run(system, implicit_power_range, &nodes, IMPLICIT_SWEEP_NS);
         implicit_swap(system);
         radius = implicit_norm(system);
     }

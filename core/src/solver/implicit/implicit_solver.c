@@ -446,7 +446,6 @@ static const plii_solver_class implicit_solver = {.name = "implicit",
 
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */
 static void implicit_build(pli_body* body, void* data) {
-    (void)body;
     implicit_state* state = data;
     state->spectral_radius = 0.0;
     state->constraints.count = 0;
@@ -455,13 +454,23 @@ static void implicit_build(pli_body* body, void* data) {
 
 static bool implicit_is_sound(const pli_body* body, const void* data) {
     const implicit_state* state = data;
-    (void)body;
-    return state->def.sweeps >= 1 && (state->direction != NULL || !implicit_needs_direction(&state->def));
+    return state->direction != NULL || !implicit_needs_direction(&state->def);
 }
+
+static const plii_field implicit_fields[] = {
+    PLII_FIELD(pli_implicit_def, stiffness, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_implicit_def, damping, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_implicit_def, sweeps, 1, INT_MAX),
+    PLII_FIELD(pli_implicit_def, finishing_iterations, 0, INT_MAX),
+    PLII_FIELD(pli_implicit_def, method, PLI_IMPLICIT_JACOBI, PLI_IMPLICIT_CONJUGATE_GRADIENT),
+    PLII_FIELD(pli_implicit_def, start, PLI_IMPLICIT_START_IN_FREE_FLIGHT, PLI_IMPLICIT_START_AT_REST),
+    PLII_FIELD(pli_implicit_def, tolerance, PLII_ABOVE_0, 1.0f - FLT_EPSILON / 2.0f),
+};
 
 const plii_feature_class plii_implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),
+    .settings = PLII_LIMITS(implicit_state, def, implicit_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
         PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"), PLII_STATE(implicit_state, constraints, PLII_LEFT),
@@ -492,16 +501,6 @@ pli_implicit_def pli_implicit_def_default(void) {
 }
 
 /* A tolerance of 1 is not below the first residual. */
-static const plii_field implicit_fields[] = {
-    PLII_FIELD(pli_implicit_def, stiffness, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_implicit_def, damping, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_implicit_def, sweeps, 1, INT_MAX),
-    PLII_FIELD(pli_implicit_def, finishing_iterations, 0, INT_MAX),
-    PLII_FIELD(pli_implicit_def, method, PLI_IMPLICIT_JACOBI, PLI_IMPLICIT_CONJUGATE_GRADIENT),
-    PLII_FIELD(pli_implicit_def, start, PLI_IMPLICIT_START_IN_FREE_FLIGHT, PLI_IMPLICIT_START_AT_REST),
-    PLII_FIELD(pli_implicit_def, tolerance, PLII_ABOVE_0, 1.0f - FLT_EPSILON / 2.0f),
-};
-
 pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_implicit_def used = def != NULL ? *def : pli_implicit_def_default();

@@ -55,11 +55,10 @@ int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, c
 /* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
 void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, plii_implicit_holds* holds);
 
-/* What a sweep makes of the solution at a node, and W x there but for holds; the node must not be pinned for the
-   latter. */
+/* What a sweep makes of the solution at a node. */
 plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
-plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
-                                 const plii_dvec3* x);
+/* to = W_ii^-1 from at all nodes. */
+void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_dvec3* from, plii_dvec3* to);
 
 /* Energy that the step gains by the solution, which the body has followed, relative to that of what springs and
    constraints change. */

@@ -65,8 +65,6 @@ static void colored_links_prepare(pli_body* body, void* data) {
     state->link_revision = body->link_revision;
 }
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->kernel = PLII_KERNEL(body->context, &plii_links_kernel);
@@ -75,7 +73,6 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
 }
 
 static void colored_links_disable(pli_body* body, void* state) {
-    (void)state;
     body->sweep_links = plii_links_sweep;
     body->sweep_links_state = NULL;
 }

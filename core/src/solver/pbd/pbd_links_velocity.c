@@ -40,7 +40,6 @@ static void velocity_links_solve(pli_body* body, void* state) {
 }
 
 static void velocity_links_drift(pli_body* body, void* state) {
-    (void)state;
     body->sweep_links(body, body->sweep_links_state);
 }
 

@@ -5,8 +5,6 @@
 #include "body/world_state.h"
 #include "solver/pbd/pbd_nodes.h"
 
-// -------------------------------------------------------------------------------------------------- bounds
-
 void plii_solver_set_start(pli_body* body) {
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
@@ -41,8 +39,6 @@ bool plii_solver_check_velocities(pli_body* body) {
     solver_put_back(body);
     return false;
 }
-
-// ------------------------------------------------------------------------------------------------ prediction
 
 enum { SOLVER_NODES_GRAIN = 4096 };
 
@@ -87,8 +83,6 @@ static void solver_predict(pli_body* body, float dt) {
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
 }
-
-// ------------------------------------------------------------------------------------------------- iterations
 
 static void solver_positions_from_velocities(pli_body* body, float dt) {
     for (int i = 0; i < body->node_count; ++i) {

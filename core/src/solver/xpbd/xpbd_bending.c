@@ -174,9 +174,15 @@ static void xpbd_bending_build(pli_body* body, void* data) {
 
 #define XPBD_BENDING_PER_HINGE PLII_PER_FACE, .times = 3, .per = 2
 
+static const plii_field xpbd_bending_fields[] = {
+    PLII_FIELD(pli_xpbd_bending_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
+    .settings = PLII_LIMITS(xpbd_bending_state, def, xpbd_bending_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_bending_state, def, PLII_SAVED, "2fBu"),
                                     PLII_STATE(xpbd_bending_state, hinge_count, PLII_LEFT)),
     .arrays = PLII_ARRAYS(
@@ -201,11 +207,6 @@ const plii_substep_class plii_xpbd_bending_kind = {
 pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
     return (pli_xpbd_bending_def){.cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_bending_fields[] = {
-    PLII_FIELD(pli_xpbd_bending_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT),
-};
 
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -8,9 +8,6 @@
 /* Enables the feature of a kind and lets it take part in sweeps; fails unless the body is stepped by XPBD. */
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state);
 pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function);
-/* PLI_OK, or the error of a value that is negative or not finite. */
-pli_status plii_xpbd_check_value(const pli_body* body, float value, float limit, const char* name,
-                                 const char* function);
 
 /* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26).
    c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. 0 where the

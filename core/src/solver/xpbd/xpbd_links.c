@@ -81,9 +81,16 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     return state->colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
+static const plii_field xpbd_links_fields[] = {
+    PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT),
+};
+
 const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
+    .settings = PLII_LIMITS(xpbd_links_state, def, xpbd_links_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"), PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
         PLII_STATE(xpbd_links_state, kernel, PLII_LEFT), PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT)),
@@ -110,12 +117,6 @@ const plii_substep_class plii_xpbd_links_kind = {
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {
     return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_links_fields[] = {
-    PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT),
-};
 
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -187,19 +187,18 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static bool xpbd_is_sound(const pli_body* body, const void* data) {
-    const xpbd_state* state = data;
-    (void)body;
-    return state->def.substeps >= 1 && state->def.sweeps >= 1;
-}
+static const plii_field xpbd_fields[] = {
+    PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
+    PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX),
+};
 
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
+    .settings = PLII_LIMITS(xpbd_state, def, xpbd_fields),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"), PLII_STATE(xpbd_state, run, PLII_LEFT),
         PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B"), PLII_STATE(xpbd_state, kinds, PLII_LEFT)),
-    .is_sound = xpbd_is_sound,
     /* Nothing of a step is needed by the next one. */
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
                           {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
@@ -250,21 +249,11 @@ pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind
     return PLI_OK;
 }
 
-pli_status plii_xpbd_check_value(const pli_body* body, float value, float limit, const char* name,
-                                 const char* function) {
-    return plii_check_between(body->context, value, 0.0f, limit, name, function);
-}
-
 // --------------------------------------------------------------------------------------------------------- settings
 
 pli_xpbd_def pli_xpbd_def_default(void) {
     return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_fields[] = {
-    PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
-    PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX),
-};
 
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

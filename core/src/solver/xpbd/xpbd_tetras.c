@@ -189,9 +189,12 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
     return state->groups != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
+static const plii_field xpbd_tetras_fields[] = {PLII_FIELD(xpbd_tetras_state, compliance, 0, PLI_MAX_COEFFICIENT)};
+
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
+    .settings = {xpbd_tetras_fields, 1, 0},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_tetras_state, compliance, PLII_SAVED, "f"),
                                     PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT)),
     .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
@@ -209,7 +212,8 @@ const plii_substep_class plii_xpbd_tetras_kind = {
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_xpbd_check_value(body, compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    const xpbd_tetras_state used = {.compliance = compliance};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, xpbd_tetras_fields, __func__));
     if (body->topology->tetra_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
     }

@@ -97,9 +97,15 @@ static pli_status xpbd_volume_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
+static const plii_field xpbd_volume_fields[] = {
+    PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR),
+};
+
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
+    .settings = PLII_LIMITS(xpbd_volume_state, def, xpbd_volume_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
                                     PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
                                     PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f")),
@@ -118,11 +124,6 @@ const plii_substep_class plii_xpbd_volume_kind = {
 pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
     return (pli_xpbd_volume_def){.pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
-
-static const plii_field xpbd_volume_fields[] = {
-    PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR),
-};
 
 pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -1,11 +1,24 @@
 #pragma once
 
+/* What the files of the world's step have in common: islands, groups, calls. */
+
+#include "body/world_state.h"
+
+/* Bodies that touch each other are solved together: each stage of the solve goes over all of them before the next one
+   begins. */
+
+/* At the start of a step every body is alone. */
+void plii_islands_start(pli_world* world);
+/* When all pairs have met. */
+void plii_islands_find(pli_world* world);
+/* Solves those of the bodies that are not frozen, islands in the order of their first bodies; with a body, all of its
+   island. */
+void plii_islands_solve(pli_body* const* bodies, int count);
+
 /* Bodies on several threads. What bodies share in a step joins them into groups: contacts with each other, and rigid
    bodies that are not static, which both may push. Groups are solved side by side, the bodies of one in the order in
    which all are solved on one thread: so bits do not depend on threads. A pair of bodies whose bounds overlap is
    joined, whether it touches or not; that only makes groups larger than they have to be. */
-
-#include "body/world_state.h"
 
 /* Room for one more body. False when out of memory. */
 bool plii_groups_reserve(pli_world* world, int body_count);
@@ -28,3 +41,17 @@ typedef void plii_groups_fn(pli_body* const* bodies, int count);
 void plii_groups_run(pli_world* world, plii_groups_fn* run);
 /* Each body for itself, as far as there are enough of them to part. False: nothing was done. */
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body));
+
+/* Around what may run out of memory: what a step could not get is told at its end, and by the call itself where it has
+   a `function` to name. */
+uint64_t plii_world_begin_call(pli_world* world, plii_walk* walk);
+pli_status plii_world_end_call(pli_world* world, const plii_walk* walk, uint64_t before, const char* function);
+
+/* A pair whose members are of these worlds may meet now. */
+pli_status plii_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
+                           const char* function);
+
+/* Pairs of soft bodies whose bounds overlap. */
+void plii_world_collide_soft_pairs(pli_world* world);
+/* Every pair whose bounds overlap. */
+void plii_world_collide_all(pli_world* world);

@@ -1,0 +1,80 @@
+// Anchors to dynamic bodies of a Bullet world: where they hold, and what energy they leave.
+
+#include "check.h"
+#include "test_bridge_world.h"
+
+#include <pliant/implicit.h>
+#include <pliant/tether.h>
+#include <pliant/xpbd.h>
+
+namespace {
+
+using bridge_test::StockWorld;
+
+enum class Solver { position_based, xpbd, implicit };
+constexpr int last_node = 9;
+constexpr float lever = 0.5f; // m, from the anchor to the centre of the weight
+
+/// A level rope of 1 m and 0.1 kg with a ball of 1 kg on a lever at its end.
+struct Pendulum {
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    btRigidBody* weight = nullptr;
+    pli_body* rope = nullptr;
+
+    explicit Pendulum(Solver solver) {
+        weight = &stock.add_body(new btSphereShape(0.1f), 1, btVector3(1 + lever, 3, 0));
+        weight->setActivationState(DISABLE_DEACTIVATION);
+        pli_mesh* mesh = nullptr;
+        assert_int_equal(pli_mesh_create_rope(bridge.context(), pli_vec3_make(0, 3, 0), pli_vec3_make(1, 3, 0), 8,
+                                              PLI_ROPE_PIN_FIRST, &mesh),
+                         PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 0.1f), PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        if (solver == Solver::position_based) { assert_int_equal(pli_body_enable_tethers(rope, nullptr), PLI_OK); }
+        if (solver == Solver::xpbd) {
+            assert_int_equal(pli_body_enable_xpbd(rope, nullptr), PLI_OK);
+            assert_int_equal(pli_body_enable_xpbd_links(rope, nullptr), PLI_OK);
+        }
+        if (solver == Solver::implicit) { assert_int_equal(pli_body_enable_implicit(rope, nullptr), PLI_OK); }
+        assert_int_equal(pli_body_attach_nodes(rope, &last_node, 1, bridge.rigid(*weight)), PLI_OK);
+    }
+    /// J, of the weight, of which the rope is a tenth.
+    double energy() const {
+        const btVector3 v = weight->getLinearVelocity(), w = weight->getAngularVelocity();
+        return double(btScalar(0.5) * v.length2() + btScalar(0.002) * w.length2() +
+                      10 * weight->getWorldTransform().getOrigin().y());
+    }
+    /// m, of the node from its point of the weight.
+    double gap() const {
+        const pli_vec4 node = pli_body_get_view(rope).positions[last_node];
+        const btVector3 point = weight->getWorldTransform() * btVector3(-lever, 0, 0);
+        return double((btVector3(node.x, node.y, node.z) - point).length());
+    }
+};
+
+/// But for what the rope gives it as it falls, 1 J at most.
+void test_a_pendulum_gains_no_energy(void**) {
+    for (const Solver solver : {Solver::position_based, Solver::xpbd, Solver::implicit}) {
+        Pendulum pendulum(solver);
+        const double start = pendulum.energy();
+        double most = start, widest = 0;
+        for (int i = 0; i < 600; ++i) {
+            pendulum.stock.step(1);
+            most = std::max(most, pendulum.energy());
+            widest = std::max(widest, pendulum.gap());
+        }
+        print_message("solver %d: %.2f J at the start, at most %.2f J, gap %.2g m\n", int(solver), start, most, widest);
+        check_at_most(most, start + 1);
+        check_at_most(widest, solver == Solver::position_based ? 0.1 : 1e-3);
+        assert_int_equal(pendulum.bridge.status(), PLI_OK);
+    }
+}
+
+} // namespace
+
+int main() {
+    const CMUnitTest tests[] = {cmocka_unit_test(test_a_pendulum_gains_no_energy)};
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
