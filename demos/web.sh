@@ -101,7 +101,8 @@ if [ "${1-}" = --bench ]; then
     build_preset release pliant_program
     say "measuring"
     /usr/bin/python3 demos/web/bench.py build/web build/release/demos/app/pliant
-    /usr/bin/python3 demos/web/core_size.py $module/core/libpliant.a "$prefix/lib/libccd.a" build/web-core
+    /usr/bin/python3 demos/web/core_size.py $module/core/libpliant.a "$prefix/lib/libccd.a" build/release/demos/app/pliant \
+        build/web-core
 elif [ "${1-}" = --test ]; then
     build_preset release pliant_program
     cc -O2 -fno-builtin -ffp-contract=off -shared -fPIC demos/web/float_math.c -o build/web-float-math.so -lm

@@ -213,7 +213,7 @@ class Reference:
             return f"typedef {result} {name}{plain(member.find('argsstring'))};".replace("( *", "(*")
         if kind == "define":
             parameters = [plain(p) for p in member.findall("param")]
-            value = plain(member.find("initializer"))
+            value = re.sub(r"\s*\\\s", r" \\\n    ", plain(member.find("initializer"))) # one line each, as in the header
             return f"#define {name}{'(' + ', '.join(parameters) + ')' if parameters else ''} {value}".strip()
         if kind == "variable":
             declared = f"{result} {name}{plain(member.find('argsstring'))} {plain(member.find('initializer'))}"
