@@ -279,7 +279,8 @@ static pli_status file_check_header(plii_file* file) {
         return plii_fail(file->context, wrong, file->function, "the file has %llu bytes, %zu were given",
                          (unsigned long long)header.size, file->size);
     }
-    if (header.checksum != plii_file_checksum(file->from + PLII_FILE_HEADER_SIZE, file->size - PLII_FILE_HEADER_SIZE)) {
+    if (header.reserved != 0 ||
+        header.checksum != plii_file_checksum(file->from + PLII_FILE_HEADER_SIZE, file->size - PLII_FILE_HEADER_SIZE)) {
         return plii_fail(file->context, wrong, file->function, "the file is damaged: its checksum is wrong");
     }
     return PLI_OK;
