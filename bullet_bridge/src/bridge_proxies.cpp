@@ -184,7 +184,8 @@ void Bridge::Impl::look_for_pinned() {
             let_go(proxy);
             continue;
         }
-        // Anchors start from where the last step has left it.
+        // Anchors start from where the last step has left it. Bullet has moved kinematic bodies already.
+        if (!proxy.is_dynamic()) { continue; }
         proxy.read_present_state();
         note(proxy.set_present_state());
     }

@@ -145,7 +145,7 @@ void RigidProxy::capture(unsigned step) {
 inline RigidProxy::Response RigidProxy::response() const {
     const btVector3 one(1, 1, 1);
     return {body_ != nullptr ? body_->getLinearFactor() : one, body_ != nullptr ? body_->getAngularFactor() : one,
-            object_->getFriction(), !object_->hasContactResponse()};
+            object_->getFriction(), object_->getRestitution(), !object_->hasContactResponse()};
 }
 
 pli_status RigidProxy::create_rigid(pli_world* world) {
@@ -155,6 +155,7 @@ pli_status RigidProxy::create_rigid(pli_world* world) {
     def.user_data = const_cast<btCollisionObject*>(object_); // for events; nothing here writes through it
     read_state(def.state);
     def.friction = to_float(present.friction);
+    def.restitution = to_float(present.restitution);
     def.linear_factor = to_pli(present.linear_factor);
     def.angular_factor = to_pli(present.angular_factor);
     const pli_status status = pli_rigid_create(world, &def, &rigid_);
@@ -180,10 +181,13 @@ pli_status RigidProxy::update_rigid() {
     const Response present = response();
     const bool is_same = has_response_ && same_bits(present.linear_factor, response_.linear_factor) &&
                          same_bits(present.angular_factor, response_.angular_factor) &&
-                         same_bits(present.friction, response_.friction) && present.is_sensor == response_.is_sensor;
+                         same_bits(present.friction, response_.friction) &&
+                         same_bits(present.restitution, response_.restitution) &&
+                         present.is_sensor == response_.is_sensor;
     if (is_same) { return PLI_OK; }
     pli_status status = pli_rigid_set_factors(rigid_, to_pli(present.linear_factor), to_pli(present.angular_factor));
     if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, to_float(present.friction)); }
+    if (status == PLI_OK) { status = pli_rigid_set_restitution(rigid_, to_float(present.restitution)); }
     if (status == PLI_OK) { status = pli_rigid_set_sensor(rigid_, present.is_sensor); }
     if (status == PLI_OK) {
         response_ = present;

@@ -80,6 +80,7 @@ public:
     }
     const std::optional<pli_sampled_mesh_def>& sampled_mesh() const { return sampled_mesh_; }
 
+    bool is_dynamic() const { return kind_ == PLI_RIGID_DYNAMIC; }
     bool is_needed() const { return pair_count > 0 || is_pinned || is_followed; }
 
     int pair_count = 0;        ///< algorithms that use it
@@ -94,7 +95,7 @@ private:
     /// How it answers to impulses and contacts, as Bullet has it.
     struct Response {
         btVector3 linear_factor, angular_factor;
-        btScalar friction;
+        btScalar friction, restitution;
         bool is_sensor;
     };
     pli_rigid_kind kind() const;

@@ -205,6 +205,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_add_node_force, BODY, CHANGES, CALL_STATUS(pli_body_add_node_force(h->body, 0, call_point)))            \
     X(pli_body_add_force, BODY, CHANGES, CALL_STATUS(pli_body_add_force(h->body, call_point)))                         \
     X(pli_body_add_velocity, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_add_velocity(h->body, call_point)))              \
+    X(pli_body_enable_restitution, BODY, CHANGES, CALL_STATUS(pli_body_enable_restitution(h->body, 0.5f)))             \
+    X(pli_body_disable_restitution, BODY, CHANGES, CALL_STATUS(pli_body_disable_restitution(h->body)))                 \
     X(pli_body_enable_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_step_smoothing(h->body)))        \
     X(pli_body_disable_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_step_smoothing(h->body)))      \
     X(pli_body_enable_normals, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_normals(h->body)))                      \
@@ -379,6 +381,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_rigid_set_state, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_state(h->rigid, &h->rigid_state)))                \
     X(pli_rigid_get_state, RIGID, READS, CALL_VALUE(pli_rigid_get_state(h->rigid).inverse_mass == 0.0f))               \
     X(pli_rigid_set_friction, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_friction(h->rigid, 0.5f)))                     \
+    X(pli_rigid_set_restitution, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_restitution(h->rigid, 0.5f)))               \
     X(pli_rigid_set_factors, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_factors(h->rigid, call_point, call_point)))     \
     X(pli_rigid_set_present, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_present(h->rigid, false)))                      \
     X(pli_rigid_is_present, RIGID, READS, CALL_VALUE(!pli_rigid_is_present(h->rigid)))                                 \

@@ -72,9 +72,31 @@ void test_a_pendulum_gains_no_energy(void**) {
     }
 }
 
+/// A kinematic box, which Bullet moves before the bridge looks at it.
+void test_a_node_is_where_a_fast_box_is(void**) {
+    StockWorld stock;
+    btRigidBody& box = stock.add_box(btVector3(0.1f, 0.1f, 0.1f), 0, btVector3(0, 3, 0));
+    box.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    box.setActivationState(DISABLE_DEACTIVATION);
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = bridge_test::add_sheet(bridge, 1, 3, 5);
+    const int node = 12;
+    assert_int_equal(pli_body_attach_nodes(sheet, &node, 1, bridge.rigid(box)), PLI_OK);
+    for (int i = 1; i <= 60; ++i) {
+        btTransform pose = box.getWorldTransform();
+        pose.getOrigin().setX(btScalar(i) * btScalar(0.1)); // 6 m/s
+        box.getMotionState()->setWorldTransform(pose);
+        stock.step(1);
+        check_near(pli_body_get_view(sheet).positions[node].x, box.getWorldTransform().getOrigin().x(), 1e-5);
+    }
+}
+
 } // namespace
 
 int main() {
-    const CMUnitTest tests[] = {cmocka_unit_test(test_a_pendulum_gains_no_energy)};
+    const CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_pendulum_gains_no_energy),
+        cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
+    };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -390,6 +390,27 @@ static void test_a_kinematic_box_drags_a_sheet_by_friction(void**) {
     check_near(distance[1], 1, 0.05);
 }
 
+// Bullet's restitution times that of the soft body; 0 is the default of both.
+static void test_a_sheet_bounces_off_a_box_as_both_allow(void**) {
+    float highest[2] = {};
+    for (int springy = 0; springy < 2; ++springy) {
+        StockWorld stock;
+        stock.add_box(btVector3(2, btScalar(0.5), 2), 0, btVector3(0, btScalar(-0.5), 0))
+            .setRestitution(springy != 0 ? btScalar(0.8) : btScalar(0));
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = add_sheet(bridge, 1, 0.6f, 7);
+        assert_int_equal(pli_body_enable_restitution(sheet, 1), PLI_OK);
+        bool has_met = false;
+        for (int i = 0; i < 60; ++i) {
+            stock.step(1);
+            has_met = has_met || center(sheet).y < 0.15f;
+            if (has_met) { highest[springy] = std::max(highest[springy], center(sheet).y - 0.1f); }
+        }
+    }
+    check_at_most(highest[0], 0.05);
+    check_near(highest[1], 0.64 * 0.5, 0.07); // of the fall of 0.5 m; steps of 1/60 s
+}
+
 static void test_a_body_may_change_its_kind(void**) {
     StockWorld stock;
     btRigidBody& box = stock.add_box(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5)), 0, btVector3(0, 0, 0));
@@ -671,6 +692,7 @@ int main() {
         cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),
         cmocka_unit_test(test_an_anchored_sleeping_box_wakes),
         cmocka_unit_test(test_a_kinematic_box_drags_a_sheet_by_friction),
+        cmocka_unit_test(test_a_sheet_bounces_off_a_box_as_both_allow),
         cmocka_unit_test(test_a_body_may_change_its_kind),
         cmocka_unit_test(test_factors_hold),
         cmocka_unit_test(test_soft_bodies_meet_each_other),

@@ -213,6 +213,10 @@ static void use_step_smoothing(pli_body* body) {
     assert_int_equal(pli_body_enable_step_smoothing(body), PLI_OK);
 }
 
+static void use_restitution(pli_body* body) {
+    assert_int_equal(pli_body_enable_restitution(body, 0.5f), PLI_OK);
+}
+
 typedef struct feature_switch {
     enable_fn* enable;
     pli_status (*disable)(pli_body* body);
@@ -231,6 +235,7 @@ static const feature_switch switches[] = {
     {use_self_collision, pli_body_disable_self_collision},
     {use_tethers, pli_body_disable_tethers},
     {use_step_smoothing, pli_body_disable_step_smoothing},
+    {use_restitution, pli_body_disable_restitution},
 };
 
 static const int switch_count = (int)(sizeof switches / sizeof *switches);

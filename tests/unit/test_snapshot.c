@@ -226,7 +226,6 @@ static void check_feature(const plii_feature_class* klass) {
         if (array->is_in_body) { continue; }
         say(said, array->member, sizeof(void*));
         if (array->length == PLII_LIST) { say(said, array->capacity, sizeof(int)); }
-        if (array->length == PLII_BLOCK) { say(said, array->capacity, sizeof(size_t)); }
         if (array->count != 0) { say(said, array->count, sizeof(int)); }
     }
     for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {

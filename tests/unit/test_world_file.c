@@ -293,6 +293,7 @@ static void add_block(trial* t) {
     pli_body* body = add_body(t, mesh, 1, XPBD);
     assert_int_equal(pli_body_enable_xpbd_tetras(body, 1e-4f), PLI_OK);
     assert_int_equal(pli_body_enable_sleep(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_restitution(body, 0.5f), PLI_OK);
     const pli_target target = {.node = 0, .max_distance = 0.1f};
     pli_targets_def targets = pli_targets_def_default();
     targets.count = 1;

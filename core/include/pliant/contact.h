@@ -100,6 +100,22 @@ typedef struct pli_rigid_face_contact {
 /// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts);
 
+// ----------------------------------------------------------------------------------------------------- restitution
+
+/// What meets a rigid body faster than gravity makes it in two steps leaves it with a share of the speed along the
+/// normal, both ways: the body's restitution times that of the rigid body. For contacts of nodes and of faces with
+/// rigid bodies, with any solver. Without it they take the speed away, as in btSoftBody. Source: Müller and others,
+/// "Detailed Rigid Body Simulation with Extended Position Based Dynamics", section 3.6.
+/// @param restitution 0 to 1
+/// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_NOT_FINITE, PLI_ERROR_WRONG_STATE while stepping,
+///         PLI_ERROR_OUT_OF_MEMORY
+/// Cost: two passes over the contacts in a step, 4 B per contact.
+PLI_API pli_status pli_body_enable_restitution(pli_body* body, float restitution);
+
+/// Contacts take the speed away again. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+PLI_API pli_status pli_body_disable_restitution(pli_body* body);
+
 // ----------------------------------------------------------------- nodes against faces of other soft bodies
 
 /// How soft bodies meet each other.

@@ -38,6 +38,7 @@ typedef struct pli_rigid_def {
     pli_rigid_kind kind;              ///< default PLI_RIGID_STATIC
     pli_rigid_state state;            ///< defaults as named there; dynamic bodies need mass and inertia
     float friction;                   ///< 0 to PLI_MAX_FACTOR, default 0.5; multiplied with the soft body's
+    float restitution;                ///< 0 to PLI_MAX_FACTOR, default 1; multiplied with the soft body's
     pli_vec3 linear_factor;           ///< per-axis scale of linear impulses, up to PLI_MAX_FACTOR, default 1
     pli_vec3 angular_factor;          ///< per-axis scale of angular impulses, up to PLI_MAX_FACTOR, default 1
     int shape_count;                  ///< number of entries in `shapes`, default 0: it touches nothing
@@ -68,6 +69,10 @@ PLI_API pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid);
 /// Changes the friction.
 /// @param friction 0 to PLI_MAX_FACTOR; multiplied with the soft body's
 PLI_API pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction);
+
+/// As in pli_rigid_def; for soft bodies with pli_body_enable_restitution.
+/// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_NOT_FINITE
+PLI_API pli_status pli_rigid_set_restitution(pli_rigid* rigid, float restitution);
 
 /// Changes what impulses do along each world axis: 0 holds it, 1 is free. Bullet: setLinearFactor, setAngularFactor
 /// @param linear_factor,angular_factor up to PLI_MAX_FACTOR

@@ -175,8 +175,7 @@ static void* handle_allocate(pli_context* context, size_t size) {
 static bool handles_add(const void* handle, plii_handle_kind kind, const pli_context* owner) {
     return true;
 }
-static void handles_retire(const void* handle) {
-}
+static void handles_retire(const void* handle) {}
 
 #endif
 

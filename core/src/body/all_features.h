@@ -11,9 +11,9 @@
     FEATURE(clusters) FEATURE(colored_links) FEATURE(contact_events) FEATURE(drag) FEATURE(drawn_normals) \
     FEATURE(face_normals) FEATURE(forces) FEATURE(implicit) FEATURE(iterated_sweeps) FEATURE(joints) \
     FEATURE(link_colors) FEATURE(link_graph) FEATURE(links) FEATURE(node_boxes) FEATURE(node_motion) \
-    FEATURE(normals) FEATURE(pose) FEATURE(pressure) FEATURE(rigid_contacts) FEATURE(rigid_faces) \
-    FEATURE(self_faces) FEATURE(self_grids) FEATURE(self_nodes) FEATURE(sleep) FEATURE(soft_contacts) \
-    FEATURE(step_smoothing) FEATURE(tagged_link_colors) FEATURE(target) FEATURE(tether) \
+    FEATURE(normals) FEATURE(pose) FEATURE(pressure) FEATURE(restitution) FEATURE(rigid_contacts) \
+    FEATURE(rigid_faces) FEATURE(self_faces) FEATURE(self_grids) FEATURE(self_nodes) FEATURE(sleep) \
+    FEATURE(soft_contacts) FEATURE(step_smoothing) FEATURE(tagged_link_colors) FEATURE(target) FEATURE(tether) \
     FEATURE(topology_changes) FEATURE(trace) FEATURE(velocity_links) FEATURE(volume) FEATURE(xpbd) \
     FEATURE(xpbd_bending) FEATURE(xpbd_links) FEATURE(xpbd_tetras) FEATURE(xpbd_volume)
 // clang-format on

@@ -19,22 +19,16 @@ typedef struct node_extents_task {
     node_extent* extents; /* [blocks] */
 } node_extents_task;
 
-/* Two chains, since each comparison waits for the one before. */
 PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* records, int begin, int end) {
-    plii_float4 low[2], high[2], sum[2];
-    low[0] = low[1] = high[0] = high[1] = sum[0] = sum[1] = plii_float4_from(&records[begin]);
-    for (int i = begin + 1; i + 1 < end; i += 2) {
-        const plii_float4 a = plii_float4_from(&records[i]), b = plii_float4_from(&records[i + 1]);
-        low[0] = plii_lanes_min(low[0], a);
-        high[0] = plii_lanes_max(high[0], a);
-        sum[0] += a;
-        low[1] = plii_lanes_min(low[1], b);
-        high[1] = plii_lanes_max(high[1], b);
-        sum[1] += b;
+    const plii_float4 first = plii_float4_from(&records[begin]);
+    node_extent extent = {first, first, first};
+    for (int i = begin + 1; i < end; ++i) {
+        const plii_float4 x = plii_float4_from(&records[i]);
+        extent.low = plii_lanes_min(extent.low, x);
+        extent.high = plii_lanes_max(extent.high, x);
+        extent.sum += x;
     }
-    const plii_float4 last = plii_float4_from(&records[end - 1]);
-    return (node_extent){plii_lanes_min(plii_lanes_min(low[0], low[1]), last),
-                         plii_lanes_max(plii_lanes_max(high[0], high[1]), last), sum[0] + sum[1] + last};
+    return extent;
 }
 
 static void node_extents_range(int begin, int end, void* data) {

@@ -14,6 +14,8 @@ typedef struct plii_contact_report {
     pli_vec3 normal;                              /* unit, towards the body */
     pli_vec3 impulse;                             /* N s, on the body */
     float gap;                                    /* m, to the surface that is kept free, at the end of the step */
+    int node_count, nodes[3];                     /* that touch a rigid body; else 0 */
+    float weights[3];
     bool is_sensor;
 } plii_contact_report;
 
@@ -44,6 +46,10 @@ static inline bool plii_contact_impulses_add(const pli_body* body, plii_contact_
     if (!PLII_RESERVE(body->context, &impulses->items, &impulses->capacity, index + 1)) { return false; }
     impulses->items[index] = pli_vec3_make(0, 0, 0);
     return true;
+}
+static inline pli_vec3 plii_contact_impulses_get(const pli_body* body, const plii_contact_impulses* impulses,
+                                                 int index) {
+    return body->records_contacts ? impulses->items[index] : pli_vec3_make(0, 0, 0);
 }
 static inline void plii_contact_impulses_push(const plii_contact_impulses* impulses, int index, pli_vec3 impulse) {
     impulses->items[index] = pli_vec3_add(impulses->items[index], impulse);

@@ -90,8 +90,7 @@ typedef enum plii_array_length {
     PLII_PER_LINK,
     PLII_PER_FACE,
     PLII_PER_MATERIAL,
-    PLII_LIST,
-    PLII_BLOCK
+    PLII_LIST
 } plii_array_length;
 
 /* What snapshots do with an array, or with a part of a state. Each says: the test of snapshots fails on one that does
@@ -105,13 +104,13 @@ typedef enum plii_snapshot_share {
 } plii_snapshot_share;
 
 /* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
-   again by the new size when a cut changes the body. A list grows by PLII_RESERVE, a block is the feature's to
-   allocate. All are counted with the feature and freed after it is disabled, or when it could not be enabled. */
+   again by the new size when a cut changes the body. A list grows by PLII_RESERVE.
+   All are counted with the feature and freed after it is disabled, or when it could not be enabled. */
 typedef struct plii_feature_array {
     size_t member; /* offset of the pointer */
     size_t element_size;
     plii_array_length length;
-    size_t capacity;  /* of a list: offset of its capacity in the state; of a block: of its bytes, a size_t */
+    size_t capacity;  /* of a list: offset of its capacity in the state */
     int times, per;   /* so many elements for so many nodes, links or faces; 0: 1 */
     int more;         /* elements */
     bool is_in_body;  /* the pointer is a member of the body, not of the state */
@@ -130,9 +129,6 @@ typedef struct plii_feature_array {
 #define PLII_LIST_OF(type, pointer, capacity_member)                                                                   \
     PLII_MEMBER(type, pointer), .length = PLII_LIST, .capacity = offsetof(type, capacity_member)
 
-#define PLII_BLOCK_OF(type, pointer, size_member)                                                                      \
-    PLII_MEMBER(type, pointer), .length = PLII_BLOCK, .capacity = offsetof(type, size_member)
-
 #define PLII_SAVED_AS(letters) .snapshot = PLII_SAVED, .fields = letters
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 
@@ -143,7 +139,7 @@ typedef struct plii_feature_array {
 /* Lists of a plii_bvh. */
 #define PLII_BVH_LISTS(type, tree)                                                                                     \
     {PLII_LIST_OF(type, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},                                       \
-        {PLII_LIST_OF(type, tree.boxes.groups, tree.boxes.capacity), .snapshot = PLII_LEFT},                                    \
+        {PLII_LIST_OF(type, tree.boxes.groups, tree.boxes.capacity), .snapshot = PLII_LEFT},                           \
         {PLII_LIST_OF(type, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT}, {                                   \
         PLII_LIST_OF(type, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT                                 \
     }
@@ -176,6 +172,9 @@ typedef struct plii_state_part {
 #define PLII_STATE_OF(type, member, snapshot, fields)                                                                  \
     { offsetof(type, member), sizeof((type*)0)->member, snapshot, fields }
 #define PLII_STATE(type, member, snapshot) PLII_STATE_OF(type, member, snapshot, NULL)
+/* Members that follow each other, from the first to the last one. */
+#define PLII_STATE_SPAN(type, first, last, snapshot, fields)                                                           \
+    { offsetof(type, first), offsetof(type, last) + sizeof((type*)0)->last - offsetof(type, first), snapshot, fields }
 
 struct plii_substep_class;
 

@@ -37,9 +37,9 @@ static void feature_array_set(pli_body* body, const plii_feature_array* array, v
     memcpy((array->is_in_body ? (char*)body : (char*)state) + array->member, &block, sizeof block);
 }
 
-/* Bytes by the size of a body; 0 for lists and blocks. */
+/* Bytes by the size of a body; 0 for lists. */
 static size_t feature_array_size(const plii_feature_array* array, const feature_counts* counts) {
-    if (array->length >= PLII_LIST) { return 0; }
+    if (array->length == PLII_LIST) { return 0; }
     const size_t times = array->times > 0 ? (size_t)array->times : 1, per = array->per > 0 ? (size_t)array->per : 1;
     return (counts->of[array->length] * times / per + (size_t)array->more) * array->element_size;
 }
@@ -47,10 +47,9 @@ static size_t feature_array_size(const plii_feature_array* array, const feature_
 static size_t feature_array_held(const pli_body* body, const plii_feature_array* array, const void* state,
                                  const feature_counts* counts) {
     if (plii_feature_array_address(body, array, state) == NULL) { return 0; }
-    if (array->length < PLII_LIST) { return feature_array_size(array, counts); }
-    const void* capacity = (const char*)state + array->capacity;
-    return array->length == PLII_LIST ? (size_t) * (const int*)capacity * array->element_size
-                                      : *(const size_t*)capacity;
+    if (array->length != PLII_LIST) { return feature_array_size(array, counts); }
+    const int* capacity = (const int*)((const char*)state + array->capacity);
+    return (size_t)*capacity * array->element_size;
 }
 
 #define EACH_ARRAY(array, klass)                                                                                       \
@@ -114,7 +113,7 @@ bool plii_feature_array_add(pli_body* body, const plii_feature_array* array, voi
 
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
     for (EACH_ARRAY(array, klass)) {
-        if (array->length >= PLII_LIST && !array->is_kept) { return true; }
+        if (array->length == PLII_LIST && !array->is_kept) { return true; }
     }
     return false;
 }
@@ -135,7 +134,7 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
     const feature_counts before = feature_counts_before(body, change);
     for (EACH_ARRAY(array, klass)) {
         void** block = &blocks[array - klass->arrays];
-        if (array->length >= PLII_LIST) { continue; }
+        if (array->length == PLII_LIST) { continue; }
         void* old = plii_feature_array_address(body, array, state);
         if (array->is_kept && old != NULL) { memcpy(*block, old, feature_array_size(array, &before)); }
         feature_array_set(body, array, state, *block);

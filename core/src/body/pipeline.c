@@ -267,8 +267,6 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
     return pipeline->feature_count;
 }
 
-// ------------------------------------------------------------------------------------------------------- run
-
 void plii_run_stage_profiled(pli_body* body, plii_stage stage) {
     const plii_pipeline* pipeline = &body->pipeline;
     static const char* const names[PLII_STAGE_COUNT] = {

@@ -21,6 +21,7 @@ pli_rigid_def pli_rigid_def_default(void) {
         .kind = PLI_RIGID_STATIC,
         .state = {.pose = pli_transform_identity()},
         .friction = 0.5f,
+        .restitution = 1.0f,
         .linear_factor = {1, 1, 1},
         .angular_factor = {1, 1, 1},
         .cookie = PLII_DEF_COOKIE,
@@ -156,6 +157,7 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
 static const plii_field rigid_def_fields[] = {
     PLII_FIELD(pli_rigid_def, kind, PLI_RIGID_STATIC, PLI_RIGID_DYNAMIC),
     PLII_FIELD(pli_rigid_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_def, restitution, 0, PLI_MAX_FACTOR),
     PLII_FIELD(pli_rigid_def, linear_factor, -PLI_MAX_FACTOR, PLI_MAX_FACTOR),
     PLII_FIELD(pli_rigid_def, angular_factor, -PLI_MAX_FACTOR, PLI_MAX_FACTOR),
 };
@@ -214,6 +216,7 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
     made->user_data = def->user_data;
     made->kind = def->kind;
     made->friction = def->friction;
+    made->restitution = def->restitution;
     made->linear_factor = def->linear_factor;
     made->angular_factor = def->angular_factor;
     rigid_store_state(made, &def->state);
@@ -260,6 +263,13 @@ pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(plii_check_between(rigid->context, friction, 0.0f, PLI_MAX_FACTOR, "friction", __func__));
     rigid->friction = friction;
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_restitution(pli_rigid* rigid, float restitution) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_between(rigid->context, restitution, 0.0f, PLI_MAX_FACTOR, "restitution", __func__));
+    rigid->restitution = restitution;
     return PLI_OK;
 }
 
@@ -398,8 +408,6 @@ static void rigid_measure_shapes(pli_rigid* rigid) {
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_shape_def* def = &rigid->shapes[i]->def;
         plii_shape_place* place = &rigid->shape_places[i];
-        const pli_transform none = pli_transform_identity();
-        place->is_centred = rigid_is_same_pose(&rigid->shape_poses[i], &none);
         place->own_bounds = def->bounds(def->user);
         const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(place->own_bounds.max, place->own_bounds.min), 0.5f);
         place->least_extent = plii_min(half.x, plii_min(half.y, half.z));
@@ -413,7 +421,7 @@ void plii_rigid_find_places(pli_rigid* rigid) {
     plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
     for (int i = 0; i < rigid->shape_count; ++i) {
         plii_shape_place* place = &rigid->shape_places[i];
-        place->pose = place->is_centred ? plii_lanes_rigid_pose(rigid) : plii_lanes_rigid_shape_pose(rigid, i);
+        place->pose = plii_lanes_rigid_shape_pose(rigid, i);
         place->bounds = plii_lanes_bounds_transform(&place->own_bounds, &place->pose.rotation, place->pose.origin);
         all.low = plii_lanes_min(all.low, place->bounds.low);
         all.high = plii_lanes_max(all.high, place->bounds.high);

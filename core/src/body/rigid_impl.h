@@ -56,7 +56,7 @@ struct pli_rigid {
     pli_rigid_kind kind;
     /* For static and kinematic bodies the inverse mass and inertia are zero, for static ones the velocities too. */
     pli_rigid_state state;
-    float friction;
+    float friction, restitution;
     pli_vec3 linear_factor, angular_factor;
     bool is_absent; /* pli_rigid_set_present */
     bool is_sensor; /* pli_rigid_set_sensor */

@@ -11,15 +11,6 @@ typedef struct plii_lanes_pose {
     plii_float4 origin;
 } plii_lanes_pose;
 
-/* Of the rigid body itself. */
-PLII_SIMD_INLINE plii_lanes_pose plii_lanes_rigid_pose(const pli_rigid* rigid) {
-    const pli_transform* own = &rigid->state.pose;
-    return (plii_lanes_pose){
-        .rotation = plii_lanes_from_mat3(&own->rotation),
-        .inverse = {{plii_lanes_from_vec3(&own->rotation.rows[0]), plii_lanes_from_vec3(&own->rotation.rows[1]),
-                     plii_lanes_from_vec3(&own->rotation.rows[2])}},
-        .origin = plii_lanes_from_vec3(&own->origin)};
-}
 /* plii_rigid_shape_transform */
 PLII_SIMD_INLINE plii_lanes_pose plii_lanes_rigid_shape_pose(const pli_rigid* rigid, int index) {
     const pli_transform *own = &rigid->state.pose, *local = &rigid->shape_poses[index];
@@ -46,7 +37,6 @@ typedef struct plii_shape_place {
     plii_lanes_bounds bounds;
     /* Wherever it is. */
     pli_bounds own_bounds;
-    bool is_centred;            /* its pose in the rigid body is the identity */
     float radius, least_extent; /* m, of these: half the diagonal, half the shortest side */
 } plii_shape_place;
 

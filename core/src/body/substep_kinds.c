@@ -97,9 +97,7 @@ enum { ITERATED_SWEEPS_ORDER = 300 }; /* after all else */
 const plii_feature_class plii_iterated_sweeps_class = {
     .name = "iterated sweeps",
     .state_size = sizeof(iterated_sweeps),
-    .state_parts =
-        PLII_STATE_PARTS(PLII_STATE(iterated_sweeps, substep, PLII_LEFT), PLII_STATE(iterated_sweeps, kinds, PLII_LEFT),
-                         PLII_STATE(iterated_sweeps, done, PLII_LEFT)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(iterated_sweeps, substep, done, PLII_LEFT, NULL)),
     .stages = {[PLII_STAGE_PREPARE] = {iterated_sweeps_prepare, ITERATED_SWEEPS_ORDER},
                [PLII_STAGE_COUPLE] = {iterated_sweeps_iterate, ITERATED_SWEEPS_ORDER}},
 };

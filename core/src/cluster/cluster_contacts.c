@@ -121,8 +121,6 @@ static void cluster_contacts_build(pli_body* body, void* data) {
     plii_cluster_contacts_drop_neighbours(data);
 }
 
-// ---------------------------------------------------------------------------------------------------------------- room
-
 /* Of large bodies most clusters are far from others. */
 #define CLUSTER_CONTACTS_MAX_ROOM 1024 /* nodes */
 /* Clusters of a pile of tori, the most that was measured, meet 10 others, with 14 contacts. */
@@ -164,8 +162,6 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
     if (plii_body_clusters(body)->def.reference_mode || state->def.disable_contact_cache) { return; }
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
-
-// --------------------------------------------------------------------------------------------------------- the feature
 
 /* After joints. */
 enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
@@ -228,17 +224,15 @@ const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
     .settings = PLII_LIMITS(plii_cluster_contacts, def, cluster_contacts_fields),
-    .state_parts = PLII_STATE_PARTS(
-        PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
-        PLII_STATE(plii_cluster_contacts, clusters, PLII_LEFT), PLII_STATE(plii_cluster_contacts, leads, PLII_LEFT),
-        PLII_STATE(plii_cluster_contacts, groups, PLII_LEFT),
-        PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
-        PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
-        PLII_STATE(plii_cluster_contacts, cluster_count, PLII_LEFT), PLII_STATE(plii_cluster_contacts, tree, PLII_LEFT),
-        PLII_STATE(plii_cluster_contacts, has_tree, PLII_LEFT),
-        PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
-        PLII_STATE(plii_cluster_contacts, has_neighbours, PLII_LEFT),
-        PLII_STATE(plii_cluster_contacts, neighbours, PLII_LEFT)),
+    .state_parts =
+        PLII_STATE_PARTS(PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
+                         PLII_STATE_SPAN(plii_cluster_contacts, clusters, cluster_count, PLII_LEFT, NULL),
+                         PLII_STATE_SPAN(plii_cluster_contacts, leads, groups, PLII_LEFT, NULL),
+                         PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
+                         PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
+                         PLII_STATE_SPAN(plii_cluster_contacts, tree, has_tree, PLII_LEFT, NULL),
+                         PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
+                         PLII_STATE_SPAN(plii_cluster_contacts, has_neighbours, neighbours, PLII_LEFT, NULL)),
     .is_sound = cluster_contacts_is_sound,
     .keep_callbacks = cluster_contacts_keep_callbacks,
     .needs = PLII_NEEDS(&plii_clusters_class),

@@ -170,8 +170,6 @@ const plii_feature_class plii_joints_class = {
     .on_body = {[PLII_BODY_REMOVED] = joints_on_body_removed, [PLII_CLUSTERS_REMOVED] = joints_on_body_removed},
 };
 
-// ----------------------------------------------------------------------------------------------------------- editing
-
 static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 world_value, const char* function) {
     pli_context* context = body->context;
     PLII_TRY(plii_check_cluster(body, joint->cluster, function));

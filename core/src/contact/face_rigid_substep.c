@@ -4,6 +4,8 @@
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 
+#include <string.h>
+
 /* Height of the witness point above the surface at the start of the step, less the margin. */
 static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact* contact) {
     const plii_dvec3 apart =
@@ -49,7 +51,11 @@ void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, pli
         *(body->topology->face_count > 0 ? &report.face : &report.link) = contact->element;
         report.point = pli_vec3_sub(x, pli_vec3_scale(n, body->collision_margin));
         report.normal = n;
-        report.impulse = state->impulses.items[i];
+        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+        report.node_count = 3;
+        memcpy(report.nodes, contact->nodes, sizeof report.nodes);
+        memcpy(report.weights, weights, sizeof weights);
+        report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
         report.gap = pli_vec3_dot(n, pli_vec3_sub(x, surface)) - body->collision_margin;
         visit(&report, user);
     }

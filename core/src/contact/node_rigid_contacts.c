@@ -314,7 +314,10 @@ static void rigid_contacts_visit(const pli_body* body, const void* data, plii_co
         report.node = contact->node;
         report.point = pli_vec3_sub(x, pli_vec3_scale(n, body->collision_margin));
         report.normal = n;
-        report.impulse = state->impulses.items[i];
+        report.node_count = 1;
+        report.nodes[0] = contact->node;
+        report.weights[0] = 1.0f;
+        report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
         report.gap = pli_vec3_dot(n, x) + contact->normal.w;
         visit(&report, user);
     }

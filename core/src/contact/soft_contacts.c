@@ -8,8 +8,6 @@
 #include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
-// ------------------------------------------------------------------------------------------------------ Bullet's boxes
-
 /* Bullet's trees start without margins. */
 static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
     for (int i = 0; i < body->node_count; ++i) {
@@ -64,8 +62,6 @@ static void soft_contacts_update(pli_body* body, void* data) {
     soft_contacts_update_boxes(body, state);
     body->soft_node_boxes = state->node_boxes;
 }
-
-// --------------------------------------------------------------------------------------------------------- the feature
 
 static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     plii_soft_contacts_state* state = data;
@@ -168,8 +164,6 @@ const plii_feature_class plii_soft_contacts_class = {
     .reserve = plii_soft_contacts_reserve,
     .build = soft_contacts_build,
 };
-
-// ------------------------------------------------------------------------------------------------- settings and access
 
 pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     return (pli_soft_contacts_def){.friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE};

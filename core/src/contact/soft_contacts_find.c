@@ -14,8 +14,6 @@
 
 #include <string.h>
 
-// ------------------------------------------------------------------------------------------------------- one candidate
-
 /* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. */
 #define SOFT_CONTACTS_SLACK 0.25f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
@@ -111,8 +109,6 @@ static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int no
         pass,
         (plii_soft_contact){.node = node, .face = face_index, .weights = weights, .normal = normal, .margin = margin});
 }
-
-// ------------------------------------------------------------------------------------------------------- finding pairs
 
 /* All nodes and faces with finite boxes that can meet. */
 static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {

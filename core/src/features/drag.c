@@ -64,8 +64,6 @@ static pli_vec3 drag_impulse(drag_item* item, const pli_body* body, pli_vec3 poi
     return step;
 }
 
-// -------------------------------------------------------------------------------------------- solving, whole steps
-
 static void drag_prepare(pli_body* body, void* data) {
     drag_state* state = data;
     for (int i = 0; i < state->count; ++i) {
@@ -113,8 +111,6 @@ static void drag_visit_springs(const pli_body* body, const void* data,
     }
 }
 
-// -------------------------------------------------------------------------------------------- solving, substeps
-
 static pli_vec3 drag_place(const pli_body* body, const drag_item* item, const plii_substep* substep,
                            const pli_vec4* displacements) {
     pli_vec3 point = item->shift;
@@ -149,8 +145,6 @@ static void drag_sweep(pli_body* body, void* data, const plii_substep* substep) 
 static bool drag_is_idle(const void* data) {
     return ((const drag_state*)data)->count == 0;
 }
-
-// ------------------------------------------------------------------------------------------------------ the feature
 
 /* Faces that are cut are no longer there; their old nodes are. */
 static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
@@ -228,8 +222,6 @@ static const plii_field drag_fields[] = {
     PLII_FIELD(pli_drag_def, stiffness, 0, PLI_MAX_COEFFICIENT),
     PLII_FIELD(pli_drag_def, damping_ratio, 0, PLI_MAX_FACTOR),
 };
-
-// ------------------------------------------------------------------------------------------------------------ calls
 
 static pli_status drag_check(const pli_body* body, const pli_drag_def* def, const char* function) {
     pli_context* context = body->context;

@@ -371,8 +371,7 @@ const plii_feature_class plii_sleep_class = {
     .disable = sleep_disable,
     .on_rigid_removed = sleep_on_rigid_removed,
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(sleep_state, def, PLII_SAVED, "2fu"),
-                                    PLII_STATE_OF(sleep_state, time, PLII_SAVED, "f")),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(sleep_state, def, time, PLII_SAVED, "2fuf")),
 };
 
 pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {

@@ -54,8 +54,8 @@ static bool topology_changes_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_topology_changes_class = {
     .name = "topology changes",
     .state_size = sizeof(topology_changes_state),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(topology_changes_state, old_node_count, PLII_SAVED, "i"),
-                                    PLII_STATE_OF(topology_changes_state, old_face_count, PLII_SAVED, "i")),
+    .state_parts =
+        PLII_STATE_PARTS(PLII_STATE_SPAN(topology_changes_state, old_node_count, old_face_count, PLII_SAVED, "2i")),
     .is_sound = topology_changes_is_sound,
     .arrays = PLII_ARRAYS({PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
                            PLII_COUNTED_BY(topology_changes_state, new_node_count), PLII_SAVED_AS("2nf")},

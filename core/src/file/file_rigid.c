@@ -136,6 +136,7 @@ static void file_rigid_def(plii_file* file, pli_rigid_def* def) {
     def->kind = (pli_rigid_kind)kind;
     plii_file_fields(file, "28f", &def->state);
     plii_file_fields(file, "f", &def->friction);
+    plii_file_fields(file, "f", &def->restitution);
     plii_file_fields(file, "3f", &def->linear_factor);
     plii_file_fields(file, "3f", &def->angular_factor);
 }
@@ -144,6 +145,7 @@ static void file_rigid_def(plii_file* file, pli_rigid_def* def) {
 static void file_rigid_set(pli_rigid* rigid, const pli_rigid_def* def) {
     rigid->state = def->state;
     rigid->friction = def->friction;
+    rigid->restitution = def->restitution;
     rigid->linear_factor = def->linear_factor;
     rigid->angular_factor = def->angular_factor;
 }
@@ -209,6 +211,7 @@ static void file_write_rigid(plii_file* file, const pli_world_file_def* def, pli
     pli_rigid_def written = {.kind = rigid->kind,
                              .state = rigid->state,
                              .friction = rigid->friction,
+                             .restitution = rigid->restitution,
                              .linear_factor = rigid->linear_factor,
                              .angular_factor = rigid->angular_factor};
     file_rigid_def(file, &written);
@@ -239,6 +242,7 @@ void plii_file_copy_rigid(pli_rigid* to, const pli_rigid* from) {
     to->kind = from->kind;
     to->state = from->state;
     to->friction = from->friction;
+    to->restitution = from->restitution;
     to->linear_factor = from->linear_factor;
     to->angular_factor = from->angular_factor;
     for (const plii_state_part* part = file_rigid_parts; part->size > 0; ++part) {

@@ -177,8 +177,6 @@ int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, p
     return count;
 }
 
-// --------------------------------------------------------------------------------------------------- along a curve
-
 /* The ten low bits of a number, two zero bits put between each. */
 static uint32_t bvh_spread(uint32_t v) {
     v = (v | v << 16) & 0x030000ffu;

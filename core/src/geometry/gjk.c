@@ -194,12 +194,7 @@ static void gjk_start(gjk_state* state, const plii_convex_cache* cache) {
 
 /* Drops the vertices that the nearest point does not need. */
 static void gjk_reduce(gjk_state* state, gjk_nearest* nearest) {
-    bool is_in_place = true;
-    for (int i = 0; i < nearest->count; ++i) {
-        is_in_place = is_in_place && nearest->index[i] == i;
-    }
     state->count = nearest->count;
-    if (is_in_place) { return; }
     gjk_vertex kept[4];
     for (int i = 0; i < nearest->count; ++i) {
         kept[i] = state->simplex[nearest->index[i]];
@@ -219,13 +214,7 @@ static void gjk_write_cache(const gjk_state* state, plii_convex_relation relatio
 }
 
 void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result) {
-    gjk_state state; /* vertices are written before they count */
-    state.query = query;
-    state.count = state.support_calls = 0;
-    state.lower_bound = -HUGE_VAL;
-    state.bound_direction = pli_vec3_make(0, 0, 0);
-    state.reach_squared = 0.0;
-    state.is_finite = true;
+    gjk_state state = {.query = query, .lower_bound = -HUGE_VAL, .is_finite = true};
     gjk_start(&state, cache);
     gjk_nearest nearest = gjk_find_nearest(state.simplex, state.count);
     gjk_reduce(&state, &nearest);
@@ -255,12 +244,7 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
     }
     if (!state.is_finite) { relation = PLII_CONVEX_UNDEFINED; }
 
-    const plii_dvec3 zero = plii_dvec3_make(0, 0, 0);
-    result->relation = relation;
-    result->support_calls = state.support_calls;
-    result->distance = result->lower_bound = 0.0;
-    result->point_a = result->point_b = result->normal = zero;
-    result->simplex_count = 0;
+    *result = (plii_gjk_result){.relation = relation, .support_calls = state.support_calls};
     if (relation == PLII_CONVEX_UNDEFINED) { return; }
     for (int i = 0; i < nearest.count; ++i) {
         result->point_a = plii_dvec3_add_scaled(result->point_a, state.simplex[i].a, nearest.weight[i]);

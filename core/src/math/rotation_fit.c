@@ -109,8 +109,6 @@ pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion) {
          {(float)(2.0 * (x * z - w * y)), (float)(2.0 * (y * z + w * x)), (float)(1.0 - 2.0 * (x * x + y * y))}}};
 }
 
-// ---------------------------------------------------------------------------------------------------- starts nearby
-
 /* By Newton's method. With S = transpose(R) A the trace of exp(-w) S, to second
    order in the rotation vector w, is largest where (trace(S) - sym(S)) w is the axial vector of S. Where that matrix is
    positive definite, a rotation of zero is the maximum over all rotations, so what has converged is right. */

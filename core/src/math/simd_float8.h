@@ -159,9 +159,6 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x8_low(plii_vec3x8 a) {
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x8_high(plii_vec3x8 a) {
     return (plii_vec3x4){plii_float8_high(a.x), plii_float8_high(a.y), plii_float8_high(a.z)};
 }
-PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_all(pli_vec3 a) {
-    return (plii_vec3x8){plii_float8_all(a.x), plii_float8_all(a.y), plii_float8_all(a.z)};
-}
 PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_add(plii_vec3x8 a, plii_vec3x8 b) {
     return (plii_vec3x8){plii_float8_add(a.x, b.x), plii_float8_add(a.y, b.y), plii_float8_add(a.z, b.z)};
 }

@@ -17,17 +17,9 @@ pli_mat3 plii_mat3_cross(pli_vec3 v) {
     return (pli_mat3){{{0, -v.z, v.y}, {v.z, 0, -v.x}, {-v.y, v.x, 0}}};
 }
 
-static pli_vec3 mat3_cofactors(pli_mat3 m) {
-    return pli_vec3_cross(m.rows[1], m.rows[2]);
-}
-
-float plii_mat3_determinant(pli_mat3 m) {
-    return pli_vec3_dot(m.rows[0], mat3_cofactors(m));
-}
-
 pli_mat3 plii_mat3_inverse(pli_mat3 m) {
     const pli_vec3 a = m.rows[0], b = m.rows[1], c = m.rows[2];
-    const pli_vec3 cofactors = mat3_cofactors(m);
+    const pli_vec3 cofactors = pli_vec3_cross(b, c);
     const float s = 1.0f / pli_vec3_dot(a, cofactors);
     return (pli_mat3){{
         {cofactors.x * s, (a.z * c.y - a.y * c.z) * s, (a.y * b.z - a.z * b.y) * s},

@@ -92,6 +92,5 @@ pli_mat3 plii_mat3_add(pli_mat3 a, pli_mat3 b);
 pli_mat3 plii_mat3_diagonal(float x, float y, float z);
 /* [v]x: plii_mat3_cross(v) * u = v x u. */
 pli_mat3 plii_mat3_cross(pli_vec3 v);
-float plii_mat3_determinant(pli_mat3 m);
 /* Adjugate over determinant by the first row, no check for singularity (btMatrix3x3::inverse). */
 pli_mat3 plii_mat3_inverse(pli_mat3 m);

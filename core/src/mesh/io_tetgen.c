@@ -191,8 +191,6 @@ static pli_status tetgen_read_file(pli_context* context, const char* base, const
     return status;
 }
 
-// ----------------------------------------------------------------------------------------------- outward faces
-
 /* The corner of `tetra` that is not among the three of `face`, or -1 when the face is none of its sides. */
 static int tetgen_opposite(const int* tetra, const int* face) {
     int opposite = -1, shared = 0;
@@ -235,8 +233,6 @@ static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
     plii_scratch_free(&scratch);
     return ok;
 }
-
-// ------------------------------------------------------------------------------------------------------ entry
 
 static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const char* function, pli_mesh** mesh) {
     if (read->face_count > 0 && !tetgen_reverse_faces(context, read)) {

@@ -7,8 +7,6 @@
 #include <limits.h>
 #include <string.h>
 
-// ---------------------------------------------------------------------------------------------------- checks
-
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
     return plii_check_handle(mesh, PLII_HANDLE_MESH, NULL, NULL, function);
 }
@@ -55,8 +53,6 @@ pli_status plii_check_material(pli_context* context, const pli_material* materia
     return plii_check_between(context, material->linear_stiffness, PLI_MIN_STIFFNESS, 1.0f, "the linear stiffness",
                               function);
 }
-
-// -------------------------------------------------------------------------------------------------- topology
 
 plii_topology* plii_topology_create(pli_context* context, int face_count, int tetra_count, bool has_materials) {
     plii_topology* topology = plii_allocate(context, sizeof *topology);
@@ -109,8 +105,6 @@ plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) 
     if (mesh->topology != NULL) { ++mesh->topology->reference_count; }
     return mesh->topology;
 }
-
-// ------------------------------------------------------------------------------------------------------ life
 
 /* ARRAY(field, count, capacity) for each. */
 #define MESH_ARRAYS(ARRAY)                                                                                             \
@@ -181,8 +175,6 @@ pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {
     return view;
 }
 
-// ------------------------------------------------------------------------------------------- service to generators
-
 static bool mesh_reserve_array(pli_context* context, void** data, int* capacity, int count, int more, size_t size) {
     if (more == 0) { return true; }
     return more <= INT_MAX - count && plii_reserve(context, data, capacity, count + more, size);
@@ -239,8 +231,6 @@ pli_status plii_mesh_create_reserved(pli_context* context, int64_t nodes, int64_
     *mesh = made;
     return PLI_OK;
 }
-
-// -------------------------------------------------------------------------------------------------- building
 
 static pli_status mesh_out_of_memory(const pli_mesh* mesh, const char* function, const char* what, int count) {
     return plii_fail(mesh->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for more than %d %s", count, what);

@@ -322,8 +322,8 @@ static bool surface_build_tree(surface_data* surface) {
     plii_release(surface->context, boxes, size);
     if (!is_built) { return false; }
     /* The inside of an open part reaches behind its faces. */
-    surface->bounds = plii_bounds_grow(plii_bvh4_bounds(&surface->tree.boxes),
-                                       surface->has_open_part ? surface->thickness : 0.0f);
+    surface->bounds =
+        plii_bounds_grow(plii_bvh4_bounds(&surface->tree.boxes), surface->has_open_part ? surface->thickness : 0.0f);
     surface->noise = 4.0f * PLII_EPSILON * extent;
     return true;
 }

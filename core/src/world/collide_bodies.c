@@ -1,6 +1,7 @@
 /* Which pairs of soft bodies meet in a step. On several threads pairs go in waves: those of one wave have no body in
    common, and each body gets its contacts in the order of one thread. */
 
+#include "base/csr.h"
 #include "base/ranges.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
@@ -126,20 +127,13 @@ static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs,
         wave_of[i] = PLI_NULL_INDEX;
         if (!world_meets_body(a, b) || !world_join_pair(world, &pairs[i], &is_ordered)) { continue; }
         wave_of[i] = collide_choose_wave(a, b, is_ordered);
-        ++begin[wave_of[i] + 1];
+        ++begin[wave_of[i]];
         nodes += a->node_count + b->node_count;
     }
-    for (int w = 0; w < COLLIDE_WAVES; ++w) {
-        begin[w + 1] += begin[w];
+    const int met = plii_csr_sum(COLLIDE_WAVES, begin);
+    for (int i = count - 1; i >= 0; --i) {
+        if (wave_of[i] != PLI_NULL_INDEX) { order[--begin[wave_of[i]]] = i; }
     }
-    int next[COLLIDE_WAVES];
-    for (int w = 0; w < COLLIDE_WAVES; ++w) {
-        next[w] = begin[w];
-    }
-    for (int i = 0; i < count; ++i) {
-        if (wave_of[i] != PLI_NULL_INDEX) { order[next[wave_of[i]]++] = i; }
-    }
-    const int met = begin[COLLIDE_WAVES];
     const int64_t each = met > 0 ? nodes / met * COLLIDE_NODE_NS : 1;
     const int grain = plii_grain(each < 1 ? 1 : each > PLII_PART_NANOSECONDS ? PLII_PART_NANOSECONDS : (int)each);
     for (int w = 0; w < COLLIDE_WAVES; ++w) {

@@ -20,7 +20,8 @@ typedef struct snapshot_walk {
     unsigned char* to;         /* SAVE */
     const unsigned char* from; /* COMPARE, RESTORE */
     size_t at, size;
-    plii_checksum checksum; /* SAVE, COMPARE: of what was passed */
+    plii_checksum checksum; /* SAVE, COMPARE: of the bytes before `summed` */
+    size_t summed;
     pli_status status;
 } snapshot_walk;
 
@@ -47,7 +48,7 @@ static void snapshot_refuse(snapshot_walk* walk, const char* what, const char* f
                                    "the snapshot does not fit: body %d: %s%s%s", walk->body, what, of, name);
 }
 
-static bool snapshot_has(snapshot_walk* walk, size_t size) {
+static inline bool snapshot_has(snapshot_walk* walk, size_t size) {
     if (walk->mode <= SNAPSHOT_SAVE || size <= walk->size - walk->at) { return walk->status == PLI_OK; }
     if (walk->status == PLI_OK) {
         walk->status =
@@ -56,21 +57,31 @@ static bool snapshot_has(snapshot_walk* walk, size_t size) {
     return false;
 }
 
+/* Small pieces are summed together, when a large one comes. */
+enum { SNAPSHOT_LARGE = 512 };
+
+static void snapshot_sum(snapshot_walk* walk) {
+    const unsigned char* bytes = walk->mode == SNAPSHOT_SAVE ? walk->to : walk->from;
+    plii_checksum_add(&walk->checksum, NULL, bytes + walk->summed, walk->at - walk->summed);
+    walk->summed = walk->at;
+}
+
+static void snapshot_large(snapshot_walk* walk, void* block, size_t size) {
+    unsigned char* to = walk->mode == SNAPSHOT_SAVE ? walk->to + walk->at : NULL;
+    snapshot_sum(walk);
+    plii_checksum_add(&walk->checksum, to, to != NULL ? block : walk->from + walk->at, size);
+    walk->summed = walk->at + size;
+}
+
 /* Bytes that are taken over. */
-static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
+static inline void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
     if (size == 0 || !snapshot_has(walk, size)) { return; }
-    switch (walk->mode) {
-    case SNAPSHOT_COUNT:
-        break;
-    case SNAPSHOT_SAVE:
-        plii_checksum_add(&walk->checksum, walk->to + walk->at, block, size);
-        break;
-    case SNAPSHOT_COMPARE:
-        plii_checksum_add(&walk->checksum, NULL, walk->from + walk->at, size);
-        break;
-    case SNAPSHOT_RESTORE:
+    if (walk->mode == SNAPSHOT_RESTORE) {
         memcpy(block, walk->from + walk->at, size);
-        break;
+    } else if (walk->mode != SNAPSHOT_COUNT && size >= SNAPSHOT_LARGE) {
+        snapshot_large(walk, block, size);
+    } else if (walk->mode == SNAPSHOT_SAVE) {
+        memcpy(walk->to + walk->at, block, size);
     }
     walk->at += size;
 }
@@ -208,6 +219,7 @@ static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
     SNAPSHOT_MEMBER(walk, rigid->kind);
     SNAPSHOT_MEMBER(walk, rigid->state);
     SNAPSHOT_MEMBER(walk, rigid->friction);
+    SNAPSHOT_MEMBER(walk, rigid->restitution);
     SNAPSHOT_MEMBER(walk, rigid->linear_factor);
     SNAPSHOT_MEMBER(walk, rigid->angular_factor);
     SNAPSHOT_MEMBER(walk, rigid->is_absent);
@@ -274,12 +286,15 @@ static uint64_t snapshot_handle(snapshot_subject subject) {
 }
 
 static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
-    walk->at = sizeof(snapshot_header);
+    walk->at = walk->summed = sizeof(snapshot_header);
     walk->body = subject.body != NULL ? subject.body->world_index : PLI_NULL_INDEX;
     if (subject.world != NULL) {
         snapshot_world(walk, subject.world);
     } else {
         snapshot_body(walk, subject.body);
+    }
+    if (walk->status == PLI_OK && (walk->mode == SNAPSHOT_SAVE || walk->mode == SNAPSHOT_COMPARE)) {
+        snapshot_sum(walk);
     }
     return walk->status;
 }

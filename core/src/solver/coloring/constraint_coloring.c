@@ -3,6 +3,8 @@
 
 #include "solver/coloring/constraint_coloring.h"
 
+#include "base/csr.h"
+
 void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* masks, uint8_t* colors, int* order) {
     int begin[PLII_CONSTRAINT_COLORS + 1] = {0};
     for (int i = 0; i < count; ++i) {
@@ -19,12 +21,10 @@ void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* mas
             masks[own[k]] |= (uint64_t)1 << color;
         }
         colors[i] = (uint8_t)color;
-        ++begin[color + 1];
+        ++begin[color];
     }
-    for (int c = 0; c < PLII_CONSTRAINT_COLORS; ++c) {
-        begin[c + 1] += begin[c];
-    }
-    for (int i = 0; i < count; ++i) {
-        order[begin[colors[i]]++] = i;
+    (void)plii_csr_sum(PLII_CONSTRAINT_COLORS, begin);
+    for (int i = count - 1; i >= 0; --i) {
+        order[--begin[colors[i]]] = i;
     }
 }

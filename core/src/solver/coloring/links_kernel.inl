@@ -14,8 +14,6 @@ enum { LINKS_BATCH = PLII_FLOAT8_IS_ONE ? 6 : 1 };
 /* Constraints. Of links of XPBD those are rigid that have no compliance, and those damped that have a damping. */
 enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
 
-// -------------------------------------------------------------------------------------------------------- constraints
-
 /* The factor of a constraint: nodes a and b of a link go apart by it, times the difference between them and their
    inverse masses. */
 
@@ -66,8 +64,6 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
     if (task->writes_multipliers) { plii_float8_store(multipliers, plii_float8_add(multiplier, change)); }
     return plii_float8_mul(change, inverse);
 }
-
-// -------------------------------------------------------------------------------------------------------------- quads
 
 /* The nodes of eight quads. */
 typedef struct links_quads {
@@ -288,8 +284,6 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
         begin += links_first_batch(task, &task->colors->groups[begin], end - begin);
     }
 }
-
-// -------------------------------------------------------------------------------------------------- start of a step
 
 /* Of pair `pair` of the nodes, where they have links; returns where those of the next pair go. */
 PLII_SIMD_INLINE float* links_gather_row(float* vectors, const plii_nodes8 nodes[4], int pairs, int pair) {

@@ -7,8 +7,6 @@
 
 enum { IMPLICIT_SHARED_PASSES = 8, IMPLICIT_SLIDE_PASSES = 3, IMPLICIT_POINT_PASSES = 2, IMPLICIT_HOLD_PASSES = 20 };
 
-// -------------------------------------------------------------------------------------------------------- 6x6
-
 bool plii_implicit_factorise6(double m[6][6]) {
     for (int i = 0; i < 6; ++i) {
         for (int k = 0; k <= i; ++k) {
@@ -41,8 +39,6 @@ void plii_implicit_solve6(const double m[6][6], double b[6]) {
         b[i] /= m[i][i];
     }
 }
-
-// ------------------------------------------------------------------------------------------------------ nodes
 
 plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
                                          const plii_implicit_constraint* constraint) {
@@ -176,8 +172,6 @@ static void project_point(const plii_implicit_constraints* constraints, plii_imp
     }
     project_add_impulse(constraints, constraint, plii_dvec3_sub(across, before), x);
 }
-
-// -------------------------------------------------------------------------------------------------- rigid bodies
 
 /* Change of the impulse of a constraint when its point is moved, as long as the directions held stay the same. */
 static plii_dvec3 project_response(const plii_implicit_constraint* constraint, plii_dvec3 moved) {

@@ -471,12 +471,10 @@ const plii_feature_class plii_implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),
     .settings = PLII_LIMITS(implicit_state, def, implicit_fields),
-    .state_parts = PLII_STATE_PARTS(
-        PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
-        PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"), PLII_STATE(implicit_state, constraints, PLII_LEFT),
-        PLII_STATE(implicit_state, holds, PLII_LEFT), PLII_STATE(implicit_state, system, PLII_LEFT),
-        PLII_STATE_OF(implicit_state, spectral_radius, PLII_SAVED, "d"),
-        PLII_STATE_OF(implicit_state, report, PLII_SAVED, "i2fi")),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
+                                    PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"),
+                                    PLII_STATE_SPAN(implicit_state, constraints, system, PLII_LEFT, NULL),
+                                    PLII_STATE_SPAN(implicit_state, spectral_radius, report, PLII_SAVED, "di2fi")),
     .is_sound = implicit_is_sound,
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .arrays = PLII_ARRAYS(

@@ -80,8 +80,7 @@ static void colored_links_disable(pli_body* body, void* state) {
 const plii_feature_class plii_colored_links_class = {
     .name = "colored links",
     .state_size = sizeof(colored_links_state),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE(colored_links_state, colors, PLII_LEFT),
-                                    PLII_STATE(colored_links_state, kernel, PLII_LEFT),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(colored_links_state, colors, kernel, PLII_LEFT, NULL),
                                     PLII_STATE(colored_links_state, link_revision, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS(

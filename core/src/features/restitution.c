@@ -1,0 +1,156 @@
+/* Restitution: what meets a rigid body fast leaves it with a share of the speed. After the solve, which stops what
+   comes near, as in Müller and others, "Detailed Rigid Body Simulation with Extended Position Based Dynamics" (2020),
+   section 3.6. Contacts of nodes and faces are asked for what they report, before and after. */
+
+#include "body/all_features.h"
+#include "body/contact_report.h"
+#include "body/pipeline.h"
+#include "body/rigid_impl.h"
+#include "body/substep.h"
+#include "body/world_state.h"
+#include "math/definition.h"
+#include "pliant/contact.h"
+
+/* Of what gravity gives in a step: slower approach is that of what lies. */
+#define RESTITUTION_LEAST_STEPS 2.0f
+/* Of the margin, how far from the surface a contact still counts as touching. */
+#define RESTITUTION_REACH 0.1f
+/* Of a node in the point of a contact. */
+#define RESTITUTION_LEAST_WEIGHT 0.2f
+
+typedef struct restitution_state {
+    float restitution;
+    float* approaches; /* m/s, of the contacts in the order of reports, before the solve; < 0: towards each other */
+    int count, capacity;
+    int index; /* of the next report */
+} restitution_state;
+
+typedef struct restitution_visit {
+    pli_body* body;
+    restitution_state* state;
+} restitution_visit;
+
+/* The nodes that carry the point of a contact; each is sent back by its own speed, so that none gets more than it had.
+ */
+static bool restitution_takes(const plii_contact_report* report, int k) {
+    return report->weights[k] > RESTITUTION_LEAST_WEIGHT;
+}
+
+/* Of a node along the normal, from the surface. */
+static float restitution_speed(const pli_body* body, const plii_contact_report* report, int k) {
+    const pli_vec3 arm = pli_vec3_sub(report->point, report->rigid->state.pose.origin);
+    const pli_vec3 surface = plii_rigid_velocity_at(report->rigid, arm);
+    return pli_vec3_dot(report->normal, pli_vec3_sub(plii_xyz(body->velocities[report->nodes[k]]), surface));
+}
+
+static void restitution_note(const plii_contact_report* report, void* user) {
+    const restitution_visit* visit = user;
+    restitution_state* state = visit->state;
+    for (int k = 0; k < report->node_count; ++k) {
+        if (!restitution_takes(report, k)) { continue; }
+        if (!PLII_RESERVE(visit->body->context, &state->approaches, &state->capacity, state->count + 1)) { return; }
+        state->approaches[state->count++] = restitution_speed(visit->body, report, k);
+    }
+}
+
+/* Inverse of the mass that the rigid body shows along the normal, 1/kg. */
+static float restitution_rigid_weight(const plii_contact_report* report, pli_vec3 arm) {
+    const pli_rigid* rigid = report->rigid;
+    const pli_vec3 turn = pli_vec3_cross(arm, report->normal);
+    return rigid->state.inverse_mass + pli_vec3_dot(turn, pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, turn));
+}
+
+static void restitution_push(pli_body* body, const plii_contact_report* report, int k, float lacking) {
+    const pli_vec3 arm = pli_vec3_sub(report->point, report->rigid->state.pose.origin);
+    const float own = body->positions[report->nodes[k]].w;
+    const pli_vec3 impulse = pli_vec3_scale(report->normal, lacking / (own + restitution_rigid_weight(report, arm)));
+    if (!(lacking > 0.0f) || !plii_vec3_is_finite(impulse)) { return; }
+    pli_vec4* velocity = &body->velocities[report->nodes[k]];
+    plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), pli_vec3_scale(impulse, own)));
+    if (report->rigid->state.inverse_mass > 0.0f) {
+        plii_rigid_apply_impulse(report->rigid, pli_vec3_neg(impulse), arm);
+    }
+}
+
+static void restitution_return(const plii_contact_report* report, void* user) {
+    const restitution_visit* visit = user;
+    restitution_state* state = visit->state;
+    pli_body* body = visit->body;
+    const float slow = RESTITUTION_LEAST_STEPS * pli_vec3_length(body->world->def.gravity) * body->step.dt;
+    const bool touches = report->gap < RESTITUTION_REACH * body->collision_margin;
+    for (int k = 0; k < report->node_count; ++k) {
+        if (!restitution_takes(report, k)) { continue; }
+        if (state->index == state->count) { return; } /* the solve has found it itself */
+        const float approach = state->approaches[state->index++];
+        if (!(approach < -slow) || !touches) { continue; }
+        const float wanted = -state->restitution * report->rigid->restitution * approach;
+        restitution_push(body, report, k, wanted - restitution_speed(body, report, k));
+    }
+}
+
+static void restitution_visit_contacts(pli_body* body, restitution_state* state, plii_contact_visit_fn* visit) {
+    restitution_visit all = {body, state};
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->visit_contacts != NULL) {
+            feature->klass->visit_contacts(body, feature->state, visit, &all);
+        }
+    }
+}
+
+static void restitution_prepare(pli_body* body, void* data) {
+    restitution_state* state = data;
+    state->count = state->index = 0;
+    restitution_visit_contacts(body, state, restitution_note);
+}
+
+/* Substeps only begin with it. */
+static bool restitution_is_idle(const void* data) {
+    return true;
+}
+
+static void restitution_finish(pli_body* body, void* data) {
+    restitution_state* state = data;
+    if (state->count > 0) { restitution_visit_contacts(body, state, restitution_return); }
+}
+
+static void restitution_reserve(pli_body* body, void* data) {
+    restitution_state* state = data;
+    if (body->world->rigid_count == 0) { return; }
+    (void)PLII_RESERVE(body->context, &state->approaches, &state->capacity, plii_body_contact_bound(body));
+}
+
+/* Before all that solves; after contacts of faces and before what holds nodes. */
+enum { RESTITUTION_ORDER = 0, RESTITUTION_FINISH_ORDER = 90 };
+
+static const plii_field restitution_fields[] = {PLII_FIELD(restitution_state, restitution, 0, 1)};
+
+const plii_feature_class plii_restitution_class = {
+    .name = "restitution",
+    .state_size = sizeof(restitution_state),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(restitution_state, restitution, PLII_SAVED, "f"),
+                                    PLII_STATE(restitution_state, index, PLII_LEFT)),
+    .settings = {restitution_fields, 1, 0},
+    .stages = {[PLII_STAGE_PREPARE] = {restitution_prepare, RESTITUTION_ORDER},
+               [PLII_STAGE_FINISH] = {restitution_finish, RESTITUTION_FINISH_ORDER}},
+    .substepped = &(const plii_substep_class){.order = RESTITUTION_ORDER,
+                                              .klass = &plii_restitution_class,
+                                              .begin = restitution_prepare,
+                                              .is_idle = restitution_is_idle},
+    .reserve = restitution_reserve,
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(restitution_state, approaches, capacity), .snapshot = PLII_LEFT}),
+};
+
+pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    const restitution_state used = {.restitution = restitution};
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, restitution_fields, __func__));
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_restitution_class, &state));
+    ((restitution_state*)state)->restitution = restitution;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_restitution(pli_body* body) {
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_restitution_class);
+}
