@@ -1,7 +1,7 @@
 /* Snapshots: the memory that steps read and former steps or calls wrote, as it lies. One walk over the world does all
    four things, so that they cannot differ: counting bytes, writing, comparing and reading. What a feature has is said
-   by its class: its state and its arrays, but for what is made anew. Large arrays lie on lines of the cache of their own:
-   copies between places that lie alike on these take two thirds of the time. */
+   by its class: its state and its arrays, but for what is made anew. Large arrays lie on lines of the cache of their
+   own: copies between places that lie alike on these take two thirds of the time. */
 
 #include "pliant/snapshot.h"
 
@@ -329,7 +329,7 @@ static pli_status snapshot_save(snapshot_subject subject, pli_context* context, 
 }
 
 static pli_status snapshot_check(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
-                                        size_t size, const char* function) {
+                                 size_t size, const char* function) {
     snapshot_header header = {0};
     if (size >= sizeof header) { memcpy(&header, bytes, sizeof header); }
     if (header.magic != SNAPSHOT_MAGIC) {
