@@ -6,7 +6,8 @@
 #   usage: sh demos/web.sh [--test [SCENE...] | --bench]
 #
 # With --test headless Chromium then runs every scene, or those named: errors, hashes and pictures against the program,
-# dragging. With --bench the speed of a step is compared with the program's, and sizes of modules of the core are shown.
+# dragging. With --bench the speed of a step is compared with the program's. With either modules of the core are linked,
+# unless scenes are named, and it is an error when they are too large.
 set -eu
 cd "$(dirname "$0")/.."
 . cmake/bootstrap.sh
@@ -22,7 +23,8 @@ python3-selenium file /usr/lib/python3/dist-packages/selenium/__init__.py"
 if [ -n "${1-}" ]; then
     packages="$packages
 $web_packages
-python3-skimage file /usr/lib/python3/dist-packages/skimage/__init__.py"
+python3-skimage file /usr/lib/python3/dist-packages/skimage/__init__.py
+gdb             command gdb"
 else
     packages=$web_packages
 fi
@@ -97,17 +99,23 @@ if [ ! -e build/web/pictures/Sleeve.jpg ]; then
     quietly /usr/bin/python3 demos/web/pictures.py build/web
 fi
 
+measure_core() {
+    say "sizes of the core"
+    /usr/bin/python3 demos/web/core_size.py $module/core/libpliant.a "$prefix/lib/libccd.a" \
+        build/release/demos/app/pliant build/web-core
+}
+
 if [ "${1-}" = --bench ]; then
     build_preset release pliant_program
     say "measuring"
     /usr/bin/python3 demos/web/bench.py build/web build/release/demos/app/pliant
-    /usr/bin/python3 demos/web/core_size.py $module/core/libpliant.a "$prefix/lib/libccd.a" build/release/demos/app/pliant \
-        build/web-core
+    measure_core
 elif [ "${1-}" = --test ]; then
     build_preset release pliant_program
     cc -O2 -fno-builtin -ffp-contract=off -shared -fPIC demos/web/float_math.c -o build/web-float-math.so -lm
-    say "running scenes in the browser"
     shift
+    [ $# -gt 0 ] || measure_core
+    say "running scenes in the browser"
     /usr/bin/python3 demos/web/test_page.py build/web build/release/demos/app/pliant \
         "$PWD/build/web-float-math.so" build/web-test "$@"
 else

@@ -126,6 +126,13 @@ try_settings = """
     expect(page.facts.solver === 'xpbd' && page.facts.substeps === 4 && page.facts.iterations === 3, 'settings');
     return problems;"""
 
+# Those of the gallery that are on the screen; the addresses of what cannot be shown.
+await_pictures = """
+    const pictures = [...document.images].filter((image) => image.getBoundingClientRect().top < innerHeight);
+    Promise.all(pictures.map((image) => image.decode().then(() => [], () => [image.src]))).then((failed) => {
+        requestAnimationFrame(() => arguments[0](failed.flat()));
+    });"""
+
 
 def main():
     os.makedirs(out, exist_ok=True)
@@ -173,6 +180,7 @@ def main():
                 if address: driver.execute_script("page.runFrames(90)")
                 if driver.execute_script("return document.documentElement.scrollWidth > innerWidth"):
                     errors.append(f"{title} is wider than {width} pixels")
+                errors += driver.execute_async_script(await_pictures)
                 driver.save_screenshot(f"{out}/{title}-{width}.png")
         errors += errors_of(driver)
     finally:
