@@ -13,8 +13,8 @@ size_t Timeline::Moment::bytes() const {
     return sizeof *this + keyframe.state.size() + balls.size() * sizeof(demos::RigidRecord);
 }
 
-Timeline::Timeline(demos::PliantEngine& engine, size_t most_bytes)
-    : engine_(engine), most_bytes_(most_bytes), interval_(first_interval) {
+Timeline::Timeline(demos::PliantEngine& engine, size_t most_bytes, size_t frame_bytes)
+    : engine_(engine), most_bytes_(most_bytes), frame_bytes_(frame_bytes), interval_(first_interval) {
     add_keyframe();
 }
 
@@ -40,7 +40,7 @@ void Timeline::step() {
     }
     last_ = ++frame_;
     // What the user holds is not in a keyframe: it is grabbed again from the one before.
-    if (frame_ - keyframes_.back().keyframe.frame < interval_ || engine_.is_holding()) { return; }
+    if (!is_keyframe_due() || engine_.is_holding()) { return; }
     try {
         add_keyframe();
     } catch (const demos::Error&) {} // a state that no file may have, as one that is not finite: repeated from before
@@ -89,6 +89,13 @@ void Timeline::cut_off() {
         read_.pop_back();
     }
     last_ = frame_;
+}
+
+// By its size and not by the clock: the engine reads each keyframe, and goes the same way on any machine.
+bool Timeline::is_keyframe_due() const {
+    const demos::Keyframe& last = keyframes_.back().keyframe;
+    const auto by_size = std::min(last.state.size() / frame_bytes_, size_t{most_interval});
+    return frame_ - last.frame >= std::max(interval_, static_cast<int>(by_size));
 }
 
 // The engine reads what it has written: what Bullet knows of pairs is then the same as when it goes back here. That

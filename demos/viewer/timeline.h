@@ -14,12 +14,14 @@ class Timeline {
 public:
     // What the user does between two steps. False: nothing has changed.
     using Input = std::function<bool(demos::Engine&)>;
-    static constexpr size_t usual_most_bytes = size_t{128} << 20;
+    static constexpr size_t usual_most_bytes = size_t{128} << 20, usual_frame_bytes = 120000;
 
     // Of an engine at its start, which outlives this. The engine reads each keyframe as it is made: what Bullet knows
     // of pairs is then the same as when it goes back there. With more than `most_bytes` keyframes become rarer, then
-    // the oldest frames are forgotten; two keyframes are kept always. Throws Error where its state cannot be written.
-    explicit Timeline(demos::PliantEngine& engine, size_t most_bytes = usual_most_bytes);
+    // the oldest frames are forgotten; two keyframes are kept always. Large ones, which take long to make, are rarer
+    // too: at most `frame_bytes` per frame. Throws Error where its state cannot be written.
+    explicit Timeline(demos::PliantEngine& engine, size_t most_bytes = usual_most_bytes,
+                      size_t frame_bytes = usual_frame_bytes);
 
     virtual ~Timeline() = default;
 
@@ -56,6 +58,7 @@ private:
     void take(Input input, bool is_move);
     void keep(Input input, bool is_move);
     void cut_off();
+    bool is_keyframe_due() const;
     void add_keyframe();
     void make_room();
     void go_back(int frame);
@@ -63,13 +66,13 @@ private:
     void repeat_inputs();
 
     demos::PliantEngine& engine_;
-    size_t most_bytes_;
+    size_t most_bytes_, frame_bytes_;
     size_t bytes_ = 0;
     std::vector<Moment> keyframes_; // never empty
     std::vector<Entry> inputs_;     // by frame
     std::vector<int> read_;         // in which the engine has read its own state, see add_keyframe(); in their order
     int frame_ = 0, last_ = 0;
-    int interval_; // frames from a keyframe to the next
+    int interval_; // frames from a keyframe to the next, at least
 };
 
 } // namespace viewer

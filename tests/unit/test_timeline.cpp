@@ -19,9 +19,10 @@ struct Watched {
     std::vector<uint64_t> hashes; // of the frames, when they were new
 
     explicit Watched(const char* name, size_t most_bytes = Timeline::usual_most_bytes,
-                     demos::SolverKind solver = demos::SolverKind::position_based)
+                     demos::SolverKind solver = demos::SolverKind::position_based,
+                     size_t frame_bytes = Timeline::usual_frame_bytes)
         : description(describe(name)), engine(*description, options(solver)),
-          timeline(engine, most_bytes), hashes{hash()} {}
+          timeline(engine, most_bytes, frame_bytes), hashes{hash()} {}
 
     static demos::EngineOptions options(demos::SolverKind solver) {
         demos::EngineOptions made;
@@ -263,6 +264,19 @@ static void memory_is_bounded(void**) {
     assert_true(!error_of([&] { watched.timeline.go_to(first - 1); }).empty());
 }
 
+static void large_keyframes_are_rarer(void**) {
+    Watched usual("Cloth");
+    const size_t one = usual.timeline.bytes();
+    usual.go_on(30);
+    assert_true(usual.timeline.bytes() > one);
+    Watched watched("Cloth", Timeline::usual_most_bytes, demos::SolverKind::position_based, one / 70);
+    watched.go_on(60);
+    assert_int_equal(watched.timeline.bytes(), one);
+    watched.go_on(15);
+    assert_true(watched.timeline.bytes() > one);
+    watched.expect_the_same({74, 60, 30, 0});
+}
+
 int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(scenes_go_the_same_way_again),
@@ -273,6 +287,7 @@ int main() {
         cmocka_unit_test(what_is_held_in_the_past_is_let_go_of),
         cmocka_unit_test(controls_go_back),
         cmocka_unit_test(memory_is_bounded),
+        cmocka_unit_test(large_keyframes_are_rarer),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -16,11 +16,12 @@ struct Header {
     char magic[8];
     std::uint32_t version, scalar_size, point_size, object_count, contact_count, activation_count;
     std::uint64_t core_size;
-    std::uint64_t checksum; ///< of all that follows the header
+    std::uint64_t checksum; ///< see checksum_of()
 };
 constexpr char file_magic[8] = {'P', 'L', 'I', 'B', 'R', 'I', 'D', 'G'};
-constexpr std::uint32_t file_version = 1;
+constexpr std::uint32_t file_version = 2;
 
+// Of what follows the core's file, which has its own.
 std::uint64_t checksum_of(const unsigned char* bytes, std::size_t size) {
     std::uint64_t sum = 14695981039346656037u;
     for (std::size_t i = 0; i < size; ++i) {
@@ -170,7 +171,8 @@ pli_status BridgeSnapshot::write_file(const Bridge& bridge, std::vector<unsigned
     writer.put(moment.gravity);
     writer.put(moment.accumulated_time);
     writer.put(static_cast<std::uint64_t>(moment.seed));
-    header.checksum = checksum_of(bytes.data() + sizeof header, bytes.size() - sizeof header);
+    header.checksum =
+        checksum_of(bytes.data() + sizeof header + core.size(), bytes.size() - sizeof header - core.size());
     std::memcpy(bytes.data(), &header, sizeof header);
     return PLI_OK;
 }
@@ -184,7 +186,8 @@ pli_status check_header(const unsigned char* bytes, std::size_t size, Header& he
     const bool is_ours = std::memcmp(header.magic, file_magic, sizeof file_magic) == 0 &&
                          header.version == file_version && header.scalar_size == sizeof(btScalar) &&
                          header.point_size == sizeof(btManifoldPoint) && header.core_size <= size - sizeof header &&
-                         header.checksum == checksum_of(bytes + sizeof header, size - sizeof header);
+                         header.checksum == checksum_of(bytes + sizeof header + header.core_size,
+                                                        size - sizeof header - header.core_size);
     return is_ours ? PLI_OK : PLI_ERROR_FILE_FORMAT;
 }
 
@@ -252,7 +255,7 @@ pli_status BridgeSnapshot::read_file(Bridge& bridge, const unsigned char* bytes,
     pli_status status = moment.read(array, now.activations.size(), bytes, size);
     if (status != PLI_OK) { return status; }
     Header header{};
-    (void)check_header(bytes, size, header);
+    std::memcpy(&header, bytes, sizeof header);
     Naming naming{*bridge.impl_, array};
     const pli_world_file_def def = naming.def();
     status = pli_world_file_restore(bridge.world(), &def, bytes + sizeof header, header.core_size);

@@ -40,12 +40,6 @@ __attribute__((always_inline)) static inline void plii_checksum_add_blocks(plii_
     weighted[0] = w0, weighted[1] = w1, weighted[2] = w2, weighted[3] = w3;
 }
 
-/* Whole blocks, which are copied. */
-static inline void plii_checksum_copy(plii_checksum* checksum, unsigned char* to, const unsigned char* bytes,
-                                      size_t size) {
-    plii_checksum_add_blocks(checksum, to, bytes, size);
-}
-
 /* What is left over of the last block counts as zeros: whole blocks but for the end. */
 static inline void plii_checksum_add(plii_checksum* checksum, const unsigned char* bytes, size_t size) {
     const size_t left = size % PLII_CHECKSUM_BLOCK, whole = size - left;

@@ -77,15 +77,22 @@ struct pli_body {
     pli_material* materials; /* [material_count] */
     plii_topology* topology;
 
+    /* From here to `sleep_group` in snapshots (world/snapshot.c). */
+    plii_update_interval interval;
     float collision_margin;
-    const plii_solver_class* solver_class;
     pli_solver_settings solver;
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
-    plii_pipeline pipeline;
     /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
        the step too, and rigid bodies are met along their motion. */
     int sweeping_features;
+    bool is_resting;      /* for its time */
+    bool is_woken;        /* since it fell asleep; it wakes in the next prediction */
+    bool was_asleep;      /* as of the last event */
+    uint32_t sleep_group; /* what fell asleep together, bodies and rigid bodies; 0: awake */
+
+    const plii_solver_class* solver_class;
+    plii_pipeline pipeline;
     bool has_swept_contacts; /* found in this step, see plii_iterated_sweeps_class */
     bool has_early_bounds;   /* those of this step are taken already; see pli_world_def.reference_mode */
 
@@ -103,7 +110,6 @@ struct pli_body {
     uint8_t* anchored;     /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
-    plii_update_interval interval;
     uint32_t collide_call; /* the last one of many pairs that it was in */
     /* Of its pairs with other bodies in this step (world/collide_bodies.c): all, the last that it leads, and the last
        whose order matters; -1: none. */
@@ -111,11 +117,7 @@ struct pli_body {
     int led_wave, ordered_wave;
     /* Of the feature that lets bodies sleep. */
     bool can_sleep;
-    bool is_resting;       /* for its time */
-    bool is_woken;         /* since it fell asleep; it wakes in the next prediction */
-    bool was_asleep;       /* as of the last event */
     bool is_group_resting; /* of the first one of bodies that touch each other */
-    uint32_t sleep_group;  /* what fell asleep together, bodies and rigid bodies; 0: awake */
     int lost_node;
     bool is_solved;                     /* in this step, while others are */
     const struct plii_substep* substep; /* in it; NULL outside of substeps */

@@ -53,6 +53,7 @@ struct pli_rigid {
     pli_context* context;
     int world_index;
     void* user_data;
+    /* From here to `rest_time` in snapshots (world/snapshot.c). */
     pli_rigid_kind kind;
     /* For static and kinematic bodies the inverse mass and inertia are zero, for static ones the velocities too. */
     pli_rigid_state state;
@@ -62,15 +63,21 @@ struct pli_rigid {
     bool is_sensor; /* pli_rigid_set_sensor */
     bool is_asleep;
     bool has_changed; /* its shapes, or whether it is there: what sleeps on it wakes */
-    bool is_in_step;  /* a path, a touch or a pull of this step or the next is to be taken back */
     bool was_touched, needs_reintegration;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
     plii_rigid_path path;
-    int first_body;         /* of those that meet it in this step (world/world_impl.h) */
     pli_bounds step_bounds; /* where pairs of this step were looked for */
     pli_vec3 pull;          /* change of velocity by gravity in the next step */
+    /* Of the feature that lets soft bodies sleep. */
+    uint32_t sleep_group;    /* as of a body */
+    unsigned seen_version;   /* of the pose, when it last was looked whether it wakes something */
+    pli_transform rest_pose; /* and for how long it was near it; s */
+    float rest_time;
+
+    bool is_in_step; /* a path, a touch or a pull of this step or the next is to be taken back */
+    int first_body;  /* of those that meet it in this step (world/world_impl.h) */
     int shape_count, shape_capacity, shape_pose_capacity, shape_place_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
@@ -78,11 +85,6 @@ struct pli_rigid {
     pli_bounds bounds;                     /* of all shapes, likewise */
     bool are_shapes_placed;                /* since the pose or the shapes were changed */
     bool are_shapes_measured;              /* since the shapes were */
-    /* Of the feature that lets soft bodies sleep. */
-    uint32_t sleep_group;    /* as of a body */
-    unsigned seen_version;   /* of the pose, when it last was looked whether it wakes something */
-    pli_transform rest_pose; /* and for how long it was near it; s */
-    float rest_time;
 };
 
 /* PLI_OK, or the error of a null or wrong handle. */

@@ -179,12 +179,42 @@ static void file_pointer(plii_file* file, char letter, void* at) {
 
 // --------------------------------------------------------------------------------------------------------- structs
 
+/* Of one, in memory and in a file; 0: there is no such letter. */
+typedef struct file_letter_kind {
+    unsigned char size, packed;
+    bool is_pointer;
+} file_letter_kind;
+
+static const file_letter_kind letter_kinds[128] = {
+    ['f'] = {4, 4},
+    ['g'] = {4, 4},
+    ['i'] = {4, 4},
+    ['u'] = {4, 4},
+    ['n'] = {4, 4},
+    ['N'] = {4, 4},
+    ['F'] = {4, 4},
+    ['H'] = {4, 4},
+    ['L'] = {4, 4},
+    ['e'] = {4, 4},
+    ['d'] = {8, 8},
+    ['U'] = {8, 8},
+    ['B'] = {sizeof(bool), sizeof(bool)},
+    ['O'] = {sizeof(void*), 12, true},
+    ['P'] = {sizeof(void*), 4, true},
+    ['Q'] = {sizeof(void*), 4, true},
+    ['R'] = {sizeof(void*), 4, true},
+    ['S'] = {sizeof(void*), 4, true},
+    ['J'] = {sizeof(void*), 4, true},
+    ['X'] = {sizeof(void*)},
+    ['|'] = {sizeof(void*)},
+    ['*'] = {1},
+};
+
 typedef struct file_letter {
     char letter;
-    int count;     /* how often */
-    int largest;   /* of 'e' */
-    size_t size;   /* of one, in memory; 0: there is no such letter */
-    size_t packed; /* in a file */
+    int count;   /* how often */
+    int largest; /* of 'e' */
+    file_letter_kind kind;
 } file_letter;
 
 static int file_read_digits(const char** fields) {
@@ -195,38 +225,13 @@ static int file_read_digits(const char** fields) {
     return number;
 }
 
-static size_t file_number_size(char letter) {
-    if (letter == 'd' || letter == 'U') { return 8; }
-    return strchr("fgiunNFHL", letter) != NULL ? 4 : 0;
-}
-
 static file_letter file_next_letter(const char** fields) {
     const bool has_count = isdigit((unsigned char)**fields);
     file_letter next = {.count = has_count ? file_read_digits(fields) : 1};
     next.letter = *(*fields)++;
-    switch (next.letter) {
-    case 'B':
-        next.size = next.packed = sizeof(bool);
-        break;
-    case '|':
-        next.count = 0;
-        next.size = sizeof(void*);
-        break;
-    case 'X':
-        next.size = sizeof(void*);
-        break;
-    case '*':
-        next.size = 1;
-        break;
-    case 'e':
-        next.largest = file_read_digits(fields);
-        next.size = next.packed = 4;
-        break;
-    default:
-        next.size = strchr("OPQRSJ", next.letter) != NULL ? sizeof(void*) : file_number_size(next.letter);
-        next.packed = next.letter == 'O' ? 12 : strchr("PQRSJ", next.letter) != NULL ? 4 : next.size;
-        break;
-    }
+    next.kind = letter_kinds[next.letter & 127];
+    if (next.letter == '|') { next.count = 0; }
+    if (next.letter == 'e') { next.largest = file_read_digits(fields); }
     return next;
 }
 
@@ -234,7 +239,7 @@ size_t plii_file_packed_size(const char* fields) {
     size_t size = 0;
     while (*fields != '\0') {
         const file_letter next = file_next_letter(&fields);
-        size += (size_t)next.count * next.packed;
+        size += (size_t)next.count * next.kind.packed;
     }
     return size;
 }
@@ -247,10 +252,10 @@ size_t plii_file_struct_size(const char* fields, size_t size) {
     size_t offset = 0, largest = 1;
     while (*fields != '\0') {
         const file_letter next = file_next_letter(&fields);
-        if (next.size == 0) { return 0; }
+        if (next.kind.size == 0) { return 0; }
         if (next.letter == '*') { return offset <= size ? size : 0; }
-        offset = file_align(offset, next.size) + (size_t)next.count * next.size;
-        largest = next.size > largest ? next.size : largest;
+        offset = file_align(offset, next.kind.size) + (size_t)next.count * next.kind.size;
+        largest = next.kind.size > largest ? next.kind.size : largest;
     }
     return file_align(offset, largest);
 }
@@ -266,35 +271,47 @@ static void file_check_int(plii_file* file, char letter, int largest, int value)
 }
 
 static void file_check(plii_file* file, const file_letter* letter, const void* at) {
-    if (letter->letter == 'f') {
-        float value;
-        memcpy(&value, at, sizeof value);
-        if (!(value == value)) { plii_file_refuse(file, "something is not a number"); }
-    } else if (letter->letter == 'd') {
-        double value;
-        memcpy(&value, at, sizeof value);
-        if (!(value == value)) { plii_file_refuse(file, "something is not a number"); }
-    } else if (letter->letter == 'B') {
-        unsigned char value;
-        memcpy(&value, at, 1);
-        if (value > 1) { plii_file_refuse(file, "something is neither true nor false"); }
-    } else if (strchr("nNFHLe", letter->letter) != NULL) {
-        int value;
-        memcpy(&value, at, sizeof value);
-        file_check_int(file, letter->letter, letter->largest, value);
+    float number;
+    double precise;
+    unsigned char truth;
+    int index;
+    switch (letter->letter) {
+    case 'f':
+        memcpy(&number, at, sizeof number);
+        if (!(number == number)) { plii_file_refuse(file, "something is not a number"); }
+        break;
+    case 'd':
+        memcpy(&precise, at, sizeof precise);
+        if (!(precise == precise)) { plii_file_refuse(file, "something is not a number"); }
+        break;
+    case 'B':
+        memcpy(&truth, at, 1);
+        if (truth > 1) { plii_file_refuse(file, "something is neither true nor false"); }
+        break;
+    case 'n':
+    case 'N':
+    case 'F':
+    case 'H':
+    case 'L':
+    case 'e':
+        memcpy(&index, at, sizeof index);
+        file_check_int(file, letter->letter, letter->largest, index);
+        break;
+    default:
+        break;
     }
 }
 
 /* What is wrong becomes zero, which fits everything, so that nothing wrong is ever there. */
 static void file_value(plii_file* file, const file_letter* letter, unsigned char* at) {
-    if (strchr("PQRSOJ", letter->letter) != NULL) {
+    if (letter->kind.is_pointer) {
         file_pointer(file, letter->letter, at);
         return;
     }
-    plii_file_number(file, at, letter->size);
+    plii_file_number(file, at, letter->kind.size);
     if (file->mode != PLII_FILE_READ) { return; }
     if (file->status == PLI_OK) { file_check(file, letter, at); }
-    if (file->status != PLI_OK) { memset(at, 0, letter->size); }
+    if (file->status != PLI_OK) { memset(at, 0, letter->kind.size); }
 }
 
 void plii_file_fields(plii_file* file, const char* fields, void* element) {
@@ -303,11 +320,11 @@ void plii_file_fields(plii_file* file, const char* fields, void* element) {
     while (*fields != '\0' && file->status == PLI_OK) {
         const file_letter letter = file_next_letter(&fields);
         if (letter.letter == '*') { return; }
-        offset = file_align(offset, letter.size);
+        offset = file_align(offset, letter.kind.size);
         for (int i = 0; i < letter.count && letter.letter != 'X'; ++i) {
-            file_value(file, &letter, bytes + offset + (size_t)i * letter.size);
+            file_value(file, &letter, bytes + offset + (size_t)i * letter.kind.size);
         }
-        offset += (size_t)letter.count * letter.size;
+        offset += (size_t)letter.count * letter.kind.size;
     }
 }
 

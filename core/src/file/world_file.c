@@ -25,11 +25,17 @@ pli_world_file_def pli_world_file_def_default(void) {
     return (pli_world_file_def){.cookie = PLII_DEF_COOKIE};
 }
 
+/* Little-endian; zeros for what is missing of a word. */
 static uint64_t file_word(const unsigned char* bytes, size_t size) {
     uint64_t word = 0;
-    for (size_t i = 0; i < size; ++i) {
-        word |= (uint64_t)bytes[i] << (8 * i);
+    if (size >= sizeof word) {
+        memcpy(&word, bytes, sizeof word); /* in one load */
+    } else {
+        memcpy(&word, bytes, size);
     }
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    word = __builtin_bswap64(word);
+#endif
     return word;
 }
 
@@ -38,7 +44,7 @@ uint64_t plii_file_checksum(const unsigned char* bytes, size_t size) {
     uint64_t lanes[4] = {1, 2, 3, 4};
     size_t at = 0, lane = 0;
     for (; at < size; at += 8, lane = (lane + 1) % 4) {
-        const uint64_t word = file_word(bytes + at, size - at < 8 ? size - at : 8);
+        const uint64_t word = file_word(bytes + at, size - at);
         lanes[lane] = (lanes[lane] ^ word) * UINT64_C(0x9e3779b97f4a7c15);
         lanes[lane] ^= lanes[lane] >> 32;
     }
@@ -273,7 +279,8 @@ static pli_status file_check_header(plii_file* file) {
         return plii_fail(file->context, wrong, file->function, "the file has %llu bytes, %zu were given",
                          (unsigned long long)header.size, file->size);
     }
-    if (header.checksum != plii_file_checksum(file->from + PLII_FILE_HEADER_SIZE, file->size - PLII_FILE_HEADER_SIZE)) {
+    if (header.reserved != 0 ||
+        header.checksum != plii_file_checksum(file->from + PLII_FILE_HEADER_SIZE, file->size - PLII_FILE_HEADER_SIZE)) {
         return plii_fail(file->context, wrong, file->function, "the file is damaged: its checksum is wrong");
     }
     return PLI_OK;

@@ -9,6 +9,7 @@
 #include "body/feature_arrays.h"
 #include "body/world_state.h"
 
+#include <stddef.h>
 #include <string.h>
 
 typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
@@ -53,7 +54,7 @@ static void snapshot_refuse(snapshot_walk* walk, const char* what, const char* f
 }
 
 static bool snapshot_has(snapshot_walk* walk, size_t size) {
-    if (walk->mode == SNAPSHOT_SAVE || size <= walk->size - walk->at) { return walk->status == PLI_OK; }
+    if (walk->mode == SNAPSHOT_SAVE || walk->at + size <= walk->size) { return walk->status == PLI_OK; }
     if (walk->status == PLI_OK) {
         walk->status =
             plii_fail(walk->context, PLI_ERROR_FILE_FORMAT, walk->function, "the snapshot ends in the middle");
@@ -61,34 +62,41 @@ static bool snapshot_has(snapshot_walk* walk, size_t size) {
     return false;
 }
 
-static void snapshot_sum_up_to(snapshot_walk* walk, size_t end) {
-    plii_checksum_add(&walk->checksum, walk->to + walk->summed, end - walk->summed);
-    walk->summed = end;
+static void snapshot_sum(snapshot_walk* walk) {
+    plii_checksum_add(&walk->checksum, walk->to + walk->summed, walk->at - walk->summed);
+    walk->summed = walk->at;
 }
 
-static void snapshot_write(snapshot_walk* walk, size_t at, const void* block, size_t size, bool is_large) {
-    if (at + size > walk->size) { return; }
-    unsigned char* to = walk->to + at;
-    size_t copied = 0;
-    if (is_large) {
-        memset(walk->to + walk->at, 0, at - walk->at);
-        snapshot_sum_up_to(walk, at);
-        copied = size - size % PLII_CHECKSUM_BLOCK;
-        plii_checksum_copy(&walk->checksum, to, block, copied);
-        walk->summed += copied;
-    }
-    memcpy(to + copied, (const unsigned char*)block + copied, size - copied);
+/* To the next line. What is before it can be summed then: whole blocks. */
+static void snapshot_align(snapshot_walk* walk) {
+    const size_t gap = (SNAPSHOT_LINE - walk->at % SNAPSHOT_LINE) % SNAPSHOT_LINE;
+    const bool is_written = walk->mode == SNAPSHOT_SAVE && walk->at + gap <= walk->size;
+    if (is_written) { memset(walk->to + walk->at, 0, gap); }
+    walk->at += gap;
+    if (is_written) { snapshot_sum(walk); }
+}
+
+static void snapshot_write_large(snapshot_walk* walk, const unsigned char* block, size_t size) {
+    const size_t whole = size - size % PLII_CHECKSUM_BLOCK;
+    plii_checksum_add_blocks(&walk->checksum, walk->to + walk->at, block, whole);
+    memcpy(walk->to + walk->at + whole, block + whole, size - whole);
+    walk->summed += whole;
 }
 
 /* Bytes that are taken over. */
 static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
-    const bool is_large = size >= SNAPSHOT_LARGE;
-    const size_t gap = is_large ? (SNAPSHOT_LINE - walk->at % SNAPSHOT_LINE) % SNAPSHOT_LINE : 0;
-    if (size == 0 || !snapshot_has(walk, gap + size)) { return; }
-    const size_t at = walk->at + gap;
-    if (walk->mode == SNAPSHOT_SAVE) { snapshot_write(walk, at, block, size, is_large); }
-    if (walk->mode == SNAPSHOT_RESTORE) { memcpy(block, walk->from + at, size); }
-    walk->at = at + size;
+    if (size >= SNAPSHOT_LARGE) { snapshot_align(walk); }
+    if (size == 0 || !snapshot_has(walk, size)) { return; }
+    if (walk->mode == SNAPSHOT_RESTORE) {
+        memcpy(block, walk->from + walk->at, size);
+    } else if (walk->mode == SNAPSHOT_SAVE && walk->at + size <= walk->size) {
+        if (size >= SNAPSHOT_LARGE) {
+            snapshot_write_large(walk, block, size);
+        } else {
+            memcpy(walk->to + walk->at, block, size);
+        }
+    }
+    walk->at += size;
 }
 
 /* A number; that of the snapshot where there is one. */
@@ -175,6 +183,10 @@ static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_fea
 // --------------------------------------------------------------------------------------------- bodies and the world
 
 #define SNAPSHOT_MEMBER(walk, member) snapshot_bytes(walk, &(member), sizeof(member))
+/* From one member to another, and what is between them. */
+#define SNAPSHOT_MEMBERS(walk, type, object, first, last)                                                              \
+    snapshot_bytes(walk, (char*)(object) + offsetof(type, first),                                                      \
+                   offsetof(type, last) + sizeof((object)->last) - offsetof(type, first))
 
 /* Masses are with the positions; what follows from them is made anew where they were others. */
 static void snapshot_link_revision(snapshot_walk* walk, pli_body* body) {
@@ -195,19 +207,9 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_bytes(walk, body->previous, nodes);
     snapshot_bytes(walk, body->velocities, nodes);
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
-    SNAPSHOT_MEMBER(walk, body->interval);
-    SNAPSHOT_MEMBER(walk, body->is_frozen);
-    SNAPSHOT_MEMBER(walk, body->is_asleep);
-    SNAPSHOT_MEMBER(walk, body->is_resting);
-    SNAPSHOT_MEMBER(walk, body->is_woken);
-    SNAPSHOT_MEMBER(walk, body->was_asleep);
-    SNAPSHOT_MEMBER(walk, body->sleep_group);
+    SNAPSHOT_MEMBERS(walk, pli_body, body, is_frozen, is_asleep);
     SNAPSHOT_MEMBER(walk, body->bounds);
-    SNAPSHOT_MEMBER(walk, body->collision_margin);
-    SNAPSHOT_MEMBER(walk, body->solver);
-    SNAPSHOT_MEMBER(walk, body->step);
-    SNAPSHOT_MEMBER(walk, body->joint_iterations);
-    SNAPSHOT_MEMBER(walk, body->sweeping_features);
+    SNAPSHOT_MEMBERS(walk, pli_body, body, interval, sleep_group);
     const uint64_t ignored = snapshot_number(walk, (uint64_t)body->ignored_rigid_count);
     if (walk->mode >= SNAPSHOT_COMPARE && ignored > (uint64_t)body->ignored_rigid_capacity) {
         snapshot_refuse(walk, "there is less memory than then for rigid bodies that it ignores", NULL);
@@ -221,29 +223,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
 }
 
 static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
-    SNAPSHOT_MEMBER(walk, rigid->kind);
-    SNAPSHOT_MEMBER(walk, rigid->state);
-    SNAPSHOT_MEMBER(walk, rigid->friction);
-    SNAPSHOT_MEMBER(walk, rigid->linear_factor);
-    SNAPSHOT_MEMBER(walk, rigid->angular_factor);
-    SNAPSHOT_MEMBER(walk, rigid->is_absent);
-    SNAPSHOT_MEMBER(walk, rigid->is_sensor);
-    SNAPSHOT_MEMBER(walk, rigid->was_touched);
-    SNAPSHOT_MEMBER(walk, rigid->needs_reintegration);
-    SNAPSHOT_MEMBER(walk, rigid->pose_version);
-    SNAPSHOT_MEMBER(walk, rigid->given_linear_velocity);
-    SNAPSHOT_MEMBER(walk, rigid->given_angular_velocity);
-    SNAPSHOT_MEMBER(walk, rigid->start_linear_velocity);
-    SNAPSHOT_MEMBER(walk, rigid->start_angular_velocity);
-    SNAPSHOT_MEMBER(walk, rigid->path);
-    SNAPSHOT_MEMBER(walk, rigid->pull);
-    SNAPSHOT_MEMBER(walk, rigid->is_asleep);
-    SNAPSHOT_MEMBER(walk, rigid->sleep_group);
-    SNAPSHOT_MEMBER(walk, rigid->seen_version);
-    SNAPSHOT_MEMBER(walk, rigid->has_changed);
-    SNAPSHOT_MEMBER(walk, rigid->rest_pose);
-    SNAPSHOT_MEMBER(walk, rigid->rest_time);
-    SNAPSHOT_MEMBER(walk, rigid->step_bounds);
+    SNAPSHOT_MEMBERS(walk, pli_rigid, rigid, kind, rest_time);
     if (walk->mode == SNAPSHOT_RESTORE) {
         rigid->path.next = NULL;
         rigid->is_in_step = true;
@@ -320,7 +300,7 @@ static pli_status snapshot_save(snapshot_subject subject, pli_context* context, 
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "capacity is %zu, the snapshot has %zu bytes",
                          capacity, walk.at);
     }
-    snapshot_sum_up_to(&walk, walk.at);
+    snapshot_sum(&walk);
     snapshot_header header = {
         .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(subject)};
     plii_checksum_end(&walk.checksum, header.checksum);
