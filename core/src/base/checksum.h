@@ -40,20 +40,20 @@ __attribute__((always_inline)) static inline void plii_checksum_add_blocks(plii_
     weighted[0] = w0, weighted[1] = w1, weighted[2] = w2, weighted[3] = w3;
 }
 
-/* Copies the bytes when `to` is given. What is left over of the last block counts as zeros. */
-static inline void plii_checksum_add(plii_checksum* checksum, unsigned char* to, const unsigned char* bytes,
-                                     size_t size) {
+/* Whole blocks, which are copied. */
+static inline void plii_checksum_copy(plii_checksum* checksum, unsigned char* to, const unsigned char* bytes,
+                                      size_t size) {
+    plii_checksum_add_blocks(checksum, to, bytes, size);
+}
+
+/* What is left over of the last block counts as zeros: whole blocks but for the end. */
+static inline void plii_checksum_add(plii_checksum* checksum, const unsigned char* bytes, size_t size) {
     const size_t left = size % PLII_CHECKSUM_BLOCK, whole = size - left;
-    if (to != NULL) {
-        plii_checksum_add_blocks(checksum, to, bytes, whole);
-    } else {
-        plii_checksum_add_blocks(checksum, NULL, bytes, whole);
-    }
+    plii_checksum_add_blocks(checksum, NULL, bytes, whole);
     if (left > 0) {
         unsigned char rest[PLII_CHECKSUM_BLOCK] = {0};
         memcpy(rest, bytes + whole, left);
         plii_checksum_add_blocks(checksum, NULL, rest, sizeof rest);
-        if (to != NULL) { memcpy(to + whole, rest, left); }
     }
 }
 

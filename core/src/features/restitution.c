@@ -18,11 +18,15 @@
 /* Of a node in the point of a contact. */
 #define RESTITUTION_LEAST_WEIGHT 0.2f
 
+/* Features that make contacts. */
+enum { RESTITUTION_MOST_KINDS = 8 };
+
 typedef struct restitution_state {
     float restitution;
     float* approaches; /* m/s, of the contacts in the order of reports, before the solve; < 0: towards each other */
     int count, capacity;
-    int index; /* of the next report */
+    int ends[RESTITUTION_MOST_KINDS]; /* of the approaches of each kind; the solve may add contacts to it */
+    int index, end;                   /* of the next report, and of its kind */
 } restitution_state;
 
 typedef struct restitution_visit {
@@ -80,7 +84,7 @@ static void restitution_return(const plii_contact_report* report, void* user) {
     const bool touches = report->gap < RESTITUTION_REACH * body->collision_margin;
     for (int k = 0; k < report->node_count; ++k) {
         if (!restitution_takes(report, k)) { continue; }
-        if (state->index == state->count) { return; } /* the solve has found it itself */
+        if (state->index == state->end) { return; } /* the solve has found it itself */
         const float approach = state->approaches[state->index++];
         if (!(approach < -slow) || !touches) { continue; }
         const float wanted = -state->restitution * report->rigid->restitution * approach;
@@ -88,20 +92,23 @@ static void restitution_return(const plii_contact_report* report, void* user) {
     }
 }
 
-static void restitution_visit_contacts(pli_body* body, restitution_state* state, plii_contact_visit_fn* visit) {
+static void restitution_visit_contacts(pli_body* body, restitution_state* state, bool is_solved) {
     restitution_visit all = {body, state};
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+    int kind = 0;
+    for (int i = 0; i < body->pipeline.feature_count && kind < RESTITUTION_MOST_KINDS; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->visit_contacts != NULL) {
-            feature->klass->visit_contacts(body, feature->state, visit, &all);
-        }
+        if (feature->klass->visit_contacts == NULL) { continue; }
+        state->end = is_solved ? state->ends[kind] : 0;
+        feature->klass->visit_contacts(body, feature->state, is_solved ? restitution_return : restitution_note, &all);
+        state->ends[kind] = is_solved ? state->ends[kind] : state->count;
+        state->index = state->ends[kind++];
     }
 }
 
 static void restitution_prepare(pli_body* body, void* data) {
     restitution_state* state = data;
-    state->count = state->index = 0;
-    restitution_visit_contacts(body, state, restitution_note);
+    state->count = 0;
+    restitution_visit_contacts(body, state, false);
 }
 
 /* Substeps only begin with it. */
@@ -111,7 +118,8 @@ static bool restitution_is_idle(const void* data) {
 
 static void restitution_finish(pli_body* body, void* data) {
     restitution_state* state = data;
-    if (state->count > 0) { restitution_visit_contacts(body, state, restitution_return); }
+    state->index = 0;
+    if (state->count > 0) { restitution_visit_contacts(body, state, true); }
 }
 
 static void restitution_reserve(pli_body* body, void* data) {
@@ -129,7 +137,7 @@ const plii_feature_class plii_restitution_class = {
     .name = "restitution",
     .state_size = sizeof(restitution_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(restitution_state, restitution, PLII_SAVED, "f"),
-                                    PLII_STATE(restitution_state, index, PLII_LEFT)),
+                                    PLII_STATE_SPAN(restitution_state, ends, end, PLII_LEFT, NULL)),
     .settings = {restitution_fields, 1, 0},
     .stages = {[PLII_STAGE_PREPARE] = {restitution_prepare, RESTITUTION_ORDER},
                [PLII_STAGE_FINISH] = {restitution_finish, RESTITUTION_FINISH_ORDER}},

@@ -1,6 +1,7 @@
 /* Snapshots: the memory that steps read and former steps or calls wrote, as it lies. One walk over the world does all
    four things, so that they cannot differ: counting bytes, writing, comparing and reading. What a feature has is said
-   by its class: its state and its arrays, but for what is made anew. */
+   by its class: its state and its arrays, but for what is made anew. Large arrays lie on lines of the cache of their
+   own: copies between places that lie alike on these take two thirds of the time. */
 
 #include "pliant/snapshot.h"
 
@@ -10,7 +11,7 @@
 
 #include <string.h>
 
-typedef enum snapshot_mode { SNAPSHOT_COUNT, SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
+typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
 typedef struct snapshot_walk {
     snapshot_mode mode;
@@ -19,9 +20,9 @@ typedef struct snapshot_walk {
     int body;                  /* index of the one that is looked at, for messages */
     unsigned char* to;         /* SAVE */
     const unsigned char* from; /* COMPARE, RESTORE */
-    size_t at, size;
-    plii_checksum checksum; /* SAVE, COMPARE: of the bytes before `summed` */
-    size_t summed;
+    size_t at, size;           /* SAVE: what is beyond `size` is counted, not written */
+    size_t summed;             /* SAVE: what is before it is in the checksum */
+    plii_checksum checksum;
     pli_status status;
 } snapshot_walk;
 
@@ -31,10 +32,13 @@ typedef struct snapshot_header {
     uint64_t size;        /* with the header */
     uint64_t checksum[2]; /* of what follows */
     uint64_t handle;      /* of the world or body */
+    uint64_t zeros[3];
 } snapshot_header;
 
 #define SNAPSHOT_MAGIC 0x706c6973u
-#define SNAPSHOT_VERSION 1u
+#define SNAPSHOT_VERSION 2u
+enum { SNAPSHOT_LARGE = 1024, SNAPSHOT_LINE = 64 };
+_Static_assert(sizeof(snapshot_header) == SNAPSHOT_LINE && SNAPSHOT_LINE % PLII_CHECKSUM_BLOCK == 0, "");
 
 // ----------------------------------------------------------------------------------------------------- the walk
 
@@ -48,8 +52,8 @@ static void snapshot_refuse(snapshot_walk* walk, const char* what, const char* f
                                    "the snapshot does not fit: body %d: %s%s%s", walk->body, what, of, name);
 }
 
-static inline bool snapshot_has(snapshot_walk* walk, size_t size) {
-    if (walk->mode <= SNAPSHOT_SAVE || size <= walk->size - walk->at) { return walk->status == PLI_OK; }
+static bool snapshot_has(snapshot_walk* walk, size_t size) {
+    if (walk->mode == SNAPSHOT_SAVE || size <= walk->size - walk->at) { return walk->status == PLI_OK; }
     if (walk->status == PLI_OK) {
         walk->status =
             plii_fail(walk->context, PLI_ERROR_FILE_FORMAT, walk->function, "the snapshot ends in the middle");
@@ -57,33 +61,34 @@ static inline bool snapshot_has(snapshot_walk* walk, size_t size) {
     return false;
 }
 
-/* Small pieces are summed together, when a large one comes. */
-enum { SNAPSHOT_LARGE = 512 };
-
-static void snapshot_sum(snapshot_walk* walk) {
-    const unsigned char* bytes = walk->mode == SNAPSHOT_SAVE ? walk->to : walk->from;
-    plii_checksum_add(&walk->checksum, NULL, bytes + walk->summed, walk->at - walk->summed);
-    walk->summed = walk->at;
+static void snapshot_sum_up_to(snapshot_walk* walk, size_t end) {
+    plii_checksum_add(&walk->checksum, walk->to + walk->summed, end - walk->summed);
+    walk->summed = end;
 }
 
-static void snapshot_large(snapshot_walk* walk, void* block, size_t size) {
-    unsigned char* to = walk->mode == SNAPSHOT_SAVE ? walk->to + walk->at : NULL;
-    snapshot_sum(walk);
-    plii_checksum_add(&walk->checksum, to, to != NULL ? block : walk->from + walk->at, size);
-    walk->summed = walk->at + size;
+static void snapshot_write(snapshot_walk* walk, size_t at, const void* block, size_t size, bool is_large) {
+    if (at + size > walk->size) { return; }
+    unsigned char* to = walk->to + at;
+    size_t copied = 0;
+    if (is_large) {
+        memset(walk->to + walk->at, 0, at - walk->at);
+        snapshot_sum_up_to(walk, at);
+        copied = size - size % PLII_CHECKSUM_BLOCK;
+        plii_checksum_copy(&walk->checksum, to, block, copied);
+        walk->summed += copied;
+    }
+    memcpy(to + copied, (const unsigned char*)block + copied, size - copied);
 }
 
 /* Bytes that are taken over. */
-static inline void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
-    if (size == 0 || !snapshot_has(walk, size)) { return; }
-    if (walk->mode == SNAPSHOT_RESTORE) {
-        memcpy(block, walk->from + walk->at, size);
-    } else if (walk->mode != SNAPSHOT_COUNT && size >= SNAPSHOT_LARGE) {
-        snapshot_large(walk, block, size);
-    } else if (walk->mode == SNAPSHOT_SAVE) {
-        memcpy(walk->to + walk->at, block, size);
-    }
-    walk->at += size;
+static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
+    const bool is_large = size >= SNAPSHOT_LARGE;
+    const size_t gap = is_large ? (SNAPSHOT_LINE - walk->at % SNAPSHOT_LINE) % SNAPSHOT_LINE : 0;
+    if (size == 0 || !snapshot_has(walk, gap + size)) { return; }
+    const size_t at = walk->at + gap;
+    if (walk->mode == SNAPSHOT_SAVE) { snapshot_write(walk, at, block, size, is_large); }
+    if (walk->mode == SNAPSHOT_RESTORE) { memcpy(block, walk->from + at, size); }
+    walk->at = at + size;
 }
 
 /* A number; that of the snapshot where there is one. */
@@ -219,7 +224,6 @@ static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
     SNAPSHOT_MEMBER(walk, rigid->kind);
     SNAPSHOT_MEMBER(walk, rigid->state);
     SNAPSHOT_MEMBER(walk, rigid->friction);
-    SNAPSHOT_MEMBER(walk, rigid->restitution);
     SNAPSHOT_MEMBER(walk, rigid->linear_factor);
     SNAPSHOT_MEMBER(walk, rigid->angular_factor);
     SNAPSHOT_MEMBER(walk, rigid->is_absent);
@@ -286,44 +290,46 @@ static uint64_t snapshot_handle(snapshot_subject subject) {
 }
 
 static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
-    walk->at = walk->summed = sizeof(snapshot_header);
+    walk->at = sizeof(snapshot_header);
     walk->body = subject.body != NULL ? subject.body->world_index : PLI_NULL_INDEX;
     if (subject.world != NULL) {
         snapshot_world(walk, subject.world);
     } else {
         snapshot_body(walk, subject.body);
     }
-    if (walk->status == PLI_OK && (walk->mode == SNAPSHOT_SAVE || walk->mode == SNAPSHOT_COMPARE)) {
-        snapshot_sum(walk);
-    }
     return walk->status;
 }
 
 static size_t snapshot_size(snapshot_subject subject, pli_context* context, const char* function) {
-    snapshot_walk walk = {.mode = SNAPSHOT_COUNT, .context = context, .function = function};
+    snapshot_walk walk = {.mode = SNAPSHOT_SAVE, .context = context, .function = function};
     return snapshot_run(&walk, subject) == PLI_OK ? walk.at : 0;
 }
 
 static pli_status snapshot_save(snapshot_subject subject, pli_context* context, void* buffer, size_t capacity,
                                 size_t* size, const char* function) {
-    const size_t needed = snapshot_size(subject, context, function);
-    if (size != NULL) { *size = needed; }
-    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
-    if (needed > capacity) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "capacity is %zu, the snapshot has %zu bytes",
-                         capacity, needed);
-    }
-    snapshot_walk walk = {.mode = SNAPSHOT_SAVE, .context = context, .function = function, .to = buffer};
+    snapshot_walk walk = {.mode = SNAPSHOT_SAVE,
+                          .context = context,
+                          .function = function,
+                          .to = buffer,
+                          .size = buffer != NULL ? capacity : 0,
+                          .summed = sizeof(snapshot_header)};
     PLII_TRY(snapshot_run(&walk, subject));
+    if (size != NULL) { *size = walk.at; }
+    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
+    if (walk.at > capacity) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "capacity is %zu, the snapshot has %zu bytes",
+                         capacity, walk.at);
+    }
+    snapshot_sum_up_to(&walk, walk.at);
     snapshot_header header = {
-        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = needed, .handle = snapshot_handle(subject)};
+        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(subject)};
     plii_checksum_end(&walk.checksum, header.checksum);
     memcpy(buffer, &header, sizeof header);
     return PLI_OK;
 }
 
-static pli_status snapshot_check_header(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
-                                        size_t size, const char* function) {
+static pli_status snapshot_check(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
+                                 size_t size, const char* function) {
     snapshot_header header = {0};
     if (size >= sizeof header) { memcpy(&header, bytes, sizeof header); }
     if (header.magic != SNAPSHOT_MAGIC) {
@@ -337,6 +343,13 @@ static pli_status snapshot_check_header(snapshot_subject subject, pli_context* c
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %llu bytes, %zu were given",
                          (unsigned long long)header.size, size);
     }
+    plii_checksum checksum = {0};
+    uint64_t sums[2];
+    plii_checksum_add(&checksum, bytes + sizeof header, size - sizeof header);
+    plii_checksum_end(&checksum, sums);
+    if (memcmp(sums, header.checksum, sizeof sums) != 0 || (header.zeros[0] | header.zeros[1] | header.zeros[2]) != 0) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
+    }
     if (header.handle != snapshot_handle(subject)) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the snapshot does not fit: it is of another %s",
                          subject.world != NULL ? "world, or of a body" : "body, or of a world");
@@ -347,20 +360,13 @@ static pli_status snapshot_check_header(snapshot_subject subject, pli_context* c
 static pli_status snapshot_restore(snapshot_subject subject, pli_context* context, const void* buffer, size_t size,
                                    const char* function) {
     if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
-    PLII_TRY(snapshot_check_header(subject, context, buffer, size, function));
+    PLII_TRY(snapshot_check(subject, context, buffer, size, function));
     snapshot_walk walk = {
         .mode = SNAPSHOT_COMPARE, .context = context, .function = function, .from = buffer, .size = size};
     PLII_TRY(snapshot_run(&walk, subject));
     if (walk.at != size) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %zu bytes more than it says",
                          size - walk.at);
-    }
-    snapshot_header header;
-    memcpy(&header, buffer, sizeof header);
-    uint64_t checksum[2];
-    plii_checksum_end(&walk.checksum, checksum);
-    if (memcmp(checksum, header.checksum, sizeof checksum) != 0) {
-        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
     }
     walk.mode = SNAPSHOT_RESTORE;
     return snapshot_run(&walk, subject);
