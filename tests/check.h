@@ -6,11 +6,11 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#include <cmocka.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <cmocka.h>
 #ifdef __cplusplus
 }
 #endif

@@ -128,7 +128,8 @@ try_settings = """
 
 # Those of the gallery that are on the screen; the addresses of what cannot be shown.
 await_pictures = """
-    const pictures = [...document.images].filter((image) => image.getBoundingClientRect().top < innerHeight);
+    const isOnScreen = (image) => image.getClientRects().length > 0 && image.getBoundingClientRect().top < innerHeight;
+    const pictures = [...document.images].filter(isOnScreen);
     Promise.all(pictures.map((image) => image.decode().then(() => [], () => [image.src]))).then((failed) => {
         requestAnimationFrame(() => arguments[0](failed.flat()));
     });"""
