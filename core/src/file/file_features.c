@@ -43,6 +43,7 @@ static bool file_may_enable(const pli_body* body, const plii_feature_class* klas
     const bool has_solver = body->solver_class != &plii_position_solver;
     if (is_solver && has_solver) { return false; }
     if (file_xpbd_kind(klass) != NULL && !plii_feature_is_enabled(body, &plii_xpbd_class)) { return false; }
+    if (klass == &plii_xpbd_tetras_class && body->topology->tetra_count == 0) { return false; }
     const bool is_of_positions = klass == &plii_colored_links_class || klass == &plii_velocity_links_class;
     return !(is_of_positions && has_solver);
 }
