@@ -255,7 +255,7 @@ static void try_settings(settings_check* check, const plii_limits* settings, voi
             const float limit = side == 0 ? field->lowest : field->highest;
             if (is_int && fabsf(limit) >= (float)INT_MAX) { continue; }
             const float past = nextafterf(limit, side == 0 ? -INFINITY : INFINITY);
-            const int number = (int)limit + (side == 0 ? -1 : 1);
+            const int number = is_int ? (int)limit + (side == 0 ? -1 : 1) : 0;
             int kept = 0;
             memcpy(&kept, at, sizeof kept);
             memcpy(at, is_int ? (const void*)&number : (const void*)&past, sizeof kept);
