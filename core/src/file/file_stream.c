@@ -185,33 +185,29 @@ typedef struct file_letter_kind {
     bool is_pointer;
 } file_letter_kind;
 
-#define FILE_NUMBER(bytes)                                                                                             \
-    { .size = (bytes), .packed = (bytes) }
-#define FILE_POINTER(bytes)                                                                                            \
-    { .size = sizeof(void*), .packed = (bytes), .is_pointer = true }
 static const file_letter_kind letter_kinds[128] = {
-    ['f'] = FILE_NUMBER(4),
-    ['g'] = FILE_NUMBER(4),
-    ['i'] = FILE_NUMBER(4),
-    ['u'] = FILE_NUMBER(4),
-    ['n'] = FILE_NUMBER(4),
-    ['N'] = FILE_NUMBER(4),
-    ['F'] = FILE_NUMBER(4),
-    ['H'] = FILE_NUMBER(4),
-    ['L'] = FILE_NUMBER(4),
-    ['e'] = FILE_NUMBER(4),
-    ['d'] = FILE_NUMBER(8),
-    ['U'] = FILE_NUMBER(8),
-    ['B'] = FILE_NUMBER(sizeof(bool)),
-    ['O'] = FILE_POINTER(12),
-    ['P'] = FILE_POINTER(4),
-    ['Q'] = FILE_POINTER(4),
-    ['R'] = FILE_POINTER(4),
-    ['S'] = FILE_POINTER(4),
-    ['J'] = FILE_POINTER(4),
-    ['X'] = {.size = sizeof(void*)},
-    ['|'] = {.size = sizeof(void*)},
-    ['*'] = {.size = 1},
+    ['f'] = {4, 4, false},
+    ['g'] = {4, 4, false},
+    ['i'] = {4, 4, false},
+    ['u'] = {4, 4, false},
+    ['n'] = {4, 4, false},
+    ['N'] = {4, 4, false},
+    ['F'] = {4, 4, false},
+    ['H'] = {4, 4, false},
+    ['L'] = {4, 4, false},
+    ['e'] = {4, 4, false},
+    ['d'] = {8, 8, false},
+    ['U'] = {8, 8, false},
+    ['B'] = {sizeof(bool), sizeof(bool), false},
+    ['O'] = {sizeof(void*), 12, true},
+    ['P'] = {sizeof(void*), 4, true},
+    ['Q'] = {sizeof(void*), 4, true},
+    ['R'] = {sizeof(void*), 4, true},
+    ['S'] = {sizeof(void*), 4, true},
+    ['J'] = {sizeof(void*), 4, true},
+    ['X'] = {sizeof(void*), 0, false},
+    ['|'] = {sizeof(void*), 0, false},
+    ['*'] = {1, 0, false},
 };
 
 typedef struct file_letter {
