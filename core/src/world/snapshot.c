@@ -1,7 +1,7 @@
 /* Snapshots: the memory that steps read and former steps or calls wrote, as it lies. One walk over the world does all
    four things, so that they cannot differ: counting bytes, writing, comparing and reading. What a feature has is said
-   by its class: its state and its arrays, but for what is made anew. Large arrays lie on lines of the cache of their
-   own: copies between places that lie alike on these take two thirds of the time. */
+   by its class: its state and its arrays, but for what is made anew. Large arrays begin on lines of the cache:
+   copies between places that lie alike on these are faster (docs/experiments.md). */
 
 #include "pliant/snapshot.h"
 
