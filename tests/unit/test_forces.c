@@ -374,14 +374,16 @@ static void test_air_makes_no_node_faster_against_the_wind(void** unused) {
 static void test_air_leaves_a_node_that_rests_in_it(void** unused) {
     (void)unused;
     const pli_vec3 velocity = pli_vec3_make(2, -1, 0);
-    for (int model = PLI_AERO_FACE_TWO_SIDED; model <= PLI_AERO_FACE_ONE_SIDED; ++model) {
+    const float slow[] = {0, 1e-23f, -1e-23f}; /* the square is 0 */
+    for (int k = 0; k < 9; ++k) {
+        const int model = PLI_AERO_FACE_TWO_SIDED + k % 3;
         pli_body* sheet = make_sheet(0);
         make_light(sheet, 1e-3f);
         enable_aero(sheet, (pli_aero_model)model, 1000, 0.05f, pli_vec3_make(0, 0, 0));
         assert_int_equal(pli_body_add_velocity(sheet, velocity), PLI_OK);
-        assert_int_equal(pli_body_set_node_velocity(sheet, SHEET_CENTRE, pli_vec3_make(0, 0, 0)), PLI_OK);
+        assert_int_equal(pli_body_set_node_velocity(sheet, SHEET_CENTRE, pli_vec3_make(0, slow[k / 3], 0)), PLI_OK);
         assert_int_equal(pli_world_step(world, dt), PLI_OK);
-        check_near(pli_vec3_length(velocity_of(sheet, SHEET_CENTRE)), 0, 0);
+        check_near(pli_vec3_length(velocity_of(sheet, SHEET_CENTRE)), 0, 1e-22);
         check_at_most(pli_vec3_length(velocity_of(sheet, SHEET_CENTRE + 1)), pli_vec3_length(velocity) * (1 + 1e-5f));
         pli_body_destroy(sheet);
     }

@@ -98,7 +98,7 @@ PLII_SIMD_INLINE plii_vec3x4 aero_add_clamped(plii_vec3x4 sum, plii_vec3x4 force
 PLII_SIMD_INLINE plii_vec3x4 aero_limit(plii_vec3x4 force, plii_vec3x4 velocity, plii_float4 inverse_mass, float dt) {
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_float4 response = plii_float4_all(dt) * inverse_mass;
-    const plii_vec3x4 change = plii_vec3x4_scale(force, response), after = plii_vec3x4_add(velocity, change);
+    const plii_vec3x4 after = plii_vec3x4_add(velocity, plii_vec3x4_scale(force, response)), none = {0};
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
     const plii_float4 along = plii_vec3x4_dot(after, velocity);
     const plii_mask4 turns_back = along < zero;
@@ -111,8 +111,9 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit(plii_vec3x4 force, plii_vec3x4 velocity,
     const plii_float4 ratio = plii_float4_sqrt(speed_squared / kept_squared);
     const plii_mask4 is_too_fast = speed_squared < kept_squared;
     const plii_vec3x4 reached = plii_vec3x4_select(is_too_fast, plii_vec3x4_scale(kept, ratio), kept);
-    const plii_vec3x4 cut = plii_vec3x4_scale(plii_vec3x4_sub(reached, velocity), one / response);
-    return plii_vec3x4_select(is_cut, cut, force);
+    const plii_vec3x4 change =
+        plii_vec3x4_select(speed_squared > PLII_EPSILON, plii_vec3x4_sub(reached, velocity), none);
+    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(change, one / response), force);
 }
 
 typedef struct aero_nodes {
