@@ -3,9 +3,9 @@
 # packages and the scenes with Emscripten, and puts the page into build/web, which any static server can serve. The
 # last line of the output is its path. A second run only does what is left.
 #
-#   usage: sh demos/web.sh [--test [SCENE...] | --bench]
+#   usage: sh demos/web.sh [--test [SCENE...] | --bench | --install]
 #
-# With --test headless Chromium then runs every scene, or those named: errors, hashes and pictures against the program,
+# With --install it only installs what --test needs. With --test headless Chromium then runs every scene, or those named: errors, hashes and pictures against the program,
 # dragging. With --bench the speed of a step is compared with the program's. With either modules of the core are linked,
 # unless scenes are named, and it is an error when they are too large.
 set -eu
@@ -29,6 +29,7 @@ else
     packages=$web_packages
 fi
 install_missing
+[ "${1-}" != --install ] || exit 0
 
 sources=$PWD/build/web-sources
 prefix=$sources/prefix
@@ -94,7 +95,7 @@ unset PKG_CONFIG_LIBDIR
 mkdir -p build/web/data
 cp demos/web/page/* $module/demos/web/pliant_web.mjs $module/demos/web/pliant_web.wasm build/web/
 cp demos/data/bunny.obj demos/data/tetra_*.node demos/data/tetra_*.ele demos/data/tetra_*.face build/web/data/
-if [ ! -e build/web/pictures/Sleeve.jpg ]; then
+if [ ! -e build/web/pictures ]; then
     say "drawing the gallery's pictures"
     quietly /usr/bin/python3 demos/web/pictures.py build/web
 fi

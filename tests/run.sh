@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs all tests: installs what is missing (Debian, with apt), builds, runs every test of the release preset, then the
-# unit tests again under AddressSanitizer and UBSan, but for those that only take long, and the corpora of the fuzzers
-# also under those of clang. Exit status 0 when all passed.
+# unit tests again under AddressSanitizer and UBSan, but for those that only take long, the corpora of the fuzzers
+# also under those of clang, and some scenes in a browser. Exit status 0 when all passed.
 #
 #   usage: sh tests/run.sh
 set -eu
@@ -35,13 +35,30 @@ run_tests() { # PRESET [PATTERN]
     passed=$((passed + ${summary#* } - ${summary% *}))
 }
 
+# Scenes of each kind and solver; `sh demos/web.sh --test` runs all.
+test_in_browser() {
+    if sh demos/web.sh --test Cloth Bunny Collide2 ClusterStackMixed FoldingCloth TetraCube; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+    fi
+}
+
 install_missing
+mkdir -p build
+sh demos/web.sh --install >build/web-install.log 2>&1 & # beside the build: it waits for the disk
+installing=$!
 build_preset release
 run_tests release
 build_preset asan
 run_tests asan
 build_preset ubsan-clang fuzzers
 run_tests ubsan-clang '^fuzz_corpus_'
+wait $installing || {
+    cat build/web-install.log >&2
+    exit 1
+}
+test_in_browser
 
 printf '%d passed, %d failed\n' "$passed" "$failed"
 [ "$failed" -eq 0 ]

@@ -15,7 +15,7 @@
 
 #include <stdio.h>
 
-enum { FRESH = 30 };
+enum { FRESH = 12 };
 
 #define ADDRESS(name) &plii_##name##_class,
 static const plii_feature_class* const all_classes[] = {PLII_ALL_FEATURES(ADDRESS)};

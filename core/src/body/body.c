@@ -66,17 +66,19 @@ static bool body_needs_link_tags(const pli_mesh* mesh) {
 }
 
 bool plii_body_allocate_arrays(pli_body* body, bool has_tags) {
-    return PLII_ALLOCATE(body->context, &body->positions, body->node_count) &&
-           PLII_ALLOCATE(body->context, &body->previous, body->node_count) &&
-           PLII_ALLOCATE(body->context, &body->velocities, body->node_count) &&
-           PLII_ALLOCATE(body->context, &body->links, body->link_count) &&
+    const size_t block_size = plii_body_node_block_size(body);
+    if (!plii_allocate_array(body->context, (void**)&body->positions, block_size)) { return false; }
+    if (body->positions != NULL) {
+        const size_t stride = block_size / 3 / sizeof(pli_vec4);
+        body->previous = body->positions + stride;
+        body->velocities = body->previous + stride;
+    }
+    return PLII_ALLOCATE(body->context, &body->links, body->link_count) &&
            PLII_ALLOCATE(body->context, &body->link_tags, has_tags ? body->link_count : 0);
 }
 
 void plii_body_release_arrays(pli_body* body) {
-    PLII_RELEASE(body->context, body->positions, body->node_count);
-    PLII_RELEASE(body->context, body->previous, body->node_count);
-    PLII_RELEASE(body->context, body->velocities, body->node_count);
+    plii_release(body->context, body->positions, plii_body_node_block_size(body));
     PLII_RELEASE(body->context, body->links, body->link_count);
     PLII_RELEASE(body->context, body->link_tags, body->link_count);
     plii_topology_release(body->context, body->topology);

@@ -64,6 +64,7 @@ struct pli_body {
     void* user_data;
 
     int node_count, link_count, material_count;
+    /* The next three are one block, see plii_body_node_block_size. */
     pli_vec4* positions;      /* [node_count] xyz, w = inverse mass */
     pli_vec4* previous;       /* [node_count] xyz at the start of the step */
     pli_vec4* velocities;     /* [node_count] xyz */
@@ -237,6 +238,12 @@ pli_status plii_check_faces(const pli_body* body, const char* need, const char* 
 static inline int plii_body_contact_bound(const pli_body* body) {
     const int most = 1024;
     return body->node_count < most ? body->node_count : most;
+}
+
+/* Bytes from `positions` to the end of `velocities`; each array begins on a line of the cache. */
+static inline size_t plii_body_node_block_size(const pli_body* body) {
+    const size_t size = (size_t)body->node_count * sizeof(pli_vec4);
+    return 3 * ((size + PLII_ALIGNMENT - 1) / PLII_ALIGNMENT * PLII_ALIGNMENT);
 }
 
 /* Nodes and links by the counts, which are set. False when out of memory; what there is then is to be released. */

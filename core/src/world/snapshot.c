@@ -102,10 +102,13 @@ static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
 /* A number; that of the snapshot where there is one. */
 static uint64_t snapshot_number(snapshot_walk* walk, uint64_t number) {
     if (!snapshot_has(walk, sizeof number)) { return 0; }
-    uint64_t saved = number;
-    if (walk->mode >= SNAPSHOT_COMPARE) { memcpy(&saved, walk->from + walk->at, sizeof saved); }
-    snapshot_bytes(walk, &number, sizeof number);
-    return saved;
+    if (walk->mode != SNAPSHOT_SAVE) {
+        memcpy(&number, walk->from + walk->at, sizeof number);
+    } else if (walk->at + sizeof number <= walk->size) {
+        memcpy(walk->to + walk->at, &number, sizeof number);
+    }
+    walk->at += sizeof number;
+    return number;
 }
 
 /* Something that must be the same; `what` is what else is wrong. */
@@ -195,7 +198,6 @@ static void snapshot_link_revision(snapshot_walk* walk, pli_body* body) {
 }
 
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
-    const size_t nodes = (size_t)body->node_count * sizeof(pli_vec4);
     snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
     snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
     snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled", NULL);
@@ -203,9 +205,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes", NULL);
     snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials", NULL);
     snapshot_link_revision(walk, body);
-    snapshot_bytes(walk, body->positions, nodes);
-    snapshot_bytes(walk, body->previous, nodes);
-    snapshot_bytes(walk, body->velocities, nodes);
+    snapshot_bytes(walk, body->positions, plii_body_node_block_size(body)); /* previous and velocities, too */
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
     SNAPSHOT_MEMBERS(walk, pli_body, body, is_frozen, is_asleep);
     SNAPSHOT_MEMBER(walk, body->bounds);
