@@ -369,6 +369,57 @@ static void test_air_makes_no_node_faster_against_the_wind(void** unused) {
     }
 }
 
+/* A sheet that flies obliquely, but for one node, which stands still in still air: lift of its faces leaves it there.
+ */
+static void test_air_leaves_a_node_that_rests_in_it(void** unused) {
+    (void)unused;
+    const pli_vec3 velocity = pli_vec3_make(2, -1, 0);
+    const float slow[] = {0, 1e-23f, -1e-23f}; /* the square is 0 */
+    for (int k = 0; k < 9; ++k) {
+        const int model = PLI_AERO_FACE_TWO_SIDED + k % 3;
+        pli_body* sheet = make_sheet(0);
+        make_light(sheet, 1e-3f);
+        enable_aero(sheet, (pli_aero_model)model, 1000, 0.05f, pli_vec3_make(0, 0, 0));
+        assert_int_equal(pli_body_add_velocity(sheet, velocity), PLI_OK);
+        assert_int_equal(pli_body_set_node_velocity(sheet, SHEET_CENTRE, pli_vec3_make(0, slow[k / 3], 0)), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        check_near(pli_vec3_length(velocity_of(sheet, SHEET_CENTRE)), 0, 1e-22);
+        check_at_most(pli_vec3_length(velocity_of(sheet, SHEET_CENTRE + 1)), pli_vec3_length(velocity) * (1 + 1e-5f));
+        pli_body_destroy(sheet);
+    }
+}
+
+static double kinetic_energy_of(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    double sum = 0;
+    for (int i = 0; i < view.node_count; ++i) {
+        const float speed = pli_vec3_length(velocity_of(body, i));
+        sum += 0.5 * (double)(speed * speed) / (double)view.positions[i].w;
+    }
+    return sum;
+}
+
+/* The same for a stiff sheet, the nodes of which swing many times in a step. */
+static void test_air_gives_a_stiff_sheet_no_energy_in_substeps(void** unused) {
+    (void)unused;
+    for (int model = PLI_AERO_VERTEX_POINT; model <= PLI_AERO_FACE_ONE_SIDED; ++model) {
+        pli_body* sheet = make_sheet(0);
+        make_light(sheet, 1e-4f);
+        assert_int_equal(pli_body_enable_xpbd(sheet, NULL), PLI_OK);
+        pli_xpbd_links_def links = pli_xpbd_links_def_default();
+        links.compliance = 1e-4f;
+        assert_int_equal(pli_body_enable_xpbd_links(sheet, &links), PLI_OK);
+        enable_aero(sheet, (pli_aero_model)model, 8, 0.05f, pli_vec3_make(0, 0, 0));
+        assert_int_equal(pli_body_add_velocity(sheet, pli_vec3_make(-5, -7, 0)), PLI_OK);
+        const double start = kinetic_energy_of(sheet);
+        for (int step = 0; step < 500; ++step) {
+            assert_int_equal(pli_world_step(world, 1.0f / 480.0f), PLI_OK);
+            check_at_most((float)kinetic_energy_of(sheet), (float)start * 1.001f);
+        }
+        pli_body_destroy(sheet);
+    }
+}
+
 static float volume_after_a_step(pli_world* of, float node_mass, float pressure) {
     pli_mesh* mesh = NULL;
     assert_int_equal(sample_create_ellipsoid(context, pli_vec3_make(1, 1, 1), &mesh), PLI_OK);
@@ -407,6 +458,10 @@ static void test_pressure_does_not_shoot_light_nodes_away(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_air_makes_no_node_faster_against_the_wind, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_air_leaves_a_node_that_rests_in_it, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_air_gives_a_stiff_sheet_no_energy_in_substeps, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_pressure_does_not_shoot_light_nodes_away, setup_weightless_world,
                                         teardown_world),

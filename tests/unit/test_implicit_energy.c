@@ -110,10 +110,85 @@ static void test_an_edge_does_not_push_sideways(void** unused) {
     pli_rigid_destroy(under);
 }
 
+/* Of 1 m by 1 m, its lower edge at `height`. */
+static pli_body* make_upright_sheet(int columns, float node_mass, float stiffness, float friction, float height) {
+    pli_patch_def patch = pli_patch_def_default();
+    patch.corner_00 = pli_vec3_make(-0.5f, height, 0);
+    patch.corner_10 = pli_vec3_make(0.5f, height, 0);
+    patch.corner_01 = pli_vec3_make(-0.5f, height + 1, 0);
+    patch.corner_11 = pli_vec3_make(0.5f, height + 1, 0);
+    patch.columns = patch.rows = columns;
+    patch.diagonals = true;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, node_mass * (float)(columns * columns)));
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = sheet_margin;
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    contacts.friction = friction;
+    CHECK_OK(pli_body_enable_rigid_contacts(body, &contacts));
+    pli_implicit_def implicit = pli_implicit_def_default();
+    implicit.stiffness = stiffness;
+    CHECK_OK(pli_body_enable_implicit(body, &implicit));
+    return body;
+}
+
+/* Kinetic energy and that of gravity, J. */
+static double motion_of(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    double sum = 0.0;
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i], v = view.velocities[i];
+        const double square = (double)v.x * (double)v.x + (double)v.y * (double)v.y + (double)v.z * (double)v.z;
+        sum += (0.5 * square + 10.0 * (double)x.y) / (double)x.w;
+    }
+    return sum;
+}
+
+static double most_motion(pli_body* body, pli_vec3 velocity, float dt) {
+    pli_shape* box = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(50, 10, 50), &box));
+    pli_rigid* ground = make_rigid(box, -10.0f, 0.0f);
+    CHECK_OK(pli_body_add_velocity(body, velocity));
+    const double start = motion_of(body);
+    double most = 0.0;
+    for (int k = 0; k < 30; ++k) {
+        CHECK_OK(pli_world_step(world, dt));
+        most = fmax(most, motion_of(body));
+    }
+    pli_body_destroy(body);
+    pli_rigid_destroy(ground);
+    return most / start;
+}
+
+/* Nodes of the lower edge are held by springs in the plane of the sheet and by nothing across it. */
+static void test_friction_does_not_push_a_sheet_out_of_its_plane(void** unused) {
+    (void)unused;
+    pli_body* body = make_upright_sheet(5, 0.019f, 1.3e5f, 0.25f, 0.2f);
+    const double most = most_motion(body, pli_vec3_make(2.3f, -2.7f, 6.3f), 0.038f);
+    print_message("friction: at most %.4g of the energy of the start\n", most);
+    check_at_most(most, 1.01);
+}
+
+/* Five sweeps stop five rows; the others press what has stopped together, which then buckles. */
+static void test_a_compressed_sheet_does_not_burst(void** unused) {
+    (void)unused;
+    pli_body* body = make_upright_sheet(9, 1.1e-4f, 9000.0f, 0.76f, 0.2f);
+    const double most = most_motion(body, pli_vec3_make(0.9f, -8.0f, 1e-3f), 0.05f);
+    print_message("buckling: at most %.4g of the energy of the start\n", most);
+    check_at_most(most, 1.01);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_springs_that_turn_gain_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_keeps_its_contacts_in_long_steps, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_friction_does_not_push_a_sheet_out_of_its_plane, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_compressed_sheet_does_not_burst, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_an_edge_does_not_push_sideways, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

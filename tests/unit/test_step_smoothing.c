@@ -108,6 +108,73 @@ static void test_step_smoothing_keeps_energy(void** state) {
     }
 }
 
+/* An upright sheet of soft links, held at three corners, in turns of long and short steps: kinetic energy against what
+   gravity has done. What the long ones have stretched stays for many short ones. */
+static double most_kinetic_share(int steps, float first_dt, float second_dt, int turn) {
+    pli_patch_def def = pli_patch_def_default();
+    def.corner_00 = pli_vec3_make(-0.5f, 0, 0);
+    def.corner_10 = pli_vec3_make(0.5f, 0, 0);
+    def.corner_01 = pli_vec3_make(-0.5f, 1, 0);
+    def.corner_11 = pli_vec3_make(0.5f, 1, 0);
+    def.columns = def.rows = 5;
+    def.pins = PLI_PATCH_PIN_10 | PLI_PATCH_PIN_01 | PLI_PATCH_PIN_11;
+    def.diagonals = true;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_patch(context, &def, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_set_total_mass(mesh, 1.6f), PLI_OK);
+    const pli_material material = {.linear_stiffness = 0.3f};
+    assert_int_equal(pli_mesh_set_material(mesh, 0, &material), PLI_OK);
+    pli_body_def body_def = pli_body_def_default();
+    body_def.solver.position_iterations = 10;
+    pli_body* sheet = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &body_def, &sheet), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK);
+    const double start = energy(sheet);
+    double most = 0, done = 0;
+    for (int i = 0; i < steps; ++i) {
+        assert_int_equal(pli_world_step(world, i / turn % 2 == 0 ? first_dt : second_dt), PLI_OK);
+        const pli_body_view view = pli_body_get_view(sheet);
+        double potential = 0;
+        for (int node = 0; node < view.node_count; ++node) {
+            if (view.positions[node].w > 0) {
+                potential += 10 * (double)(view.positions[node].y / view.positions[node].w);
+            }
+        }
+        done = fmax(done, start - potential);
+        most = fmax(most, (energy(sheet) - potential) / (done + 0.1));
+    }
+    pli_body_destroy(sheet);
+    return most;
+}
+
+static void test_step_smoothing_holds_soft_links(void** state) {
+    (void)state;
+    const double shares[] = {most_kinetic_share(200, 0.052f, 0.0025f, 8), most_kinetic_share(200, 0.03f, 0.003f, 8),
+                             most_kinetic_share(200, 0.0667f, 0.0042f, 4)};
+    for (int k = 0; k < 3; ++k) {
+        print_message("kinetic energy: at most %.3g of the work of gravity\n", shares[k]);
+        check_at_most(shares[k], 1.0);
+    }
+}
+
+/* Forces from outside are not what a step puts right. */
+static void test_step_smoothing_leaves_forces_alone(void** state) {
+    (void)state;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        pli_body* sheet = make_sheet(0);
+        use_solver(sheet, (solver)which);
+        assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK);
+        assert_int_equal(pli_world_step(world, long_dt), PLI_OK);
+        for (int i = 0; i < 20; ++i) {
+            assert_int_equal(pli_body_add_force(sheet, pli_vec3_make(0.5f, 0, 0)), PLI_OK);
+            assert_int_equal(pli_world_step(world, short_dt), PLI_OK);
+        }
+        check_near(pli_body_get_view(sheet).velocities[40].x, 20 * short_dt * 0.5f / 0.01f, 1e-3f);
+        pli_body_destroy(sheet);
+    }
+}
+
 static void test_step_smoothing_follows_cuts(void** state) {
     (void)state;
     pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
@@ -136,6 +203,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_step_smoothing_leaves_equal_steps_alone, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_step_smoothing_lets_bodies_fall, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_step_smoothing_keeps_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_step_smoothing_holds_soft_links, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_step_smoothing_leaves_forces_alone, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_step_smoothing_follows_cuts, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_step_smoothing_refuses_bad_input, setup_world, teardown_world),
     };

@@ -17,8 +17,9 @@ extern "C" {
 /// with twice that; these are not the coefficients of the drag equation, but to be tried out. The lift-drag models have
 /// a drag of rho A |v| (v.n) drag / 2 against v, and lift across it, none where v is within 10 degrees of the normal.
 /// Drag never does more than stop a node within the step, and air never makes a node faster than it was against the
-/// wind: where a step is too long for the force, the rest turns its velocity. Not in reference mode (pli_world_def), in
-/// which large coefficients, light nodes and long steps blow bodies up.
+/// wind: where a step is too long for the force, the rest turns its velocity; a node at rest in the air stays so. Under
+/// XPBD air changes velocities at the start of the step, not substep by substep. Not in reference mode (pli_world_def),
+/// in which large coefficients, light nodes and long steps blow bodies up.
 typedef enum pli_aero_model {
     /// As VERTEX_ONE_SIDED, here and in btSoftBody. Choose that one; this is for scenes that come from Bullet.
     PLI_AERO_VERTEX_POINT = 0,

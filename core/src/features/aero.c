@@ -94,16 +94,16 @@ PLII_SIMD_INLINE plii_vec3x4 aero_add_clamped(plii_vec3x4 sum, plii_vec3x4 force
 
 /* Air takes energy from what moves through it. A step that is too long for its forces would give some: of the change of
    velocity, what is against the velocity does no more than stop the node in the air, and what is across it turns the
-   velocity without making it larger. */
+   velocity without making it larger. A node at rest in the air stays so, though its faces move. */
 PLII_SIMD_INLINE plii_vec3x4 aero_limit(plii_vec3x4 force, plii_vec3x4 velocity, plii_float4 inverse_mass, float dt) {
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_float4 response = plii_float4_all(dt) * inverse_mass;
-    const plii_vec3x4 change = plii_vec3x4_scale(force, response), after = plii_vec3x4_add(velocity, change);
+    const plii_vec3x4 after = plii_vec3x4_add(velocity, plii_vec3x4_scale(force, response)), none = {0};
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
     const plii_float4 along = plii_vec3x4_dot(after, velocity);
     const plii_mask4 turns_back = along < zero;
     const plii_mask4 is_faster = speed_squared < plii_vec3x4_dot(after, after);
-    const plii_mask4 is_cut = (turns_back | is_faster) & (zero < response) & (zero < speed_squared);
+    const plii_mask4 is_cut = (turns_back | is_faster) & (zero < response);
     if (plii_lanes_bits(is_cut) == 0) { return force; }
     const plii_vec3x4 across = plii_vec3x4_sub(after, plii_vec3x4_scale(velocity, along / speed_squared));
     const plii_vec3x4 kept = plii_vec3x4_select(turns_back, across, after);
@@ -111,19 +111,40 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit(plii_vec3x4 force, plii_vec3x4 velocity,
     const plii_float4 ratio = plii_float4_sqrt(speed_squared / kept_squared);
     const plii_mask4 is_too_fast = speed_squared < kept_squared;
     const plii_vec3x4 reached = plii_vec3x4_select(is_too_fast, plii_vec3x4_scale(kept, ratio), kept);
-    const plii_vec3x4 cut = plii_vec3x4_scale(plii_vec3x4_sub(reached, velocity), one / response);
-    return plii_vec3x4_select(is_cut, cut, force);
+    const plii_vec3x4 change =
+        plii_vec3x4_select(speed_squared > PLII_EPSILON, plii_vec3x4_sub(reached, velocity), none);
+    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(change, one / response), force);
 }
 
 typedef struct aero_nodes {
-    const pli_vec4 *positions, *velocities;
+    const pli_vec4* positions;
+    pli_vec4* velocities;
     const pli_vec3* normals;
     const float* areas;
     pli_vec3* forces;
 } aero_nodes;
 
-PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, float density, float dt, bool is_limited,
-                                    aero_nodes nodes) {
+typedef struct aero_step {
+    float density, dt;
+    bool is_limited, is_impulse;
+} aero_step;
+
+/* aero_limit holds for a force that acts as an impulse at the start of the step. Solvers that part a step give nodes a
+   force bit by bit, and nodes of stiff bodies swing to and fro meanwhile: what was to turn one velocity pushes along
+   with the next. So under them air changes velocities at once. */
+static aero_step aero_begin(const pli_body* body) {
+    const bool is_limited = !body->world->def.reference_mode;
+    return (aero_step){body->world->def.air_density, body->step.dt, is_limited,
+                       is_limited && body->solver_class->has_substeps};
+}
+
+static void aero_push(const aero_step* step, pli_vec3 force, float inverse_mass, pli_vec4* velocity) {
+    const pli_vec3 change = pli_vec3_scale(force, inverse_mass * step->dt);
+    plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), change));
+}
+
+PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* step, aero_nodes nodes) {
+    const float density = step->density, dt = step->dt;
     const plii_float4 inverse_mass =
         plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
     const plii_vec3x4 own_velocity = plii_vec3x4_from_vec4s(nodes.velocities, NULL);
@@ -147,21 +168,29 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, float density, float
         is_active &= aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force);
         after = aero_add_clamped(before, force, own_velocity, inverse_mass, dt);
     }
-    if (is_limited) {
-        after = plii_vec3x4_add(before, aero_limit(plii_vec3x4_sub(after, before), velocity, inverse_mass, dt));
+    if (step->is_limited) {
+        const plii_vec3x4 force = aero_limit(plii_vec3x4_sub(after, before), velocity, inverse_mass, dt);
+        if (step->is_impulse) {
+            pli_vec3 forces[PLII_LANES];
+            plii_vec3x4_to(forces, plii_vec3x4_select(is_active, force, (plii_vec3x4){0}));
+            for (int k = 0; k < PLII_LANES; ++k) {
+                aero_push(step, forces[k], nodes.positions[k].w, &nodes.velocities[k]);
+            }
+            return;
+        }
+        after = plii_vec3x4_add(before, force);
     }
     plii_vec3x4_to(nodes.forces, plii_vec3x4_select(is_active, after, before));
 }
 
 static void aero_run_vertices(pli_body* body, void* state) {
     const aero_state aero = *(const aero_state*)state;
-    const float density = body->world->def.air_density;
-    const bool is_limited = !body->world->def.reference_mode;
+    const aero_step step = aero_begin(body);
     int i = 0;
     for (; i + PLII_LANES <= body->node_count; i += PLII_LANES) {
         const aero_nodes nodes = {&body->positions[i], &body->velocities[i], &body->normals[i], &body->areas[i],
                                   &body->forces[i]};
-        aero_run_four(&aero, density, body->step.dt, is_limited, nodes);
+        aero_run_four(&aero, &step, nodes);
     }
     if (i == body->node_count) { return; }
     /* The rest, and pinned nodes beside them. */
@@ -174,8 +203,8 @@ static void aero_run_vertices(pli_body* body, void* state) {
     memcpy(normals, &body->normals[i], rest * sizeof *normals);
     memcpy(areas, &body->areas[i], rest * sizeof *areas);
     memcpy(forces, &body->forces[i], rest * sizeof *forces);
-    aero_run_four(&aero, density, body->step.dt, is_limited,
-                  (aero_nodes){positions, velocities, normals, areas, forces});
+    aero_run_four(&aero, &step, (aero_nodes){positions, velocities, normals, areas, forces});
+    memcpy(&body->velocities[i], velocities, rest * sizeof *velocities);
     memcpy(&body->forces[i], forces, rest * sizeof *forces);
 }
 
@@ -232,11 +261,17 @@ static void aero_run_faces(pli_body* body, void* data) {
         return;
     }
     aero_add_faces(body, aero, aero->face_forces);
+    const aero_step step = aero_begin(body);
     for (int i = 0; i < body->node_count; ++i) {
+        const float inverse_mass = body->positions[i].w;
         const pli_vec3 velocity = pli_vec3_sub(plii_xyz(body->velocities[i]), aero->def.wind);
-        const plii_vec3x4 force = aero_limit(plii_vec3x4_all(aero->face_forces[i]), plii_vec3x4_all(velocity),
-                                             plii_float4_all(body->positions[i].w), body->step.dt);
-        body->forces[i] = pli_vec3_add(body->forces[i], plii_vec3x4_first(force));
+        const pli_vec3 force = plii_vec3x4_first(aero_limit(
+            plii_vec3x4_all(aero->face_forces[i]), plii_vec3x4_all(velocity), plii_float4_all(inverse_mass), step.dt));
+        if (step.is_impulse) {
+            aero_push(&step, force, inverse_mass, &body->velocities[i]);
+        } else {
+            body->forces[i] = pli_vec3_add(body->forces[i], force);
+        }
         aero->face_forces[i] = pli_vec3_make(0, 0, 0);
     }
 }

@@ -8,12 +8,15 @@
 #include "body/world_state.h"
 #include "pliant/body.h"
 
-/* Of the reference length, in each step: errors that are left after a step are at most about so large. */
-#define STEP_SMOOTHING_DECAY 0.75f
+/* The reference length falls as errors do, by no more and no less than this in a step: an error d acts as a spring of
+   m / H^2, the energy of which does not grow where H falls no faster than d. */
+#define STEP_SMOOTHING_FASTEST 0.75
+#define STEP_SMOOTHING_SLOWEST 0.98
 
 typedef struct step_smoothing_state {
     pli_vec3* starts;   /* [node_count] m/s, velocities without what the step changes */
     float reference_dt; /* s; 0: there was no step yet */
+    float error;        /* kg m^2, sum of m d^2 of what the step before put right; 0: it was not shorter */
     bool is_shorter;    /* the step in progress */
 } step_smoothing_state;
 
@@ -22,35 +25,68 @@ static void step_smoothing_start(pli_body* body, void* data) {
     state->is_shorter = body->step.dt < state->reference_dt;
     if (!state->is_shorter) {
         state->reference_dt = body->step.dt;
+        state->error = 0.0f;
         return;
     }
     /* The position-based solver has added gravity already. */
     const bool has_gravity = body->solver_class == &plii_position_solver;
-    const pli_vec3 added = pli_vec3_scale(body->world->def.gravity, has_gravity ? 0.0f : body->step.dt);
+    const pli_vec3 gravity = pli_vec3_scale(body->world->def.gravity, has_gravity ? 0.0f : body->step.dt);
     for (int i = 0; i < body->node_count; ++i) {
+        pli_vec3 added = gravity;
+        if (body->forces != NULL) {
+            added = pli_vec3_add(added, pli_vec3_scale(body->forces[i], body->positions[i].w * body->step.dt));
+        }
         state->starts[i] = pli_vec3_add(plii_xyz(body->velocities[i]), added);
     }
 }
 
-static void step_smoothing_finish(pli_body* body, void* data) {
-    step_smoothing_state* state = data;
-    if (!state->is_shorter) { return; }
-    const float ratio = body->step.dt / state->reference_dt;
+/* Sums over the nodes of m u v and m u u: u the change, v the start. */
+typedef struct step_smoothing_sums {
+    double along, square;
+} step_smoothing_sums;
+
+static step_smoothing_sums step_smoothing_sum(const pli_body* body, const step_smoothing_state* state) {
+    step_smoothing_sums sums = {0};
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->velocities[i]), state->starts[i]);
-        plii_set_xyz(&body->velocities[i], pli_vec3_add(state->starts[i], pli_vec3_scale(change, ratio)));
+        const double mass = 1.0 / (double)body->positions[i].w;
+        sums.along += mass * (double)pli_vec3_dot(change, state->starts[i]);
+        sums.square += mass * (double)pli_vec3_dot(change, change);
     }
-    state->reference_dt = plii_max(body->step.dt, STEP_SMOOTHING_DECAY * state->reference_dt);
+    return sums;
 }
 
-/* Not in Bullet. Before all forces, and after all that changes velocities. */
-enum { STEP_SMOOTHING_START_ORDER = 0, STEP_SMOOTHING_FINISH_ORDER = 100 };
+/* What takes energy counts as a speed of the error over the reference length; what gives some, as the speed that a
+   spring gives in this step which would give that one in a step of the reference length. */
+static void step_smoothing_finish(pli_body* body, void* data) {
+    step_smoothing_state* state = data;
+    if (!state->is_shorter) { return; }
+    const step_smoothing_sums sums = step_smoothing_sum(body, state);
+    const double ratio = (double)body->step.dt / (double)state->reference_dt;
+    const double neutral = sums.along < 0.0 ? -2.0 * sums.along / sums.square : 0.0;
+    const float share = (float)fmin(fmax(neutral, ratio * ratio), ratio);
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const pli_vec3 change = pli_vec3_sub(plii_xyz(body->velocities[i]), state->starts[i]);
+        plii_set_xyz(&body->velocities[i], pli_vec3_add(state->starts[i], pli_vec3_scale(change, share)));
+    }
+    const double error = sums.square * (double)body->step.dt * (double)body->step.dt;
+    const double before = (double)state->error;
+    const double left = before > 0.0 ? sqrt(error / before) : STEP_SMOOTHING_SLOWEST;
+    const double falls = fmin(fmax(left, STEP_SMOOTHING_FASTEST), STEP_SMOOTHING_SLOWEST);
+    state->reference_dt = plii_max(body->step.dt, (float)falls * state->reference_dt);
+    state->error = (float)error;
+}
+
+/* Not in Bullet. Before pressure and volume, which act against what holds them as links do, and after all that changes
+   velocities. */
+enum { STEP_SMOOTHING_START_ORDER = 15, STEP_SMOOTHING_FINISH_ORDER = 100 };
 
 const plii_feature_class plii_step_smoothing_class = {
     .name = "step smoothing",
     .state_size = sizeof(step_smoothing_state),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(step_smoothing_state, reference_dt, PLII_SAVED, "f"),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(step_smoothing_state, reference_dt, error, PLII_SAVED, "2f"),
                                     PLII_STATE(step_smoothing_state, is_shorter, PLII_LEFT)),
     .stages = {[PLII_STAGE_FORCES] = {step_smoothing_start, STEP_SMOOTHING_START_ORDER},
                [PLII_STAGE_FINISH] = {step_smoothing_finish, STEP_SMOOTHING_FINISH_ORDER}},

@@ -1,14 +1,18 @@
 /* Springs to the blocks of W and to the right-hand side. Each node gathers from the springs around it, so the sums do
    not depend on any other order than that of the links, and forces on both ends of a spring are equal and opposite
    bit for bit. Linearisation as in Kang, "Efficient Methods for Cloth Animation and Collision Handling": a spring
-   shorter than its rest length has the derivative of one at rest; or, with filtered compression, the absolute value of
-   the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue Filtering". */
+   shorter than its rest length has the derivative of one at rest; or, with filtered compression and where it would
+   burst sideways, the absolute value of the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation:
+   Absolute Eigenvalue Filtering". */
 
 #include "math/simd_float4.h"
 #include "solver/implicit/implicit_system.h"
 
 /* Springs shorter than this share of their rest length have no direction. */
 #define IMPLICIT_MIN_LENGTH 1e-6
+
+/* By how much more than a node is off the line of its springs, they may push it away in a step, before they resist. */
+#define IMPLICIT_MOST_BUCKLING 30.0
 
 typedef struct implicit_spring {
     plii_dvec3 impulse; /* h times the force on the node */
@@ -20,6 +24,14 @@ typedef struct implicit_spring {
 
 static plii_dvec3 implicit_position(const pli_body* body, int node) {
     return plii_dvec3_from(plii_xyz(body->positions[node]));
+}
+
+/* Of the stiffness of a compressed spring across it: the absolute value, or what of it is beyond
+   IMPLICIT_MOST_BUCKLING. `firmness`: h^2 k over the mass of the lighter end. */
+static double implicit_across_compressed(const pli_implicit_def* def, double shortening, double firmness) {
+    if (def->filter_compression) { return fmin(shortening, 1.0); }
+    const bool bursts = shortening * firmness > IMPLICIT_MOST_BUCKLING;
+    return bursts ? fmin(shortening - IMPLICIT_MOST_BUCKLING / firmness, 1.0) : 0.0;
 }
 
 PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, const pli_implicit_def* def, double h,
@@ -39,7 +51,10 @@ PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, cons
     }
     const plii_dvec3 unit = plii_dvec3_scale(delta, 1.0 / length);
     double transverse = length > rest ? 1.0 - rest / length : 0.0;
-    if (def->filter_compression && length < rest) { transverse = fmin(rest / length - 1.0, 1.0); }
+    if (length < rest) {
+        const double mobility = fmax((double)body->positions[node].w, (double)body->positions[half_link.neighbour].w);
+        transverse = implicit_across_compressed(def, rest / length - 1.0, mobility * h * h * stiffness);
+    }
     spring.unit = unit;
     spring.damping = (double)def->damping * material;
     const double axial = h * h * stiffness * (1.0 - transverse) + h * spring.damping;

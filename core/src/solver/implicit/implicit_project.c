@@ -5,7 +5,13 @@
 
 #include "solver/implicit/implicit_constraints.h"
 
-enum { IMPLICIT_SHARED_PASSES = 8, IMPLICIT_SLIDE_PASSES = 3, IMPLICIT_POINT_PASSES = 2, IMPLICIT_HOLD_PASSES = 20 };
+enum {
+    IMPLICIT_SHARED_PASSES = 8,
+    IMPLICIT_SLIDE_PASSES = 3,
+    IMPLICIT_DISC_PASSES = 20,
+    IMPLICIT_POINT_PASSES = 2,
+    IMPLICIT_HOLD_PASSES = 20
+};
 
 bool plii_implicit_factorise6(double m[6][6]) {
     for (int i = 0; i < 6; ++i) {
@@ -47,8 +53,68 @@ plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constr
     return plii_dvec3_add(constraint->target, plii_implicit_point_change(rigid->change, constraint->arm));
 }
 
-/* Impulse of a contact whose node slides: normal + friction against the sliding, so that the node stays at the surface.
-   `direction` is a first guess of that of friction. */
+/* The least of p S p / 2 + c p over |p| <= limit, S symmetric and positive definite, where the free minimum lies
+   outside: (S + more) p = -c with the `more` that gives p its length. S = {xx, xy, yy}. Newton for 1 / |p| = 1 / limit,
+   which from below never goes too far; the start is the answer for an S that acts on c as on any vector. */
+static void project_to_disc(const double s[3], const double c[2], double limit, double p[2]) {
+    const double square_c = c[0] * c[0] + c[1] * c[1];
+    const double along = (s[0] * c[0] * c[0] + 2.0 * s[1] * c[0] * c[1] + s[2] * c[1] * c[1]) / square_c;
+    double more = fmax(sqrt(square_c) / limit - along, 0.0);
+    for (int pass = 0; pass < IMPLICIT_DISC_PASSES; ++pass) {
+        const double xx = s[0] + more, yy = s[2] + more, inverse = 1.0 / (xx * yy - s[1] * s[1]);
+        p[0] = (s[1] * c[1] - yy * c[0]) * inverse;
+        p[1] = (s[1] * c[0] - xx * c[1]) * inverse;
+        const double square = p[0] * p[0] + p[1] * p[1];
+        if (!(square > limit * limit * (1.0 + 1e-6))) { break; }
+        const double fall = (yy * p[0] * p[0] - 2.0 * s[1] * p[0] * p[1] + xx * p[1] * p[1]) * inverse;
+        more += (sqrt(square) / limit - 1.0) * square / fall;
+    }
+}
+
+/* Impulse of a contact whose node slides: normal + the friction of its cone that takes most energy, so that the node
+   stays at the surface. `direction` is that of some friction. */
+static plii_dvec3 project_friction(const plii_implicit_constraint* constraint, plii_dvec3 relative,
+                                   plii_dvec3 direction) {
+    const plii_dvec3 n = constraint->normal;
+    const plii_dvec3 by_normal = plii_implicit_block_solve(&constraint->block, n);
+    const double depth = -plii_dvec3_dot(n, relative), response = plii_dvec3_dot(n, by_normal);
+    const plii_dvec3 along = plii_dvec3_scale(direction, 1.0 / plii_dvec3_length(direction));
+    const plii_dvec3 axes[2] = {along, plii_dvec3_cross(n, along)};
+    /* Of a push along each axis, where the normal keeps the node at the surface: what the normal takes back, and the
+       motion along the surface that is left. */
+    double taken[2], c[2];
+    plii_dvec3 moved[2];
+    for (int k = 0; k < 2; ++k) {
+        moved[k] = plii_implicit_block_solve(&constraint->block, axes[k]);
+        taken[k] = plii_dvec3_dot(n, moved[k]) / response;
+        moved[k] = plii_dvec3_add_scaled(moved[k], by_normal, -taken[k]);
+        c[k] = plii_dvec3_dot(axes[k], plii_dvec3_add_scaled(relative, by_normal, depth / response));
+    }
+    const double s[3] = {plii_dvec3_dot(axes[0], moved[0]), plii_dvec3_dot(axes[0], moved[1]),
+                         plii_dvec3_dot(axes[1], moved[1])};
+    plii_dvec3 impulse = plii_dvec3_scale(n, depth / response);
+    double pressing = depth / response;
+    for (int pass = 0; pass < IMPLICIT_SLIDE_PASSES; ++pass) {
+        double p[2];
+        project_to_disc(s, c, constraint->friction * pressing, p);
+        pressing = depth / response - taken[0] * p[0] - taken[1] * p[1];
+        if (!(pressing > 0.0)) { break; } /* friction would push the node into the surface */
+        impulse = plii_dvec3_scale(n, pressing);
+        impulse = plii_dvec3_add_scaled(impulse, axes[0], p[0]);
+        impulse = plii_dvec3_add_scaled(impulse, axes[1], p[1]);
+    }
+    return impulse;
+}
+
+/* The square of the part along a surface. */
+static double project_across(plii_dvec3 n, plii_dvec3 v) {
+    const double along = plii_dvec3_dot(n, v);
+    return plii_dvec3_dot(v, v) - along * along;
+}
+
+/* The same, with friction against the sliding that it leaves found by trying, which fails where a node is far stiffer
+   in one direction than in another: friction that hardly moves a node of an upright sheet in its plane pushes it across
+   this far the other way. `direction` is a first guess of that of friction. */
 static plii_dvec3 project_sliding(const plii_implicit_constraint* constraint, plii_dvec3 relative,
                                   plii_dvec3 direction) {
     const plii_dvec3 n = constraint->normal;
@@ -64,6 +130,11 @@ static plii_dvec3 project_sliding(const plii_implicit_constraint* constraint, pl
         if (!(along > 0.1 * response)) { break; } /* friction would push the node into the surface */
         impulse = plii_dvec3_scale(push, depth / along);
         const plii_dvec3 moves = plii_dvec3_add_scaled(relative, answer, depth / along);
+        const bool is_last = pass == IMPLICIT_SLIDE_PASSES - 1;
+        if (is_last && plii_dvec3_dot(direction, moves) > 0.0 &&
+            project_across(n, moves) > 4.0 * project_across(n, relative)) {
+            return project_friction(constraint, relative, direction);
+        }
         direction = plii_dvec3_add_scaled(n, moves, -1.0);
         direction = plii_dvec3_add_scaled(direction, n, -plii_dvec3_dot(n, direction));
     }
