@@ -1,5 +1,6 @@
-// 100 sheets of 32 x 32 nodes that lie on the ground: a save and a restore, beside copies of as many bytes to and fro;
-// `bytes_per_node` is of the snapshot. Steps of the same sheets awake and asleep.
+// 100 sheets of 32 x 32 nodes that lie on the ground: a save and a restore, beside copies of as many bytes to and fro,
+// in one piece and from the arrays of the nodes; `bytes_per_node` is of what is copied. Steps of the same sheets awake
+// and asleep.
 
 #include "pliant/pliant.h"
 
@@ -10,6 +11,7 @@
 #include <memory>
 #include <new>
 #include <stdexcept>
+#include <vector>
 
 namespace {
 
@@ -119,6 +121,31 @@ void copy_to_and_fro(benchmark::State& state, Dress dress) {
     count_bytes(state, size);
 }
 
+/* The nodes of the same sheets from where they lie, body by body, and back there. */
+void copy_nodes_to_and_fro(benchmark::State& state) {
+    const Sheets sheets(Dress::nodes);
+    constexpr std::size_t bytes = sizeof(pli_vec4) * Sheets::columns * Sheets::columns;
+    const Buffer buffer = make_buffer(3 * bytes * Sheets::count);
+    std::vector<void*> arrays;
+    for (int i = 0; i < Sheets::count; ++i) {
+        const pli_body_view view = pli_body_get_view(pli_world_get_body(sheets.world, i));
+        for (const pli_vec4* array : {view.positions, view.previous, view.velocities}) {
+            arrays.push_back(const_cast<pli_vec4*>(array)); // gets what it has
+        }
+    }
+    for (auto _ : state) {
+        for (std::size_t i = 0; i < arrays.size(); ++i) {
+            std::memcpy(buffer.get() + i * bytes, arrays[i], bytes);
+        }
+        benchmark::ClobberMemory();
+        for (std::size_t i = 0; i < arrays.size(); ++i) {
+            std::memcpy(arrays[i], buffer.get() + i * bytes, bytes);
+        }
+        benchmark::ClobberMemory();
+    }
+    count_bytes(state, 3 * bytes * Sheets::count);
+}
+
 void step(benchmark::State& state, bool is_asleep) {
     const Sheets sheets(Dress::nodes);
     for (int i = 0; i < pli_world_body_count(sheets.world) && is_asleep; ++i) {
@@ -134,6 +161,7 @@ BENCHMARK_CAPTURE(step, awake, false);
 BENCHMARK_CAPTURE(step, asleep, true);
 BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes, Dress::nodes);
 BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_nodes, Dress::nodes);
+BENCHMARK(copy_nodes_to_and_fro);
 BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
 BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
 
