@@ -378,6 +378,32 @@ static void test_closed_surface_takes_its_pressure_ratio(void** unused) {
     }
 }
 
+/* A gas in it, where V (V - V_rest) = coefficient * compliance: nodes of 10 mg, which its pressure as a force would
+   shoot away. */
+static void test_gas_widens_a_closed_surface_by_its_compliance(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_ellipsoid(context, pli_vec3_make(1, 0.8f, 1.2f), &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1e-5f * (float)pli_mesh_get_view(mesh).node_count));
+    pli_body* body = make_body(mesh, 10, 1);
+    set_damping(body, 0.2f);
+    const double rest = (double)pli_body_volume(body);
+    for (int k = 0; k < 3; ++k) {
+        const float compliance = k == 0 ? 1e-6f : 1e-3f, gas = k == 2 ? -500.0f : 1000.0f;
+        CHECK_OK(pli_body_enable_pressure(body, gas));
+        CHECK_OK(enable_volume(body, compliance, 1.0f));
+        step_many(120, 1.0 / 60.0);
+        const double wanted = 0.5 * (rest + sqrt(rest * rest + 4.0 * (double)(gas * compliance)));
+        check_near(pli_body_volume(body), wanted, 1e-3 * rest);
+    }
+    CHECK_OK(pli_body_disable_xpbd_volume(body));
+    const float before = pli_body_volume(body);
+    CHECK_OK(pli_body_enable_pressure(body, 1000.0f));
+    CHECK_OK(pli_world_step(world, 1.0f / 60.0f));
+    assert_true(pli_body_volume(body) > 1.1f * before); /* a force again, which may change it by a quarter */
+}
+
 // ---------------------------------------------------------------------------------------------- anchors and contacts
 
 static pli_rigid* make_rigid(pli_rigid_kind kind, pli_shape* shape, float mass, float inertia) {
@@ -905,6 +931,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_tetra_returns_to_its_volume, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tetra_yields_by_its_compliance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_closed_surface_takes_its_pressure_ratio, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_gas_widens_a_closed_surface_by_its_compliance, setup_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_anchor_shares_momentum_with_a_rigid_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup_world, teardown_world),

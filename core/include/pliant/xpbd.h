@@ -100,7 +100,8 @@ typedef struct pli_xpbd_volume_def {
 /// Defaults of the fields.
 PLI_API pli_xpbd_volume_def pli_xpbd_volume_def_default(void);
 
-/// Keeps the volume inside the faces, which must be closed, or changes how; at rest as it is when first enabled.
+/// Keeps the volume inside the faces, which must be closed, or changes how; at rest as it is when first enabled. A gas
+/// inside (pli_body_enable_pressure) then acts through the compliance: none is felt where that is 0.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def);

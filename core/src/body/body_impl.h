@@ -122,6 +122,7 @@ struct pli_body {
     int lost_node;
     bool is_solved;                     /* in this step, while others are */
     const struct plii_substep* substep; /* in it; NULL outside of substeps */
+    float* gas; /* N m: under XPBD, where a constraint on the volume asks for the gas in it in this step, or NULL */
     /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
     pli_body *island, *island_next;
     pli_rigid* followed_rigids;                      /* list by path.next, see body/substep_rigid.h */

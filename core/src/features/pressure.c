@@ -18,6 +18,10 @@ typedef struct pressure_state {
 
 static void pressure_run(pli_body* body, void* state) {
     const pressure_state* pressure = state;
+    if (body->solver_class->has_substeps && body->gas != NULL) {
+        *body->gas = pressure->coefficient;
+        return;
+    }
     const float volume = fabsf(plii_body_volume(body));
     float scale = 1.0f / volume * pressure->coefficient;
     /* No volume, no pressure: instead of an infinite one. */

@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-enum { IMPLICIT_MAX_ROUNDS = 8 };
+enum { IMPLICIT_MAX_ROUNDS = 8, IMPLICIT_NODE_PASSES = 8 };
 #define IMPLICIT_LEAST_SLIDING 0.01      /* of what friction takes in a step */
 #define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */
 
@@ -193,38 +193,32 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
 
 // ------------------------------------------------------------------------------------------------- preconditioner
 
-/* Of W_ii^-1 r, given as x: that by the inverse of W_ii on the directions that are not held. */
-static plii_dvec3 gradient_free_part(const plii_implicit_block* block, const gradient_filter* filter, plii_dvec3 x) {
-    if (filter->count == 3) { return (plii_dvec3){0}; }
-    plii_dvec3 answers[2];
-    double k[3] = {0}, b[2] = {0};
-    for (int i = 0; i < filter->count; ++i) {
-        answers[i] = plii_implicit_block_solve(block, filter->axes[i]);
-        b[i] = plii_dvec3_dot(filter->axes[i], x);
+/* W_ii, with the viscosities of friction, between two directions at a node. */
+static double gradient_entry(const plii_implicit_constraints* constraints, const gradient_filter* filter, plii_dvec3 a,
+                             plii_dvec3 b) {
+    double sum = plii_dvec3_dot(a, plii_implicit_block_mul(&constraints->items[filter->begin].block, b));
+    for (int i = filter->begin; i < filter->end; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        if (!constraint->is_viscous || constraint->rows == 0) { continue; }
+        const plii_dvec3 n = constraint->normal;
+        sum += constraint->viscosity * (plii_dvec3_dot(a, b) - plii_dvec3_dot(n, a) * plii_dvec3_dot(n, b));
     }
-    if (filter->count == 1) {
-        return plii_dvec3_add_scaled(x, answers[0], -b[0] / plii_dvec3_dot(filter->axes[0], answers[0]));
-    }
-    if (filter->count == 2) {
-        k[0] = plii_dvec3_dot(filter->axes[0], answers[0]);
-        k[1] = plii_dvec3_dot(filter->axes[0], answers[1]);
-        k[2] = plii_dvec3_dot(filter->axes[1], answers[1]);
-        const double inverse = 1.0 / (k[0] * k[2] - k[1] * k[1]);
-        x = plii_dvec3_add_scaled(x, answers[0], -(k[2] * b[0] - k[1] * b[1]) * inverse);
-        x = plii_dvec3_add_scaled(x, answers[1], -(k[0] * b[1] - k[1] * b[0]) * inverse);
-    }
-    return x;
+    return sum;
 }
 
-/* The answer across the normal of a contact with friction. */
-static plii_dvec3 gradient_viscous_part(const plii_implicit_constraint* constraint, plii_dvec3 r) {
-    const plii_dvec3 n = constraint->normal;
+/* The answer of a node of which something is held to r, in the directions that are free. */
+static plii_dvec3 gradient_free_part(const plii_implicit_constraints* constraints, const gradient_filter* filter,
+                                     plii_dvec3 r) {
+    if (filter->count == 3) { return (plii_dvec3){0}; }
+    const plii_dvec3 n = filter->axes[0];
+    if (filter->count == 2) {
+        const plii_dvec3 a = plii_dvec3_cross(n, filter->axes[1]);
+        return plii_dvec3_scale(a, plii_dvec3_dot(a, r) / gradient_entry(constraints, filter, a, a));
+    }
     const plii_dvec3 side = plii_dvec3_cross(n, fabs(n.x) < 0.5 ? plii_dvec3_make(1, 0, 0) : plii_dvec3_make(0, 1, 0));
     const plii_dvec3 a = plii_dvec3_scale(side, 1.0 / plii_dvec3_length(side)), b = plii_dvec3_cross(n, a);
-    const plii_dvec3 wa = plii_implicit_block_mul(&constraint->block, a),
-                     wb = plii_implicit_block_mul(&constraint->block, b);
-    const double aa = plii_dvec3_dot(a, wa) + constraint->viscosity, bb = plii_dvec3_dot(b, wb) + constraint->viscosity,
-                 ab = plii_dvec3_dot(a, wb), ra = plii_dvec3_dot(a, r), rb = plii_dvec3_dot(b, r);
+    const double aa = gradient_entry(constraints, filter, a, a), bb = gradient_entry(constraints, filter, b, b),
+                 ab = gradient_entry(constraints, filter, a, b), ra = plii_dvec3_dot(a, r), rb = plii_dvec3_dot(b, r);
     const double inverse = 1.0 / (aa * bb - ab * ab);
     return plii_dvec3_add_scaled(plii_dvec3_scale(a, inverse * (bb * ra - ab * rb)), b, inverse * (aa * rb - ab * ra));
 }
@@ -270,11 +264,8 @@ static double gradient_precondition(plii_implicit_system* system) {
     for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
         const int node = constraints->items[i].nodes[0];
-        if (constraints->items[i].is_pinned) { continue; }
-        const plii_implicit_constraint* constraint = &constraints->items[i];
-        system->spare[node] = constraint->is_viscous && constraint->rows > 0
-                                  ? gradient_viscous_part(constraint, system->residual[node])
-                                  : gradient_free_part(&system->blocks[node], &filter, system->spare[node]);
+        if (constraints->items[i].is_pinned || filter.count == 0) { continue; }
+        system->spare[node] = gradient_free_part(constraints, &filter, system->residual[node]);
     }
     double sum = gradient_dot(system, system->spare, system->residual);
     for (int i = 0; i < constraints->rigid_count; ++i) {
@@ -385,14 +376,14 @@ static double gradient_guess_sliding(const plii_implicit_constraint* constraint,
 }
 
 /* Whether a contact presses after a solution, and its friction. `off`: to its goal; `impulse` is that of the
-   solution. */
+   solution, or a first one. */
 static void gradient_judge_contact(plii_implicit_constraint* constraint, double mass, plii_dvec3 off,
                                    plii_dvec3 impulse) {
     const plii_dvec3 n = constraint->normal;
-    double pressing = plii_dvec3_dot(n, impulse), sliding = gradient_across(n, off);
+    const double pressing = plii_dvec3_dot(n, impulse);
+    double sliding = gradient_across(n, off);
     constraint->impulse = (plii_dvec3){0};
     if (constraint->rows == 0) {
-        pressing = mass * plii_dvec3_dot(n, off);
         sliding = gradient_guess_sliding(constraint, sliding, constraint->friction * pressing / mass);
         constraint->viscosity = 0.0;
     } else if (pressing > 0.0) {
@@ -419,9 +410,51 @@ static void gradient_judge_point(const pli_body* body, const plii_implicit_const
                                  plii_implicit_constraint* constraint, const plii_dvec3* x) {
     const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint),
                      off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
-    const plii_dvec3 before = plii_dvec3_scale(n, plii_dvec3_dot(n, constraint->impulse));
-    gradient_judge_contact(constraint, gradient_point_mass(body, constraint), off,
-                           plii_dvec3_add(before, gradient_yield(constraint, off)));
+    const double before = plii_dvec3_dot(n, constraint->impulse), mass = gradient_point_mass(body, constraint);
+    const plii_dvec3 impulse = constraint->rows == 0
+                                   ? plii_dvec3_scale(off, mass)
+                                   : plii_dvec3_add_scaled(gradient_yield(constraint, off), n, before);
+    gradient_judge_contact(constraint, mass, off, impulse);
+}
+
+/* The same of a node that touches several surfaces and is at x, `free` without their impulses, as long as its
+   neighbours stay and friction is what it is: their normal impulses, one after the other. */
+static void gradient_judge_node(const pli_body* body, const plii_implicit_constraints* constraints,
+                                const gradient_filter* filter, plii_dvec3 free, plii_dvec3* x) {
+    const plii_dvec3 before = *x;
+    for (int i = filter->begin; i < filter->end; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        const plii_dvec3 n = constraint->normal,
+                         off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), before);
+        constraint->impulse = plii_dvec3_scale(n, fmax(plii_dvec3_dot(n, constraint->impulse), 0.0));
+        constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_yield(constraint, off));
+        free = plii_dvec3_add(free, plii_implicit_block_solve(&constraint->block, constraint->impulse));
+    }
+    for (int pass = 0; pass < IMPLICIT_NODE_PASSES; ++pass) {
+        for (int i = filter->begin; i < filter->end; ++i) {
+            plii_implicit_constraint* constraint = &constraints->items[i];
+            const plii_dvec3 n = constraint->normal, answer = plii_implicit_block_solve(&constraint->block, n),
+                             off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), free);
+            const double more =
+                fmax(plii_dvec3_dot(n, off) / plii_dvec3_dot(n, answer), -plii_dvec3_dot(n, constraint->impulse));
+            constraint->impulse = plii_dvec3_add_scaled(constraint->impulse, n, more);
+            free = plii_dvec3_add_scaled(free, answer, more);
+        }
+    }
+    for (int i = filter->begin; i < filter->end; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), before);
+        gradient_judge_contact(constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, off,
+                               constraint->impulse);
+    }
+    *x = free;
+}
+
+static bool gradient_is_anchored(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
+    for (int i = filter->begin; i < filter->end; ++i) {
+        if (constraints->items[i].is_anchor || constraints->items[i].is_pinned) { return true; }
+    }
+    return false;
 }
 
 /* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
@@ -444,15 +477,22 @@ static bool gradient_judge(const pli_body* body, plii_implicit_system* system) {
     }
     for (int begin = 0, end = 0; begin < count; begin = end) {
         plii_implicit_constraint* constraint = &constraints->items[begin];
-        end = gradient_make_filter(constraints, begin).end;
-        if (end - begin > 1 || constraint->is_anchor || constraint->is_pinned) {
+        const gradient_filter filter = gradient_make_filter(constraints, begin);
+        plii_dvec3* x = &system->solution[constraint->nodes[0]];
+        const plii_dvec3 free = system->spare[constraint->nodes[0]];
+        end = filter.end;
+        if (gradient_is_anchored(constraints, &filter)) {
             plii_implicit_project_node(constraints, begin, end, system->spare);
-            system->solution[constraint->nodes[0]] = system->spare[constraint->nodes[0]];
+            *x = system->spare[constraint->nodes[0]];
+        } else if (end - begin > 1) {
+            gradient_judge_node(body, constraints, &filter, free, x);
         } else {
-            plii_dvec3 *x = &system->solution[constraint->nodes[0]], free = system->spare[constraint->nodes[0]];
             const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), *x);
-            gradient_judge_contact(constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, off,
-                                   plii_implicit_block_mul(&constraint->block, plii_dvec3_sub(*x, free)));
+            const double mass = 1.0 / (double)body->positions[constraint->nodes[0]].w;
+            gradient_judge_contact(constraint, mass, off,
+                                   constraint->rows == 0
+                                       ? plii_dvec3_scale(off, mass)
+                                       : plii_implicit_block_mul(&constraint->block, plii_dvec3_sub(*x, free)));
             const bool is_new = constraint->rows_before == 0;
             plii_dvec3 held = plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, off));
             if (is_new || gradient_sticks(constraint)) { held = off; }

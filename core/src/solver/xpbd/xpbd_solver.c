@@ -77,6 +77,7 @@ static void xpbd_predict(pli_body* body, float dt) {
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
+    body->gas = NULL;
     plii_run_stage(body, PLII_STAGE_FORCES);
     xpbd_prediction prediction = {body, state->accelerations, step->dt,
                                   body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt};

@@ -13,6 +13,7 @@ typedef struct xpbd_volume_state {
     pli_xpbd_volume_def def;
     double rest_volume; /* m^3 */
     float multiplier;
+    float gas;           /* N m */
     pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
 
@@ -72,12 +73,28 @@ static float xpbd_volume_weight(const pli_vec4* displacements, const pli_vec4* g
     return plii_lanes_sum(sum) / 36.0f;
 }
 
+/* Of the volume, by which a gas may change it in a step of a free body, as by itself. */
+#define XPBD_VOLUME_MAX_CHANGE 0.25
+
+/* The gas wants compliance * coefficient / volume more than the constraint: by that C grows, and its gradient. */
+static double xpbd_volume_add_gas(const pli_body* body, const xpbd_volume_state* state, const plii_substep* substep,
+                                  double volume, double missing, float* weight) {
+    const double least = 1e-3 * fabs(state->rest_volume), used = fmax(fabs(volume), least);
+    const double more = (double)state->gas * (double)state->def.compliance / used;
+    const double share = (double)(substep->dt * body->step.inverse_dt);
+    const double alpha = (double)(state->def.compliance * substep->inverse_dt * substep->inverse_dt);
+    const double most = XPBD_VOLUME_MAX_CHANGE * used * share * share * (1.0 + alpha / (double)*weight);
+    *weight *= (float)(1.0 + fmax(more, 0.0) / used);
+    return more > 0.0 ? fmax(missing - more, fmin(missing, -most)) : fmin(missing - more, fmax(missing, most));
+}
+
 static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_volume_state* state = data;
     pli_vec4* displacements = substep->displacements;
     const double volume = xpbd_volume_gather(body, state->gradients, substep);
-    const float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
-    const double missing = volume - (double)state->def.pressure_ratio * state->rest_volume;
+    float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
+    double missing = volume - (double)state->def.pressure_ratio * state->rest_volume;
+    if (state->gas != 0.0f) { missing = xpbd_volume_add_gas(body, state, substep, volume, missing, &weight); }
     const float multiplier = substep->is_first_sweep ? 0.0f : state->multiplier;
     const float change =
         plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, multiplier, 0.0f, substep);
@@ -90,12 +107,22 @@ static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* su
     }
 }
 
+/* The pressure of a gas inside acts with what holds the volume: as a force of its own, which the constraint takes back,
+   it would push nodes to and fro by more than a step can integrate. */
+static void xpbd_volume_ask_for_gas(pli_body* body, void* data) {
+    xpbd_volume_state* state = data;
+    state->gas = 0.0f;
+    body->gas = &state->gas;
+}
+
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static pli_status xpbd_volume_enable(pli_body* body, void* data) {
     ((xpbd_volume_state*)data)->rest_volume = (double)plii_body_volume(body);
     return PLI_OK;
 }
+
+enum { XPBD_VOLUME_GAS_ORDER = 15 }; /* before pressure */
 
 static const plii_field xpbd_volume_fields[] = {
     PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
@@ -108,9 +135,11 @@ const plii_feature_class plii_xpbd_volume_class = {
     .settings = PLII_LIMITS(xpbd_volume_state, def, xpbd_volume_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
                                     PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
-                                    PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f")),
+                                    PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f"),
+                                    PLII_STATE(xpbd_volume_state, gas, PLII_LEFT)),
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .enable = xpbd_volume_enable,
+    .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
 };
 
 enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
