@@ -73,8 +73,8 @@ void Bridge::Impl::follow_gravity() {
 // What a game does to a soft object's transform moves the body.
 void Bridge::Impl::follow_transforms() {
     for (const auto& object : objects_) {
+        if (!object->is_moved()) { continue; }
         const btTransform moved = object->getWorldTransform();
-        if (moved == btTransform::getIdentity()) { continue; }
         object->setWorldTransform(btTransform::getIdentity());
         note(pli_body_transform(object->body(), to_pli(moved)));
     }
@@ -122,6 +122,7 @@ void Bridge::Impl::sort_pairs() {
 
 void Bridge::Impl::collide_pairs() {
     collects_pairs_ = false;
+    if (pairs_.empty()) { return; }
     const bool is_ordered = bullet_world_->getDispatchInfo().m_deterministicOverlappingPairs;
     if (dispatches_in_parallel_ || is_ordered) { sort_pairs(); }
     if (mode == CollisionMode::reference) {

@@ -6,6 +6,10 @@
 #include <LinearMath/btTransform.h>
 #include <pliant/math.h>
 
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
 namespace pliant {
 
 inline float to_float(btScalar value) {
@@ -26,6 +30,21 @@ inline pli_mat3 to_pli(const btMatrix3x3& m) {
 
 inline pli_transform to_pli(const btTransform& t) {
     return {to_pli(t.getBasis()), to_pli(t.getOrigin())};
+}
+
+/// Word by word: of large types a call of memcmp would cost more than what asks.
+template <class T> bool same_bits(const T& a, const T& b) {
+    using Word = std::conditional_t<sizeof(T) % sizeof(std::uint64_t) == 0, std::uint64_t, std::uint32_t>;
+    static_assert(sizeof(T) % sizeof(Word) == 0);
+    Word difference = 0;
+#pragma GCC unroll 8
+    for (std::size_t i = 0; i < sizeof(T); i += sizeof(Word)) {
+        Word word_a, word_b;
+        std::memcpy(&word_a, reinterpret_cast<const char*>(&a) + i, sizeof word_a);
+        std::memcpy(&word_b, reinterpret_cast<const char*>(&b) + i, sizeof word_b);
+        difference |= word_a ^ word_b;
+    }
+    return difference == 0;
 }
 
 /// What `value` becomes when the core changed `before` into `after`: `after` itself in single precision, otherwise

@@ -8,15 +8,9 @@
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>
 
-#include <cstring>
-
 namespace pliant {
 
 namespace {
-
-template <class T> bool same_bits(const T& a, const T& b) {
-    return std::memcmp(&a, &b, sizeof a) == 0;
-}
 
 // Whether Bullet's algorithm for compounds comes to a child: its box touches the soft body's both in the world and in
 // the frame of the compound.

@@ -1,12 +1,9 @@
 #include "soft_object.h"
 
-#include "convert.h"
-
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
-#include <cstring>
 #include <typeinfo>
 
 namespace pliant {
@@ -73,7 +70,7 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
     // Bullet asks for bounds at the start of its collision detection: the moment to move the bodies ahead.
     if (is_in_world()) { bridge_.predict_inside_step(); }
     const pli_bounds bounds = pli_body_get_bounds(body_);
-    if (std::memcmp(&transform, &identity_, sizeof transform) == 0) {
+    if (is_identity(transform)) {
         aabb_min = to_bullet(bounds.min);
         aabb_max = to_bullet(bounds.max);
         if (!pli_body_is_resting(body_)) { return; }

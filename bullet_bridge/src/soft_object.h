@@ -5,6 +5,7 @@
 // and to rays and sweeps the links of a body without faces.
 
 #include "bridge_impl.h"
+#include "convert.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
@@ -38,6 +39,10 @@ public:
     const char* getName() const override {
         return "PliantSoftBody";
     }
+    /// Bit for bit: where soft objects are unless a game moves them.
+    bool is_identity(const btTransform& transform) const {
+        return same_bits(transform, identity_);
+    }
 
 private:
     /// Only then the Bullet world may be asked for its state: it may have gone.
@@ -61,6 +66,9 @@ public:
     }
     pli_body* body() const {
         return body_;
+    }
+    bool is_moved() const {
+        return !shape_.is_identity(getWorldTransform()) && !(getWorldTransform() == btTransform::getIdentity());
     }
 
     /// Pairs of soft bodies without a feature that looks at other bodies are dropped before Bullet takes them up.

@@ -261,12 +261,15 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
 
 // ------------------------------------------------------------------------------------------ derived quantities
 
-void plii_body_refresh(pli_body* body) {
-    plii_walk walk;
-    plii_walk_begin(&walk, body->context, PLII_WALK_STEP);
+void plii_body_refresh_in_step(pli_body* body) {
     if (plii_solver_update_bounds(body) && plii_solver_check_velocities(body)) {
         plii_run_stage(body, PLII_STAGE_REFRESH);
     }
+}
+void plii_body_refresh(pli_body* body) {
+    plii_walk walk;
+    plii_walk_begin(&walk, body->context, PLII_WALK_STEP);
+    plii_body_refresh_in_step(body);
     plii_walk_end(&walk);
 }
 

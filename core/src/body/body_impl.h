@@ -170,6 +170,7 @@ static inline float plii_link_mass_term(const pli_body* body, int link) {
 }
 /* What follows from positions, after they were set. */
 void plii_body_refresh(pli_body* body);
+void plii_body_refresh_in_step(pli_body* body); /* the thread is in a walk */
 
 /* Signed volume of the closed surface, relative to node 0, in Bullet's order of summation (getVolume). */
 float plii_body_volume(const pli_body* body);

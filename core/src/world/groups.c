@@ -175,7 +175,6 @@ static int64_t groups_prediction(const pli_body* body) {
 }
 
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
-    if (!world->has_groups) { return false; }
     groups_task task = {.world = world, .run_body = run};
     int64_t nodes = 0, largest = -1;
     int largest_body = 0;

@@ -43,19 +43,22 @@ void plii_islands_find(pli_world* world) {
     }
 }
 
-/* Most bodies are alone. */
+/* Most bodies are alone, and begun already. */
 static inline void islands_run(pli_body* first, void (*run)(pli_body* body)) {
-    pli_body* body = first;
-    do {
+    if (first->island_next == NULL) {
+        run(first);
+        return;
+    }
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
         plii_world_begin_body(body);
         run(body);
-        body = body->island_next;
-    } while (body != NULL);
+    }
 }
 
 static void islands_solve(pli_body* first) {
     const plii_solver_class* solver = first->solver_class;
     const plii_solver_pace pace = solver->pace(first);
+    plii_world_begin_body(first);
     islands_run(first, solver->begin);
     for (int substep = 0; substep < pace.substeps; ++substep) {
         for (int sweep = 0; sweep < pace.sweeps; ++sweep) {

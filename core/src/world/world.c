@@ -323,15 +323,19 @@ static void world_predict_body(pli_body* body) {
     body->solver_class->predict(body, world->take_update_intervals != NULL ? body->interval.step : world->dt);
 }
 
-static pli_status world_predict(pli_world* world, float dt, const char* function) {
-    if (world->is_stepping) {
-        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "the step before has not been solved");
-    }
+static PLII_COLD pli_status world_refuse_dt(const pli_world* world, float dt, const char* function) {
     if (!(dt > 0.0f) || !plii_is_finite(dt)) {
         return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "dt = %g is not positive and finite",
                          (double)dt);
     }
-    PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
+    return plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function);
+}
+
+static pli_status world_predict(pli_world* world, float dt, const char* function) {
+    if (world->is_stepping) {
+        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "the step before has not been solved");
+    }
+    if (!(dt >= PLI_MIN_TIME_STEP && dt <= PLI_MAX_TIME_STEP)) { return world_refuse_dt(world, dt, function); }
     world->shortage.count = 0;
     if (world->needs_reserve && world->def.preallocates) { world_reserve(world); }
     plii_walk walk;
@@ -347,7 +351,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
         plii_rigid_begin_step(world->rigids[i]);
     }
     plii_world_profile(world, "predict", NULL, true);
-    if (!plii_groups_run_bodies(world, world_predict_body)) {
+    if (!world->has_groups || !plii_groups_run_bodies(world, world_predict_body)) {
         /* From the last one, which is still in the caches from the step before, to the first one, which is solved
            first. */
         for (int i = world->body_count - 1; i >= 0; --i) {
@@ -398,7 +402,7 @@ static void world_refresh_bodies(pli_body* const* bodies, int count) {
         bodies[i]->is_solved = false;
         if (plii_body_is_idle(bodies[i])) { continue; }
         plii_world_begin_body(bodies[i]);
-        plii_body_refresh(bodies[i]);
+        plii_body_refresh_in_step(bodies[i]);
     }
 }
 

@@ -39,7 +39,7 @@ int plii_groups_grain(int count, int64_t nodes);
 typedef void plii_groups_fn(pli_body* const* bodies, int count);
 /* All groups, on any thread. */
 void plii_groups_run(pli_world* world, plii_groups_fn* run);
-/* Each body for itself, as far as there are enough of them to part. False: nothing was done. */
+/* Each body for itself, where there are groups and enough bodies to part. False: nothing was done. */
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body));
 
 /* Around what may run out of memory: what a step could not get is told at its end, and by the call itself where it has
