@@ -168,22 +168,21 @@ static void random_cases_gain_no_energy(void**) {
         uint64_t seed;
         const char* name;
         Column column;
-    } lost[] = {{1, "728:", Column::gradients},
-                {2, "436:", Column::gradients},
-                {3, "397:", Column::gradients},
-                {3, "816:", Column::gradients},
-                {2, "274:", Column::xpbd},
-                {6, "396:", Column::xpbd}};
+    } lost[] = {{1, "728:", Column::gradients}, {2, "436:", Column::gradients}, {3, "397:", Column::gradients},
+                {3, "816:", Column::gradients}, {2, "274:", Column::xpbd},      {6, "396:", Column::xpbd}};
     for (const auto& each : lost) {
         StabilityOptions options;
         options.seed = each.seed;
         options.random_count = 1000;
+        int found = 0;
         for (const StabilityCase& which : demos::stability_cases(options)) {
             if (which.group != "random" || which.name.rfind(each.name, 0) != 0) { continue; }
             const Cell cell = run(which, each.column);
             if (cell.verdict != Verdict::survives) { fail_msg("%s: %s", which.name.c_str(), cell.note.c_str()); }
             check_at_most(cell.figure, 60); // %; a fall has 50
+            ++found;
         }
+        assert_int_equal(found, 1);
     }
 }
 

@@ -174,6 +174,9 @@ void plii_body_refresh_in_step(pli_body* body); /* the thread is in a walk */
 
 /* Signed volume of the closed surface, relative to node 0, in Bullet's order of summation (getVolume). */
 float plii_body_volume(const pli_body* body);
+/* Share of its volume (of that at rest where it is conserved) by which pressures may change a free body in a step. From
+   four on each step would overshoot more than the one before; a body that was crushed shall not burst. */
+#define PLII_MAX_VOLUME_CHANGE 0.25f
 
 /* Bullet's: what every body starts with. */
 extern const plii_solver_class plii_position_solver;

@@ -12,10 +12,6 @@ typedef struct pressure_state {
     float coefficient;
 } pressure_state;
 
-/* Of its volume, by which a free body may change in a step. From four on each step would overshoot more than the one
-   before. */
-#define PRESSURE_MAX_CHANGE 0.25f
-
 static void pressure_run(pli_body* body, void* state) {
     const pressure_state* pressure = state;
     if (body->solver_class->has_substeps && body->gas != NULL) {
@@ -27,7 +23,7 @@ static void pressure_run(pli_body* body, void* state) {
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
     if (!body->world->def.reference_mode) {
-        const float limit = PRESSURE_MAX_CHANGE * volume / plii_forces_volume_response(body, body->step.dt);
+        const float limit = PLII_MAX_VOLUME_CHANGE * volume / plii_forces_volume_response(body, body->step.dt);
         scale = plii_clamp(scale, -limit, limit);
     }
     plii_forces_add_along_normals(body, scale);

@@ -13,9 +13,6 @@ typedef struct volume_state {
     float rest_volume; /* m^3 */
 } volume_state;
 
-/* Of the rest volume, by which a free body may change in a step, so that one that was crushed does not burst. */
-#define VOLUME_MAX_CHANGE 0.25f
-
 /* The pressure is at most twice the one that brings the volume back within the step. From four times on each step would
    overshoot more than the one before; btSoftBody explodes there. */
 static void volume_run(pli_body* body, void* state) {
@@ -25,7 +22,7 @@ static void volume_run(pli_body* body, void* state) {
     const float coefficient = is_limited ? 2.0f / response : volume->coefficient;
     float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;
     if (!body->world->def.reference_mode) {
-        const float limit = VOLUME_MAX_CHANGE * fabsf(volume->rest_volume) / response;
+        const float limit = PLII_MAX_VOLUME_CHANGE * fabsf(volume->rest_volume) / response;
         scale = plii_clamp(scale, -limit, limit);
     }
     plii_forces_add_along_normals(body, scale);

@@ -73,9 +73,6 @@ static float xpbd_volume_weight(const pli_vec4* displacements, const pli_vec4* g
     return plii_lanes_sum(sum) / 36.0f;
 }
 
-/* Of the volume, by which a gas may change it in a step of a free body, as by itself. */
-#define XPBD_VOLUME_MAX_CHANGE 0.25
-
 /* The gas wants compliance * coefficient / volume more than the constraint: by that C grows, and its gradient. */
 static double xpbd_volume_add_gas(const pli_body* body, const xpbd_volume_state* state, const plii_substep* substep,
                                   double volume, double missing, float* weight) {
@@ -83,7 +80,7 @@ static double xpbd_volume_add_gas(const pli_body* body, const xpbd_volume_state*
     const double more = (double)state->gas * (double)state->def.compliance / used;
     const double share = (double)(substep->dt * body->step.inverse_dt);
     const double alpha = (double)(state->def.compliance * substep->inverse_dt * substep->inverse_dt);
-    const double most = XPBD_VOLUME_MAX_CHANGE * used * share * share * (1.0 + alpha / (double)*weight);
+    const double most = (double)PLII_MAX_VOLUME_CHANGE * used * share * share * (1.0 + alpha / (double)*weight);
     *weight *= (float)(1.0 + fmax(more, 0.0) / used);
     return more > 0.0 ? fmax(missing - more, fmin(missing, -most)) : fmin(missing - more, fmax(missing, most));
 }
