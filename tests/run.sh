@@ -1,7 +1,8 @@
 #!/bin/sh
 # Runs all tests: installs what is missing (Debian, with apt), builds, runs every test of the release preset, then the
 # unit tests again under AddressSanitizer and UBSan, but for those that only take long, the corpora of the fuzzers
-# also under those of clang, and some scenes in a browser. Exit status 0 when all passed.
+# also under those of clang, tests with threads under ThreadSanitizer, and some scenes in a browser. Exit status 0 when
+# all passed.
 #
 #   usage: sh tests/run.sh
 set -eu
@@ -54,6 +55,8 @@ build_preset asan
 run_tests asan
 build_preset ubsan-clang fuzzers
 run_tests ubsan-clang '^fuzz_corpus_'
+build_preset tsan
+run_tests tsan
 wait $installing || {
     cat build/web-install.log >&2
     exit 1
