@@ -163,6 +163,10 @@ static inline float plii_link_stiffness(const pli_body* body, int link) {
     const int material = body->link_tags != NULL ? body->link_tags[link] & (PLII_LINK_TAG_BENDING - 1) : 0;
     return body->materials[material].linear_stiffness;
 }
+/* It resists bending only, and keeps no distance. */
+static inline bool plii_link_is_bending(const pli_body* body, int link) {
+    return body->link_tags != NULL && (body->link_tags[link] & PLII_LINK_TAG_BENDING) != 0;
+}
 /* (inverse mass a + inverse mass b) / stiffness */
 static inline float plii_link_mass_term(const pli_body* body, int link) {
     const int* nodes = body->links[link].nodes;

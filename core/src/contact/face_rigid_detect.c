@@ -175,9 +175,8 @@ pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach
         return PLI_OK;
     }
     for (int i = 0; i < body->link_count; ++i) {
-        const bool is_bending = body->link_tags != NULL && (body->link_tags[i] & PLII_LINK_TAG_BENDING) != 0;
         const int nodes[3] = {body->links[i].nodes[0], body->links[i].nodes[1], body->links[i].nodes[1]};
-        if (!is_bending) { PLII_TRY(rigid_faces_visit_element(pass, reach, i, nodes, visit)); }
+        if (!plii_link_is_bending(body, i)) { PLII_TRY(rigid_faces_visit_element(pass, reach, i, nodes, visit)); }
     }
     return PLI_OK;
 }

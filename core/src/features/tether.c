@@ -1,7 +1,7 @@
-/* Tethers: an upper limit to the distance of each node from its origin, the node that is nearest along the links of
-   those that are pinned or anchored to a rigid body that nothing moves. After Kim, Chentanez, Mueller, "Long Range
-   Attachments", with one tether per node, and with rigid bodies at the anchors of nodes: a light node cannot hold back
-   a heavy body. */
+/* Tethers: upper limits to the distances of each node from its origins, which are pinned or anchored to a rigid body
+   that nothing moves: the nearest one, and some that are far from each other. After Kim, Chentanez, Mueller, "Long
+   Range Attachments", with rigid bodies at the anchors of nodes: a light node cannot hold back a heavy body. Held from
+   one side alone, neighbours whose nearest origins differ are drawn apart by what lies on them. */
 
 #include "pliant/tether.h"
 #include "body/all_features.h"
@@ -10,7 +10,9 @@
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
+#include "features/tether_measure.h"
 #include "math/definition.h"
+#include "math/simd_float4.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
@@ -30,10 +32,21 @@ typedef struct tether_origin {
     pli_vec3 start, end;
 } tether_origin;
 
+enum { TETHER_LANDMARKS = PLII_LANES };
+
+/* m, from each landmark to a node; infinite where it is none, or the nearest origin. */
+typedef struct tether_far {
+    float lengths[TETHER_LANDMARKS];
+} tether_far;
+
 typedef struct tether_state {
     pli_tethers_def def;
-    pli_tether* tethers; /* [node_count] */
+    pli_tether* tethers;             /* [node_count] to the nearest origin */
+    tether_far* far;                 /* [node_count] */
+    int landmarks[TETHER_LANDMARKS]; /* origins, or PLI_NULL_INDEX */
+    float spread; /* from 1 on: how many times as far as the body is long landmarks are from each other */
     uint32_t link_revision;
+    bool is_loose; /* measured along links, without landmarks */
     plii_node_constraint* constraints;
     int constraint_count, constraint_capacity;
     tether_origin* origins;
@@ -44,38 +57,97 @@ typedef struct tether_state {
 
 // ------------------------------------------------------------------------------------------------------- measuring
 
-static bool tether_shorten(pli_tether* far, const pli_tether* near, float length) {
-    if (near->origin == PLI_NULL_INDEX || !(near->length + length < far->length)) { return false; }
-    *far = (pli_tether){near->origin, near->length + length};
-    return true;
+/* Sheets that are held as tightly as they are long burst under the implicit solver, which solves tethers apart. */
+static bool tether_is_loose(const pli_body* body) {
+    return body->solver_class->solves_constraints;
 }
 
-/* Relaxes all links, forth and back by turns, until nothing changes: a few times for the orders that generators make.
- */
-static void tether_measure(const pli_body* body, tether_state* state) {
-    pli_tether* tethers = state->tethers;
+/* The origin that is farthest from all landmarks so far, the first one at the start. PLI_NULL_INDEX: there is none, or
+   no other one. */
+static int tether_farthest_origin(const pli_body* body, const tether_state* state, int landmark_count) {
+    int farthest = PLI_NULL_INDEX, origin_count = 0;
+    float most = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (state->tethers[i].origin != i) { continue; }
+        ++origin_count;
+        float distance = INFINITY;
+        for (int k = 0; k < landmark_count; ++k) {
+            distance = plii_min(distance, state->far[i].lengths[k]);
+        }
+        if (distance > most) {
+            most = distance;
+            farthest = i;
+        }
+    }
+    return origin_count > 1 ? farthest : PLI_NULL_INDEX;
+}
+
+static void tether_measure_far(tether_state* state, plii_tether_surface* surface, pli_tether* measured) {
+    const pli_body* body = surface->body;
+    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+        const int landmark = tether_farthest_origin(body, state, k);
+        if (landmark == PLI_NULL_INDEX) { break; }
+        for (int i = 0; i < body->node_count; ++i) {
+            measured[i] = i == landmark ? (pli_tether){i, 0.0f} : (pli_tether){PLI_NULL_INDEX, INFINITY};
+        }
+        plii_tether_measure(surface, measured);
+        for (int i = 0; i < body->node_count; ++i) {
+            state->far[i].lengths[k] = measured[i].length;
+        }
+        state->landmarks[k] = landmark;
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+            if (state->tethers[i].origin == state->landmarks[k]) { state->far[i].lengths[k] = INFINITY; }
+        }
+    }
+}
+
+/* Each node that is pinned or anchored. */
+static void tether_mark_origins(const pli_body* body, tether_state* state) {
     for (int i = 0; i < body->node_count; ++i) {
         const bool is_pinned = !(body->positions[i].w > 0.0f);
-        tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
+        state->tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
+        state->far[i] = (tether_far){{INFINITY, INFINITY, INFINITY, INFINITY}};
     }
     for (int i = 0; i < state->origin_count; ++i) {
         const int node = state->origins[i].node;
-        tethers[node] = (pli_tether){node, 0.0f};
+        state->tethers[node] = (pli_tether){node, 0.0f};
     }
-    bool has_changed = true;
-    for (int pass = 0; has_changed && pass <= body->node_count; ++pass) {
-        has_changed = false;
-        for (int k = 0; k < body->link_count; ++k) {
-            const int index = pass % 2 == 0 ? k : body->link_count - 1 - k;
-            if (body->link_tags != NULL && (body->link_tags[index] & PLII_LINK_TAG_BENDING) != 0) { continue; }
-            const plii_link* link = &body->links[index];
-            pli_tether *a = &tethers[link->nodes[0]], *b = &tethers[link->nodes[1]];
-            const float length = sqrtf(link->rest_length_squared);
-            const bool is_shorter = tether_shorten(a, b, length) || tether_shorten(b, a, length);
-            has_changed = has_changed || is_shorter;
+    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+        state->landmarks[k] = PLI_NULL_INDEX;
+    }
+}
+
+/* False when out of memory: then nothing is held until the next step, which tries again. */
+static bool tether_measure(const pli_body* body, tether_state* state) {
+    tether_mark_origins(body, state);
+    plii_scratch scratch = {.context = body->context};
+    const bool is_loose = tether_is_loose(body);
+    plii_tether_surface surface = plii_tether_surface_create(body, !is_loose, &scratch);
+    pli_tether* measured = PLII_TAKE(&scratch, pli_tether, body->node_count);
+    if (!scratch.is_short) {
+        plii_tether_measure(&surface, state->tethers);
+        if (!is_loose) { tether_measure_far(state, &surface, measured); }
+    }
+    plii_scratch_free(&scratch);
+    state->is_loose = is_loose;
+    state->link_revision = scratch.is_short ? body->link_revision - 1 : body->link_revision;
+    return !scratch.is_short;
+}
+
+/* Origins that are drawn apart farther than the body reaches let it stretch by as much, or nodes near the one would be
+   drawn to the other. */
+static float tether_spread(const tether_state* state, const pli_vec3 origins[TETHER_LANDMARKS]) {
+    float spread = 1.0f;
+    for (int a = 0; a < TETHER_LANDMARKS && state->landmarks[a] != PLI_NULL_INDEX; ++a) {
+        for (int b = 0; b < a; ++b) {
+            const float length = state->far[state->landmarks[a]].lengths[b],
+                        distance = pli_vec3_length(pli_vec3_sub(origins[a], origins[b]));
+            if (length > 0.0f && distance > length * spread) { spread = distance / length; }
         }
     }
-    state->link_revision = body->link_revision;
+    return spread;
 }
 
 /* NULL unless the node is held. */
@@ -86,8 +158,40 @@ static const pli_tether* tether_of(const pli_body* body, const tether_state* sta
 }
 
 /* m, at the end of a step that started at that distance. */
-static float tether_limit(const tether_state* state, const pli_tether* tether, float start, float dt) {
-    return plii_max(tether->length * (1.0f + state->def.slack), start - TETHER_RECOVERY_SPEED * dt);
+static float tether_limit(float longest, float start, float dt) {
+    return plii_max(longest, start - TETHER_RECOVERY_SPEED * dt);
+}
+
+/* Of lengths. */
+static float tether_factor(const tether_state* state) {
+    return (1.0f + state->def.slack) * state->spread;
+}
+
+static float tether_longest(const tether_state* state, const pli_tether* tether) {
+    return tether->length * tether_factor(state);
+}
+
+/* Where landmarks are, by components; where there is none any place will do. */
+typedef struct tether_landmark_lanes {
+    plii_float4 x, y, z, factor; /* factor: to lengths */
+} tether_landmark_lanes;
+
+static tether_landmark_lanes tether_landmark_lanes_of(tether_state* state, const pli_vec3 at[TETHER_LANDMARKS]) {
+    state->spread = tether_spread(state, at);
+    return (tether_landmark_lanes){.x = {at[0].x, at[1].x, at[2].x, at[3].x},
+                                   .y = {at[0].y, at[1].y, at[2].y, at[3].y},
+                                   .z = {at[0].z, at[1].z, at[2].z, at[3].z},
+                                   .factor = plii_float4_all(tether_factor(state))};
+}
+
+/* Bits of the landmarks that a node is too far from; `longest` in m. */
+static int tether_too_far(const tether_state* state, const tether_landmark_lanes* lanes, int node, pli_vec3 at,
+                          float longest[TETHER_LANDMARKS]) {
+    const plii_float4 x = plii_float4_all(at.x) - lanes->x, y = plii_float4_all(at.y) - lanes->y,
+                      z = plii_float4_all(at.z) - lanes->z;
+    const plii_float4 limit = plii_float4_load(state->far[node].lengths) * lanes->factor;
+    plii_float4_store(longest, limit);
+    return plii_lanes_bits(x * x + y * y + z * z > limit * limit);
 }
 
 // -------------------------------------------------------------------------------------------------------- anchors
@@ -146,11 +250,22 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
     }
 }
 
+static tether_landmark_lanes tether_find_landmarks(const pli_body* body, tether_state* state) {
+    pli_vec3 landmarks[TETHER_LANDMARKS] = {0};
+    for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
+        landmarks[k] = plii_xyz(body->positions[state->landmarks[k]]);
+    }
+    return tether_landmark_lanes_of(state, landmarks);
+}
+
 static void tether_begin(pli_body* body, void* data) {
     tether_state* state = data;
     tether_list_constraints(body, state);
     const bool has_changed = tether_gather_origins(body, state);
-    if (has_changed || state->link_revision != body->link_revision) { tether_measure(body, state); }
+    if (has_changed || state->link_revision != body->link_revision || state->is_loose != tether_is_loose(body)) {
+        (void)tether_measure(body, state);
+    }
+    (void)tether_find_landmarks(body, state); /* the spread */
     tether_gather_loads(body, state);
 }
 
@@ -165,15 +280,27 @@ static void tether_apply_load(const pli_body* body, const tether_state* state, c
     const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
     const pli_vec3 relative = pli_vec3_sub(plii_rigid_velocity_at(load->pivot.point.rigid, load->pivot.point.offset),
                                            plii_xyz(body->velocities[tether->origin]));
-    const float allowed = (tether_limit(state, tether, distance, body->step.dt) - distance) * body->step.inverse_dt;
+    const float longest = tether_longest(state, tether);
+    const float allowed = (tether_limit(longest, distance, body->step.dt) - distance) * body->step.inverse_dt;
     const float excess = pli_vec3_dot(unit, relative) - allowed;
     const float weight = plii_substep_rigid_point_weight(&load->pivot.point, unit);
     if (!(excess > 0.0f) || !(weight > 0.0f) || !plii_is_finite(excess / weight)) { return; }
     plii_rigid_apply_impulse(load->pivot.point.rigid, pli_vec3_scale(unit, -excess / weight), load->pivot.point.offset);
 }
 
+static void tether_hold(pli_body* body, int node, int origin, float longest) {
+    const pli_vec3 start = plii_xyz(body->positions[origin]);
+    const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->positions[node]), start);
+    const float distance = pli_vec3_length(apart);
+    if (!(distance > longest) || !plii_is_finite(distance)) { return; }
+    const pli_vec3 before = pli_vec3_sub(plii_xyz(body->previous[node]), plii_xyz(body->previous[origin]));
+    const float limit = tether_limit(longest, pli_vec3_length(before), body->step.dt);
+    if (!(distance > limit)) { return; }
+    plii_set_xyz(&body->positions[node], pli_vec3_add(start, pli_vec3_scale(apart, limit / distance)));
+}
+
 static void tether_solve(pli_body* body, void* data) {
-    const tether_state* state = data;
+    tether_state* state = data;
     /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
        held after it, no force would reach the rigid bodies. */
     if (body->solver_class->solves_constraints && state->load_count > 0) { return; }
@@ -181,17 +308,16 @@ static void tether_solve(pli_body* body, void* data) {
         const tether_origin* origin = &state->origins[i];
         if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
     }
+    const tether_landmark_lanes lanes = tether_find_landmarks(body, state);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }
-        const pli_vec3 origin = plii_xyz(body->positions[tether->origin]);
-        const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
-        const float distance = pli_vec3_length(apart);
-        if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { continue; }
-        const pli_vec3 before = pli_vec3_sub(plii_xyz(body->previous[i]), plii_xyz(body->previous[tether->origin]));
-        const float limit = tether_limit(state, tether, pli_vec3_length(before), body->step.dt);
-        if (!(distance > limit)) { continue; }
-        plii_set_xyz(&body->positions[i], pli_vec3_add(origin, pli_vec3_scale(apart, limit / distance)));
+        tether_hold(body, i, tether->origin, tether_longest(state, tether));
+        float longest[TETHER_LANDMARKS];
+        const int too_far = tether_too_far(state, &lanes, i, plii_xyz(body->positions[i]), longest);
+        for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
+            if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest[k]); }
+        }
     }
     for (int i = 0; i < state->load_count; ++i) {
         tether_apply_load(body, state, &state->loads[i]);
@@ -214,7 +340,7 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
         const pli_vec3 start = plii_substep_place(body, substep, substep->start_displacements, origin);
         const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
         const float distance = pli_vec3_length(apart);
-        load->limit = tether_limit(state, tether, distance, substep->dt);
+        load->limit = tether_limit(tether_longest(state, tether), distance, substep->dt);
         if (distance < load->limit) {
             load->limit = distance + plii_substep_braked(load->limit - distance, substep);
         } else { /* comes back by a shift, which leaves no speed */
@@ -224,16 +350,14 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
     }
 }
 
-static void tether_sweep_node(pli_body* body, const tether_state* state, const pli_tether* tether, int node,
-                              const plii_substep* substep) {
-    const int origin = tether->origin;
+static void tether_sweep_node(pli_body* body, int node, int origin, float longest, const plii_substep* substep) {
     const pli_vec3 apart =
         pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, origin));
     const float distance = pli_vec3_length(apart);
-    if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { return; }
+    if (!(distance > longest) || !plii_is_finite(distance)) { return; }
     const pli_vec3 before =
         pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node), plii_substep_motion(substep, origin)));
-    const float limit = tether_limit(state, tether, pli_vec3_length(before), substep->dt);
+    const float limit = tether_limit(longest, pli_vec3_length(before), substep->dt);
     if (!(distance > limit)) { return; }
     const float way = (limit - distance) / (distance * substep->displacements[node].w);
     plii_substep_move(substep, node, apart, way);
@@ -247,13 +371,24 @@ static void tether_lead_origin(const pli_body* body, const tether_origin* origin
 }
 
 static void tether_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    const tether_state* state = data;
+    tether_state* state = data;
     for (int i = 0; i < state->origin_count; ++i) {
         if (state->origins[i].is_led) { tether_lead_origin(body, &state->origins[i], substep); }
     }
+    pli_vec3 landmarks[TETHER_LANDMARKS] = {0};
+    for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
+        landmarks[k] = plii_substep_position(body, substep, state->landmarks[k]);
+    }
+    const tether_landmark_lanes lanes = tether_landmark_lanes_of(state, landmarks);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
-        if (tether != NULL) { tether_sweep_node(body, state, tether, i, substep); }
+        if (tether == NULL) { continue; }
+        tether_sweep_node(body, i, tether->origin, tether_longest(state, tether), substep);
+        float longest[TETHER_LANDMARKS];
+        const int too_far = tether_too_far(state, &lanes, i, plii_substep_position(body, substep, i), longest);
+        for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
+            if ((too_far >> k & 1) != 0) { tether_sweep_node(body, i, state->landmarks[k], longest[k], substep); }
+        }
     }
     for (int i = 0; i < state->load_count; ++i) {
         const tether_load* load = &state->loads[i];
@@ -270,15 +405,22 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
     }
 }
 
-/* To the sphere around the pinned node. */
+/* To the spheres around the origins. */
 static float tether_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
                          pli_vec3 direction) {
     const tether_state* state = data;
     const pli_tether* tether = tether_of(body, state, node);
     if (tether == NULL) { return INFINITY; }
-    const pli_vec3 apart =
-        pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, tether->origin));
-    return plii_sphere_room(apart, tether->length * (1.0f + state->def.slack), direction);
+    const pli_vec3 at = plii_substep_position(body, substep, node);
+    float room = plii_sphere_room(pli_vec3_sub(at, plii_substep_position(body, substep, tether->origin)),
+                                  tether_longest(state, tether), direction);
+    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+        const float length = state->far[node].lengths[k];
+        if (!(length < INFINITY)) { continue; }
+        const pli_vec3 apart = pli_vec3_sub(at, plii_substep_position(body, substep, state->landmarks[k]));
+        room = plii_min(room, plii_sphere_room(apart, length * tether_factor(state), direction));
+    }
+    return room;
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -286,7 +428,7 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     tether_state* state = data;
     state->load_count = 0;
-    tether_measure(body, state);
+    (void)tether_measure(body, state);
 }
 
 /* Not in Bullet. After the links, which stretch them; contacts and anchors come after them in substeps and before them
@@ -300,7 +442,8 @@ const plii_feature_class plii_tether_class = {
     .state_size = sizeof(tether_state),
     .settings = PLII_LIMITS(tether_state, def, tether_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
-                                    PLII_STATE(tether_state, link_revision, PLII_LEFT)),
+                                    PLII_STATE_OF(tether_state, landmarks, PLII_SAVED, "4N"),
+                                    PLII_STATE_SPAN(tether_state, spread, is_loose, PLII_LEFT, NULL)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped =
@@ -313,6 +456,7 @@ const plii_feature_class plii_tether_class = {
             .room = tether_room,
         },
     .arrays = PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
+                          {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
                           {PLII_LIST_OF(tether_state, constraints, constraint_capacity),
                            PLII_COUNTED_BY(tether_state, constraint_count), .snapshot = PLII_LEFT},
                           {PLII_LIST_OF(tether_state, origins, origin_capacity),
@@ -330,12 +474,16 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_tethers_def used = def != NULL ? *def : pli_tethers_def_default();
     PLII_TRY_DEF(body->context, pli_tethers_def, &used, tether_fields, __func__);
+    const bool is_new = plii_feature_state(body, &plii_tether_class) == NULL;
     tether_state* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_tether_class, (void**)&state));
-    state->def = used;
     tether_list_constraints(body, state);
     (void)tether_gather_origins(body, state);
-    tether_measure(body, state);
+    if (!tether_measure(body, state)) {
+        if (is_new) { plii_feature_disable(body, &plii_tether_class); }
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to measure the body");
+    }
+    state->def = used;
     return PLI_OK;
 }
 

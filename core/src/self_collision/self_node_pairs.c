@@ -83,8 +83,7 @@ static void self_nodes_mark_linked(const self_nodes_finder* finder, int node) {
     self_nodes_renew_mark(body, search);
     for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
         const plii_half_link half = graph->halves[k];
-        const bool is_bending = body->link_tags != NULL && (body->link_tags[half.link] & PLII_LINK_TAG_BENDING) != 0;
-        if (!is_bending) { search->linked[half.neighbour] = search->mark; }
+        if (!plii_link_is_bending(body, half.link)) { search->linked[half.neighbour] = search->mark; }
     }
 }
 

@@ -1,0 +1,148 @@
+/* Distances along a body: nodes hand theirs on to their neighbours, the nearest first (Dijkstra), along links and
+   across faces as in Novotni and Klein, "Computing Geodesic Distances on Triangular Meshes": two nodes whose distances
+   are known tell where the origin is once their face is laid flat, and the third is straight away from it if the line
+   to it passes between the two. A node that is found nearer later hands on once more. */
+
+#include "features/tether_measure.h"
+
+/* Of the length: what rounding makes of equal ones must not go round for ever. */
+#define TETHER_LEAST_GAIN 1e-5f
+
+// ----------------------------------------------------------------------------------------------------- the surface
+
+static float edge_length(const plii_tether_surface* surface, int a, int b) {
+    float length = INFINITY;
+    for (int k = surface->link_begin[a]; k < surface->link_begin[a + 1]; ++k) {
+        const plii_half_link half = surface->halves[k];
+        if (half.neighbour == b && !plii_link_is_bending(surface->body, half.link)) {
+            length = plii_min(length, sqrtf(surface->body->links[half.link].rest_length_squared));
+        }
+    }
+    return length;
+}
+
+static void surface_fill_faces(const plii_tether_surface* surface) {
+    const plii_topology* topology = surface->body->topology;
+    for (int f = 0; f < topology->face_count; ++f) {
+        const int* nodes = topology->faces[f];
+        float* lengths = surface->edges[f].lengths;
+        for (int k = 0; k < 3; ++k) {
+            ++surface->face_begin[nodes[k]];
+            lengths[k] = edge_length(surface, nodes[k], nodes[(k + 1) % 3]);
+        }
+        if (lengths[1] == INFINITY || lengths[2] == INFINITY) { lengths[0] = INFINITY; }
+    }
+    (void)plii_csr_sum(surface->body->node_count, surface->face_begin);
+    for (int f = topology->face_count - 1; f >= 0; --f) {
+        for (int k = 0; k < 3; ++k) {
+            surface->faces[--surface->face_begin[topology->faces[f][k]]] = f;
+        }
+    }
+}
+
+plii_tether_surface plii_tether_surface_create(const pli_body* body, bool has_faces, plii_scratch* scratch) {
+    const int node_count = body->node_count, face_count = has_faces ? body->topology->face_count : 0;
+    plii_tether_surface surface = {
+        .body = body,
+        .link_begin = PLII_TAKE(scratch, int, node_count + 1),
+        .halves = PLII_TAKE(scratch, plii_half_link, 2 * (size_t)body->link_count),
+        .face_begin = PLII_TAKE(scratch, int, node_count + 1),
+        .faces = PLII_TAKE(scratch, int, 3 * (size_t)face_count),
+        .edges = PLII_TAKE(scratch, plii_face_edges, face_count),
+        .front = PLII_TAKE(scratch, int, node_count),
+        .places = PLII_TAKE(scratch, int, node_count),
+    };
+    if (scratch->is_short) { return surface; }
+    plii_csr_half_links(node_count, body->link_count, body->links, sizeof *body->links, surface.link_begin,
+                        surface.halves);
+    if (face_count > 0) { surface_fill_faces(&surface); }
+    return surface;
+}
+
+// ------------------------------------------------------------------------------------------------------- the front
+
+static void front_put(const plii_tether_surface* surface, int place, int node) {
+    surface->front[place] = node;
+    surface->places[node] = place + 1;
+}
+
+/* New, or nearer than it was. */
+static void front_add(plii_tether_surface* surface, const pli_tether* tethers, int node) {
+    int place = surface->places[node] != 0 ? surface->places[node] - 1 : surface->front_count++;
+    for (; place > 0; place = (place - 1) / 2) {
+        const int above = surface->front[(place - 1) / 2];
+        if (tethers[above].length <= tethers[node].length) { break; }
+        front_put(surface, place, above);
+    }
+    front_put(surface, place, node);
+}
+
+static int front_take(plii_tether_surface* surface, const pli_tether* tethers) {
+    const int nearest = surface->front[0], node = surface->front[--surface->front_count];
+    int place = 0;
+    for (int next = 1; next < surface->front_count; next = 2 * place + 1) {
+        const int other = next + 1;
+        if (other < surface->front_count &&
+            tethers[surface->front[other]].length < tethers[surface->front[next]].length) {
+            next = other;
+        }
+        if (tethers[node].length <= tethers[surface->front[next]].length) { break; }
+        front_put(surface, place, surface->front[next]);
+        place = next;
+    }
+    front_put(surface, place, node);
+    surface->places[nearest] = 0;
+    return nearest;
+}
+
+// ------------------------------------------------------------------------------------------------------- measuring
+
+static void tether_shorten(plii_tether_surface* surface, pli_tether* tethers, int node, int origin, float length) {
+    if (!(length < tethers[node].length * (1.0f - TETHER_LEAST_GAIN))) { return; }
+    tethers[node] = (pli_tether){origin, length};
+    front_add(surface, tethers, node);
+}
+
+/* From a and b across their face to c. With a at 0 and b on the x axis the origin is below it, and c above. */
+static void tether_cross(plii_tether_surface* surface, pli_tether* tethers, const int nodes[3], const float edges[3]) {
+    const pli_tether *a = &tethers[nodes[0]], *b = &tethers[nodes[1]];
+    const float ab = edges[0], bc = edges[1], ca = edges[2];
+    if (a->origin == PLI_NULL_INDEX || a->origin != b->origin || !(ab > 0.0f)) { return; }
+    const float origin_x = 0.5f * (ab + (a->length - b->length) * (a->length + b->length) / ab);
+    const float x = 0.5f * (ab + (ca - bc) * (ca + bc) / ab);
+    const float origin_y2 = (a->length - origin_x) * (a->length + origin_x), y2 = (ca - x) * (ca + x);
+    if (!(origin_y2 > 0.0f && y2 > 0.0f)) { return; }
+    const float below = sqrtf(origin_y2), height = below + sqrtf(y2), sideways = x - origin_x;
+    const float passes = origin_x * height + sideways * below; /* of the edge, times the height */
+    if (!(passes >= 0.0f && passes <= ab * height)) { return; }
+    tether_shorten(surface, tethers, nodes[2], a->origin, sqrtf(sideways * sideways + height * height));
+}
+
+static void tether_pass_face(plii_tether_surface* surface, pli_tether* tethers, int node, int face) {
+    const int* corners = surface->body->topology->faces[face];
+    const float* edges = surface->edges[face].lengths;
+    const int a = corners[0] == node ? 0 : corners[1] == node ? 1 : 2, b = (a + 1) % 3, c = (a + 2) % 3;
+    if (edges[0] == INFINITY) { return; }
+    tether_cross(surface, tethers, (int[]){node, corners[b], corners[c]}, (float[]){edges[a], edges[b], edges[c]});
+    tether_cross(surface, tethers, (int[]){corners[c], node, corners[b]}, (float[]){edges[c], edges[a], edges[b]});
+}
+
+void plii_tether_measure(plii_tether_surface* surface, pli_tether* tethers) {
+    const pli_body* body = surface->body;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (tethers[i].origin == i) { front_add(surface, tethers, i); }
+    }
+    while (surface->front_count > 0) {
+        const int node = front_take(surface, tethers);
+        const pli_tether here = tethers[node];
+        for (int k = surface->link_begin[node]; k < surface->link_begin[node + 1]; ++k) {
+            const plii_half_link half = surface->halves[k];
+            if (plii_link_is_bending(body, half.link)) { continue; }
+            const float length = sqrtf(body->links[half.link].rest_length_squared);
+            tether_shorten(surface, tethers, half.neighbour, here.origin, here.length + length);
+        }
+        for (int k = surface->face_begin[node]; k < surface->face_begin[node + 1]; ++k) {
+            tether_pass_face(surface, tethers, node, surface->faces[k]);
+        }
+    }
+}

@@ -1,0 +1,34 @@
+#pragma once
+
+/* Tethers: distances along a body at its rest lengths. */
+
+#include "base/csr.h"
+#include "base/scratch.h"
+#include "body/body_impl.h"
+#include "pliant/tether.h"
+
+/* m, from node k of a face to the next one; the first is infinite where one of the three is no link. */
+typedef struct plii_face_edges {
+    float lengths[3];
+} plii_face_edges;
+
+/* What distances are measured along: links, and faces where they are wanted. In memory of a scratch. */
+typedef struct plii_tether_surface {
+    const pli_body* body;
+    int* link_begin; /* [node_count + 1] */
+    plii_half_link* halves;
+    int* face_begin; /* [node_count + 1] */
+    int* faces;      /* around each node */
+    plii_face_edges* edges;
+    /* Nodes whose distance has changed, a heap with the nearest first, and 1 + the place of each node in it. */
+    int* front;
+    int* places;
+    int front_count;
+} plii_tether_surface;
+
+/* When out of memory, which the scratch tells, it is not to be used. */
+plii_tether_surface plii_tether_surface_create(const pli_body* body, bool has_faces, plii_scratch* scratch);
+
+/* `tethers` holds the origins, at length 0, and else nothing at INFINITY; gives each node the nearest origin, and how
+   far it is along links and straight across faces, which are laid flat one beside the other. */
+void plii_tether_measure(plii_tether_surface* surface, pli_tether* tethers);
