@@ -5,6 +5,7 @@
    velocities, as a rigid body does. */
 
 #include "contact/soft_contacts_impl.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 
@@ -20,43 +21,52 @@ static soft_couple_time soft_couple_now(const pli_body* body) {
                            : (soft_couple_time){NULL, body->step.dt, body->step.inverse_dt};
 }
 
-static pli_vec3 soft_couple_position(const pli_body* body, int node, soft_couple_time time) {
-    return plii_xyz(body->positions[node]);
+PLII_SIMD_INLINE plii_float4 soft_couple_position(const pli_body* body, int node, soft_couple_time time) {
+    return plii_float4_from(&body->positions[node]);
 }
 
 /* Where a node is, from its position. A body that is not in the substep is, or will be, at its position at the end of
    the step. */
-static pli_vec3 soft_couple_displacement(const pli_body* body, int node, soft_couple_time time) {
-    return body->substep != NULL ? plii_xyz(body->substep->displacements[node])
-                                 : pli_vec3_scale(plii_xyz(body->velocities[node]), -time.substep->remaining);
+PLII_SIMD_INLINE plii_float4 soft_couple_displacement(const pli_body* body, int node, soft_couple_time time) {
+    return body->substep != NULL
+               ? plii_float4_from(&body->substep->displacements[node])
+               : plii_float4_from(&body->velocities[node]) * plii_float4_all(-time.substep->remaining);
 }
 
 /* In the step or substep. */
-static pli_vec3 soft_couple_motion(const pli_body* body, int node, soft_couple_time time) {
-    if (time.substep == NULL) { return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node])); }
-    return body->substep != NULL ? plii_substep_motion(body->substep, node)
-                                 : pli_vec3_scale(plii_xyz(body->velocities[node]), time.dt);
+PLII_SIMD_INLINE plii_float4 soft_couple_motion(const pli_body* body, int node, soft_couple_time time) {
+    if (time.substep == NULL) {
+        return plii_float4_from(&body->positions[node]) - plii_float4_from(&body->previous[node]);
+    }
+    if (body->substep == NULL) { return plii_float4_from(&body->velocities[node]) * plii_float4_all(time.dt); }
+    return plii_float4_from(&body->substep->displacements[node]) -
+           plii_float4_from(&body->substep->start_displacements[node]);
 }
 
 /* But for what took overlaps back: as if the node had started so much farther. */
-static pli_vec3 soft_couple_solved_motion(const pli_body* body, int node, soft_couple_time time) {
-    const pli_vec3 motion = soft_couple_motion(body, node, time);
-    return body->soft_shifts != NULL ? pli_vec3_sub(motion, body->soft_shifts[node]) : motion;
+PLII_SIMD_INLINE plii_float4 soft_couple_solved_motion(const pli_body* body, int node, soft_couple_time time) {
+    const plii_float4 motion = soft_couple_motion(body, node, time);
+    return body->soft_shifts != NULL ? motion - plii_lanes_from_vec3(&body->soft_shifts[node]) : motion;
 }
 
-typedef pli_vec3 soft_couple_quantity(const pli_body* body, int node, soft_couple_time time);
+typedef plii_float4 soft_couple_quantity(const pli_body* body, int node, soft_couple_time time);
 
 /* Of the node against the point of the face. By differences, which far from the origin are more exact than what they
    are of. */
-static inline pli_vec3 soft_couple_relative(const pli_body* body, const plii_soft_contact* contact,
-                                            soft_couple_time time, soft_couple_quantity* of) {
+PLII_SIMD_INLINE plii_float4 soft_couple_relative(const pli_body* body, const plii_soft_contact* contact,
+                                                  soft_couple_time time, soft_couple_quantity* of) {
     const pli_body* other = contact->face_body;
     const int* face = other->topology->faces[contact->face];
-    const pli_vec3 node = of(body, contact->node, time);
-    const pli_vec3 a = pli_vec3_scale(pli_vec3_sub(node, of(other, face[0], time)), contact->weights.x);
-    const pli_vec3 b = pli_vec3_scale(pli_vec3_sub(node, of(other, face[1], time)), contact->weights.y);
-    const pli_vec3 c = pli_vec3_scale(pli_vec3_sub(node, of(other, face[2], time)), contact->weights.z);
-    return pli_vec3_add(pli_vec3_add(a, b), c);
+    const plii_float4 node = of(body, contact->node, time);
+    return (node - of(other, face[0], time)) * plii_float4_all(contact->weights.x) +
+           (node - of(other, face[1], time)) * plii_float4_all(contact->weights.y) +
+           (node - of(other, face[2], time)) * plii_float4_all(contact->weights.z);
+}
+
+PLII_SIMD_INLINE pli_vec3 soft_couple_vec3(plii_float4 lanes) {
+    pli_vec3 v;
+    plii_lanes_to_vec3(&v, lanes);
+    return v;
 }
 
 static void soft_couple_add(pli_vec4* to, pli_vec3 by) {
@@ -91,8 +101,8 @@ typedef enum soft_couple_effect {
     SOFT_COUPLE_STILL  /* takes as much of their motion for none */
 } soft_couple_effect;
 
-static void soft_couple_affect(pli_body* body, int node, pli_vec3 by, soft_couple_effect effect, bool is_beside,
-                               soft_couple_time time) {
+PLII_SIMD_INLINE void soft_couple_affect(pli_body* body, int node, pli_vec3 by, soft_couple_effect effect,
+                                         bool is_beside, soft_couple_time time) {
     if (effect == SOFT_COUPLE_STILL) {
         if (!is_beside) { soft_couple_accelerate(body, node, pli_vec3_neg(by), time); }
         soft_couple_move_start(body, node, by);
@@ -107,8 +117,8 @@ static void soft_couple_affect(pli_body* body, int node, pli_vec3 by, soft_coupl
 }
 
 /* `push` in kg m */
-static void soft_couple_push(pli_body* body, const plii_soft_contact* contact, pli_vec3 push, soft_couple_effect effect,
-                             soft_couple_time time) {
+PLII_SIMD_INLINE void soft_couple_push(pli_body* body, const plii_soft_contact* contact, pli_vec3 push,
+                                       soft_couple_effect effect, soft_couple_time time) {
     pli_body* other = contact->face_body;
     const int* face = other->topology->faces[contact->face];
     const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
@@ -157,10 +167,11 @@ static bool soft_couple_recover(pli_body* body, const plii_soft_contacts_state* 
 }
 
 /* From the point of the face to the node. */
-static pli_vec3 soft_couple_apart(const pli_body* body, const plii_soft_contact* contact, soft_couple_time time) {
-    const pli_vec3 apart = soft_couple_relative(body, contact, time, soft_couple_position);
-    if (time.substep == NULL) { return apart; }
-    return pli_vec3_add(apart, soft_couple_relative(body, contact, time, soft_couple_displacement));
+PLII_SIMD_INLINE pli_vec3 soft_couple_apart(const pli_body* body, const plii_soft_contact* contact,
+                                            soft_couple_time time) {
+    const plii_float4 apart = soft_couple_relative(body, contact, time, soft_couple_position);
+    if (time.substep == NULL) { return soft_couple_vec3(apart); }
+    return soft_couple_vec3(apart + soft_couple_relative(body, contact, time, soft_couple_displacement));
 }
 
 static void soft_couple_solve(pli_body* body, const plii_soft_contacts_state* state, int index, bool is_first,
@@ -173,10 +184,10 @@ static void soft_couple_solve(pli_body* body, const plii_soft_contacts_state* st
         contact->friction_push = pli_vec3_make(0, 0, 0);
     }
     if (gap >= 0.0f && contact->multiplier == 0.0f) { return; }
-    pli_vec3 motion = soft_couple_relative(body, contact, time, soft_couple_solved_motion);
+    pli_vec3 motion = soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
     if (is_first && soft_couple_recover(body, state, index, gap, gap - pli_vec3_dot(n, motion), time)) {
         gap += contact->shift;
-        motion = soft_couple_relative(body, contact, time, soft_couple_solved_motion);
+        motion = soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
     }
     const float along = pli_vec3_dot(n, motion);
     const float alpha = state->def.compliance * time.inverse_dt * time.inverse_dt;
@@ -212,7 +223,8 @@ static void soft_couple_settle(pli_body* body, const plii_soft_contacts_state* s
     const plii_soft_contact* contact = &state->contacts[index];
     if (!(contact->shift > 0.0f)) { return; }
     const pli_vec3 n = contact->normal;
-    const float along = pli_vec3_dot(n, soft_couple_relative(body, contact, time, soft_couple_motion));
+    const float along =
+        pli_vec3_dot(n, soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_motion)));
     const float parted = plii_min(along, contact->shift);
     if (!(parted > 0.0f)) { return; }
     const pli_vec3 push = pli_vec3_scale(n, parted / contact->weight);
