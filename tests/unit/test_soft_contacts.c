@@ -275,6 +275,40 @@ static void test_soft_contacts_share_by_mass(void** state) {
     }
 }
 
+/* 5 cm of overlap with nothing that moves. It goes by a share of dt / (dt + 1 / 15 s) in a step or substep, at most at
+   the recovery speed, by both in inverse ratio of their masses, and leaves no speed. */
+static void check_recovery(const fixture* f, int solver, float recovery_speed, double parted) {
+    pli_body* bodies[2] = {make_triangle(f, 1, 2, 0.1f, false),
+                           make_node(f, pli_vec3_make(0, 0.15f, -1.0f / 3), 1, 0.1f, false)};
+    pli_soft_contacts_def contacts = pli_soft_contacts_def_default();
+    contacts.recovery_speed = recovery_speed;
+    for (int k = 0; k < 2; ++k) {
+        assert_int_equal(pli_body_enable_soft_contacts(bodies[k], &contacts), PLI_OK);
+        if (solver == 1) { assert_int_equal(pli_body_enable_implicit(bodies[k], NULL), PLI_OK); }
+        if (solver == 2) { assert_int_equal(pli_body_enable_xpbd(bodies[k], NULL), PLI_OK); }
+    }
+    const pli_body_view triangle = pli_body_get_view(bodies[0]), node = pli_body_get_view(bodies[1]);
+    for (int step = 0; step < 120; ++step) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        check_at_most(fabs((double)node.velocities[0].y), 1e-4);
+        check_at_most(fabs((double)triangle.velocities[0].y), 1e-4);
+        if (step > 0) { continue; }
+        check_near(node.positions[0].y, 0.15f + (float)parted * 6 / 7, 2e-6);
+        check_near(triangle.positions[0].y, -(float)parted / 7, 2e-6);
+    }
+    check_near(node.positions[0].y - triangle.positions[0].y, 0.2f, 1e-4);
+    pli_body_destroy(bodies[0]);
+    pli_body_destroy(bodies[1]);
+}
+
+static void test_soft_contacts_take_overlaps_back_without_speed(void** state) {
+    for (int solver = 0; solver < 3; ++solver) {
+        const double share = solver == 2 ? 1 - pow(1 - 1.0 / 41, 10) : 0.2;
+        check_recovery(*state, solver, 0, 0.05 * share);
+        check_recovery(*state, solver, 0.1f, 0.1 / 60);
+    }
+}
+
 /* A pinned corner stays, the others yield. */
 static void test_soft_contacts_with_a_pinned_corner(void** state) {
     fixture* f = *state;
@@ -591,6 +625,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_take_overlaps_back_without_speed, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_corner, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_common_motion_makes_no_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_steps_with_soft_contacts_allocate_nothing, setup, teardown_fixture),

@@ -128,8 +128,8 @@ typedef struct pli_soft_contacts_def {
     float hardness;
     float compliance; ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid), of own nodes. Not with `bullet_boxes`
     /// m/s, 0 to PLI_MAX_SPEED: an overlap from before the step, with XPBD from before the substep, goes at this speed
-    /// at most and leaves none. 0 (default): 1 m/s; with `bullet_boxes` at once, leaving its depth per step as a
-    /// speed, as in btSoftBody.
+    /// at most, by a fifth in 1/60 s, and leaves none. 0 (default): 1 m/s; with `bullet_boxes` at once, leaving its
+    /// depth per step as a speed, as in btSoftBody.
     float recovery_speed;
     /// Reference mode only: keep Bullet's fat boxes from step to step and search with them, so that the same pairs are
     /// found as by btSoftBody; default false: search with boxes that cover the whole reach of a contact.

@@ -25,8 +25,8 @@ typedef struct plii_solver_pace {
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    /* The solve: begin -> (sweep -> couple)*n -> end. Bodies that touch each other go through it side by side where
-       they can (world/world_impl.h). */
+    /* The solve: begin -> (sweep -> couple)*n -> SETTLE -> end. Bodies that touch each other go through it side by side
+       where they can (world/world_impl.h). */
     plii_solver_pace (*pace)(const pli_body* body);
     void (*begin)(pli_body* body);
     void (*sweep)(pli_body* body);
@@ -107,6 +107,7 @@ struct pli_body {
        rigid bodies are met by the nodes whose boxes they touch. */
     pli_bounds* node_boxes;
     const pli_bounds* soft_node_boxes;
+    pli_vec3* soft_shifts; /* [node_count] m, or NULL: by which soft contacts have taken overlaps back in this solve */
     bool records_contacts; /* see contact_report.h */
     uint8_t* anchored;     /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */

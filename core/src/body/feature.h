@@ -7,7 +7,7 @@
        per body    FORCES -> (integrate) -> UPDATE            pli_world_predict
        per pair    collide_rigid, collide_body                pli_world_collide_*
        all bodies  JOINT_PREPARE -> JOINT_SOLVE*n -> JOINT_FINISH           pli_world_solve
-       per body    PREPARE -> VELOCITY*n -> (POSITION -> COUPLE)*n -> DRIFT*n -> FINISH   pli_world_solve
+       per body    PREPARE -> VELOCITY*n -> (POSITION -> COUPLE)*n -> SETTLE -> DRIFT*n -> FINISH   pli_world_solve
        per body    REFRESH, after all bodies are solved
 
    These are btSoftBody's stages, so that results can be compared one by one. A feature is one file, or a few of one
@@ -36,6 +36,7 @@ typedef enum plii_stage {
     PLII_STAGE_VELOCITY, /* each velocity iteration */
     PLII_STAGE_POSITION, /* each position iteration */
     PLII_STAGE_COUPLE,   /* the same, after POSITION of all bodies that are solved side by side */
+    PLII_STAGE_SETTLE,   /* after the last COUPLE of a step or substep, before velocities are taken from positions */
     PLII_STAGE_DRIFT,    /* each drift iteration */
     PLII_STAGE_FINISH,   /* once after the iterations */
     PLII_STAGE_REFRESH,  /* what the next step and the user read: normals */

@@ -279,6 +279,7 @@ void plii_run_stage_profiled(pli_body* body, plii_stage stage) {
         [PLII_STAGE_VELOCITY] = "velocity",
         [PLII_STAGE_POSITION] = "position",
         [PLII_STAGE_COUPLE] = "couple",
+        [PLII_STAGE_SETTLE] = "settle",
         [PLII_STAGE_DRIFT] = "drift",
         [PLII_STAGE_FINISH] = "finish",
         [PLII_STAGE_REFRESH] = "refresh",

@@ -8,6 +8,8 @@
 #include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
+#include <string.h>
+
 /* Bullet's trees start without margins. */
 static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
     for (int i = 0; i < body->node_count; ++i) {
@@ -54,6 +56,8 @@ static void soft_contacts_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->impulse_count = state->met_count = 0;
     state->has_coupled = false;
+    memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
+    body->soft_shifts = state->shifts;
     for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
         state->predicted[i] = plii_xyz(body->positions[i]);
     }
@@ -86,6 +90,7 @@ static void soft_contacts_disable(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     body->sweeping_features -= state->is_sweeping;
     body->soft_node_boxes = NULL;
+    body->soft_shifts = NULL;
 }
 
 /* Boxes start anew with the next step. */
@@ -94,6 +99,7 @@ static void soft_contacts_build(pli_body* body, void* data) {
     state->count = state->order_count = 0;
     state->has_boxes = false;
     body->soft_node_boxes = NULL;
+    body->soft_shifts = NULL;
 }
 
 /* Boxes after clusters; contacts after those with rigid bodies and before the links. */
@@ -132,6 +138,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .on_restored = soft_contacts_on_restored,
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_soft_contacts_state, shifts), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
         {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, PLII_SAVED_AS("6f")},
@@ -155,6 +162,7 @@ const plii_feature_class plii_soft_contacts_class = {
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_COUPLE] = {plii_soft_contacts_couple, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_SETTLE] = {plii_soft_contacts_settle, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_REFRESH] = {soft_contacts_refresh, SOFT_CONTACTS_ORDER}},
     .disable = soft_contacts_disable,
     .collide_body = plii_soft_contacts_collide,

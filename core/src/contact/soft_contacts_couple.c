@@ -5,6 +5,9 @@
    velocities, as a rigid body does. */
 
 #include "contact/soft_contacts_impl.h"
+#include "math/simd_float4.h"
+
+#include <string.h>
 
 /* The substep of the body that is solved, or NULL: a whole step. */
 typedef struct soft_couple_time {
@@ -18,34 +21,52 @@ static soft_couple_time soft_couple_now(const pli_body* body) {
                            : (soft_couple_time){NULL, body->step.dt, body->step.inverse_dt};
 }
 
-/* Before the end of a step at which the body will be, or is already, at its positions. */
-static pli_vec3 soft_couple_before(const pli_body* body, int node, float time) {
-    return pli_vec3_sub(plii_xyz(body->positions[node]), pli_vec3_scale(plii_xyz(body->velocities[node]), time));
+PLII_SIMD_INLINE plii_float4 soft_couple_position(const pli_body* body, int node, soft_couple_time time) {
+    return plii_float4_from(&body->positions[node]);
 }
 
-static pli_vec3 soft_couple_at(const pli_body* body, int node, soft_couple_time time) {
-    if (time.substep == NULL) { return plii_xyz(body->positions[node]); }
-    return body->substep != NULL ? plii_substep_position(body, body->substep, node)
-                                 : soft_couple_before(body, node, time.substep->remaining);
+/* Where a node is, from its position. A body that is not in the substep is, or will be, at its position at the end of
+   the step. */
+PLII_SIMD_INLINE plii_float4 soft_couple_displacement(const pli_body* body, int node, soft_couple_time time) {
+    return body->substep != NULL
+               ? plii_float4_from(&body->substep->displacements[node])
+               : plii_float4_from(&body->velocities[node]) * plii_float4_all(-time.substep->remaining);
 }
 
-static pli_vec3 soft_couple_start(const pli_body* body, int node, soft_couple_time time) {
-    if (time.substep == NULL) { return plii_xyz(body->previous[node]); }
-    return body->substep != NULL ? plii_substep_place(body, body->substep, body->substep->start_displacements, node)
-                                 : soft_couple_before(body, node, time.substep->remaining + time.dt);
+/* In the step or substep. */
+PLII_SIMD_INLINE plii_float4 soft_couple_motion(const pli_body* body, int node, soft_couple_time time) {
+    if (time.substep == NULL) {
+        return plii_float4_from(&body->positions[node]) - plii_float4_from(&body->previous[node]);
+    }
+    if (body->substep == NULL) { return plii_float4_from(&body->velocities[node]) * plii_float4_all(time.dt); }
+    return plii_float4_from(&body->substep->displacements[node]) -
+           plii_float4_from(&body->substep->start_displacements[node]);
 }
 
-typedef pli_vec3 soft_couple_place(const pli_body* body, int node, soft_couple_time time);
+/* But for what took overlaps back: as if the node had started so much farther. */
+PLII_SIMD_INLINE plii_float4 soft_couple_solved_motion(const pli_body* body, int node, soft_couple_time time) {
+    const plii_float4 motion = soft_couple_motion(body, node, time);
+    return body->soft_shifts != NULL ? motion - plii_lanes_from_vec3(&body->soft_shifts[node]) : motion;
+}
 
-/* From the point of the face to the node. */
-static inline pli_vec3 soft_couple_apart(const pli_body* body, const plii_soft_contact* contact, soft_couple_time time,
-                                         soft_couple_place* at) {
+typedef plii_float4 soft_couple_quantity(const pli_body* body, int node, soft_couple_time time);
+
+/* Of the node against the point of the face. By differences, which far from the origin are more exact than what they
+   are of. */
+PLII_SIMD_INLINE plii_float4 soft_couple_relative(const pli_body* body, const plii_soft_contact* contact,
+                                                  soft_couple_time time, soft_couple_quantity* of) {
     const pli_body* other = contact->face_body;
     const int* face = other->topology->faces[contact->face];
-    const pli_vec3 a = pli_vec3_scale(at(other, face[0], time), contact->weights.x);
-    const pli_vec3 b = pli_vec3_scale(at(other, face[1], time), contact->weights.y);
-    const pli_vec3 c = pli_vec3_scale(at(other, face[2], time), contact->weights.z);
-    return pli_vec3_sub(at(body, contact->node, time), pli_vec3_add(pli_vec3_add(a, b), c));
+    const plii_float4 node = of(body, contact->node, time);
+    return (node - of(other, face[0], time)) * plii_float4_all(contact->weights.x) +
+           (node - of(other, face[1], time)) * plii_float4_all(contact->weights.y) +
+           (node - of(other, face[2], time)) * plii_float4_all(contact->weights.z);
+}
+
+PLII_SIMD_INLINE pli_vec3 soft_couple_vec3(plii_float4 lanes) {
+    pli_vec3 v;
+    plii_lanes_to_vec3(&v, lanes);
+    return v;
 }
 
 static void soft_couple_add(pli_vec4* to, pli_vec3 by) {
@@ -56,9 +77,8 @@ static void soft_couple_move(pli_body* body, int node, pli_vec3 by) {
     soft_couple_add(body->substep != NULL ? &body->substep->displacements[node] : &body->positions[node], by);
 }
 
-/* As if the node had been there at the start, so that no velocity comes of it. */
-static void soft_couple_shift(pli_body* body, int node, pli_vec3 by) {
-    soft_couple_move(body, node, by);
+/* As if the node had started there, so that no velocity comes of it. */
+static void soft_couple_move_start(pli_body* body, int node, pli_vec3 by) {
     soft_couple_add(body->substep != NULL ? &body->substep->start_displacements[node] : &body->previous[node], by);
 }
 
@@ -74,83 +94,116 @@ static void soft_couple_accelerate(pli_body* body, int node, pli_vec3 by, soft_c
     soft_couple_add(&body->positions[node], pli_vec3_scale(change, left));
 }
 
-/* `push` in kg m; of what overlapped before the start `is_shift`. */
-static void soft_couple_push(pli_body* body, const plii_soft_contact* contact, pli_vec3 push, bool is_shift,
-                             soft_couple_time time) {
-    pli_body* other = contact->face_body;
-    const int* face = other->topology->faces[contact->face];
-    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
-    const pli_vec3 by = pli_vec3_scale(push, body->positions[contact->node].w);
-    if (is_shift) {
-        soft_couple_shift(body, contact->node, by);
+/* What a push does to nodes. */
+typedef enum soft_couple_effect {
+    SOFT_COUPLE_MOVE,
+    SOFT_COUPLE_SHIFT, /* moves them, and what the solve takes for their start */
+    SOFT_COUPLE_STILL  /* takes as much of their motion for none */
+} soft_couple_effect;
+
+PLII_SIMD_INLINE void soft_couple_affect(pli_body* body, int node, pli_vec3 by, soft_couple_effect effect,
+                                         bool is_beside, soft_couple_time time) {
+    if (effect == SOFT_COUPLE_STILL) {
+        if (!is_beside) { soft_couple_accelerate(body, node, pli_vec3_neg(by), time); }
+        soft_couple_move_start(body, node, by);
+    } else if (!is_beside) {
+        soft_couple_accelerate(body, node, by, time);
     } else {
-        soft_couple_move(body, contact->node, by);
-    }
-    if (plii_body_is_idle(other)) { return; }
-    const bool is_beside = soft_couple_is_beside(body, other);
-    for (int k = 0; k < 3; ++k) {
-        const pli_vec3 back = pli_vec3_scale(push, -other->positions[face[k]].w * weights[k]);
-        if (is_shift) {
-            soft_couple_shift(other, face[k], back);
-        } else if (is_beside) {
-            soft_couple_move(other, face[k], back);
-        } else {
-            soft_couple_accelerate(other, face[k], back, time);
+        soft_couple_move(body, node, by);
+        if (effect == SOFT_COUPLE_SHIFT && body->soft_shifts != NULL) {
+            body->soft_shifts[node] = pli_vec3_add(body->soft_shifts[node], by);
         }
     }
 }
 
-/* What overlaps at the start goes at the recovery speed, by a shift that leaves no speed: springs and links that pull
-   nodes back would wind it up from step to step. What a fast node keeps beyond the margins is no overlap. Returns the
-   shift, m. */
-static float soft_couple_recover(pli_body* body, const plii_soft_contact* contact, float start_gap,
-                                 float recovery_speed, soft_couple_time time) {
+/* `push` in kg m */
+PLII_SIMD_INLINE void soft_couple_push(pli_body* body, const plii_soft_contact* contact, pli_vec3 push,
+                                       soft_couple_effect effect, soft_couple_time time) {
+    pli_body* other = contact->face_body;
+    const int* face = other->topology->faces[contact->face];
+    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+    const float node_weight = body->positions[contact->node].w;
+    soft_couple_affect(body, contact->node, pli_vec3_scale(push, node_weight), effect, true, time);
+    if (plii_body_is_idle(other)) { return; }
+    const bool is_beside = soft_couple_is_beside(body, other);
+    for (int k = 0; k < 3; ++k) {
+        const pli_vec3 back = pli_vec3_scale(push, -other->positions[face[k]].w * weights[k]);
+        soft_couple_affect(other, face[k], back, effect, is_beside, time);
+    }
+}
+
+static void soft_couple_record(const plii_soft_contacts_state* state, int index, pli_vec3 push, soft_couple_time time) {
+    if (index < state->impulse_count) {
+        plii_contact_impulses_push(&state->impulses, index, pli_vec3_scale(push, time.inverse_dt));
+    }
+}
+
+/* s; overlaps go as if a spring with a dashpot drew them out. A few sweeps leave nodes of a pile a little too deep in
+   each step, and what drew them out at once would make them tremble for ever. */
+#define SOFT_COUPLE_RECOVERY_TIME (1.0f / 15.0f)
+
+/* How much of an overlap at the start goes in the step or substep at most, m. What a fast node keeps beyond the margins
+   is no overlap. */
+static float soft_couple_recovery(const pli_body* body, const plii_soft_contact* contact, float start_gap,
+                                  float recovery_speed, soft_couple_time time) {
     const float beyond = contact->margin - body->collision_margin - contact->face_body->collision_margin;
-    const float depth = -start_gap - plii_max(0.0f, beyond);
-    if (!(depth > 0.0f)) { return 0.0f; }
-    const float shift = plii_min(depth, plii_contact_recovery_speed(recovery_speed) * time.dt);
-    soft_couple_push(body, contact, pli_vec3_scale(contact->normal, shift / contact->weight), true, time);
-    return shift;
+    const float depth = plii_max(0.0f, -start_gap - plii_max(0.0f, beyond));
+    const float share = time.dt / (time.dt + SOFT_COUPLE_RECOVERY_TIME);
+    return plii_min(depth * share, plii_contact_recovery_speed(recovery_speed) * time.dt);
+}
+
+/* Once before the sweeps, so that overlaps that contradict each other do not drive each other on from sweep to sweep.
+   Returns whether there is a shift. */
+static bool soft_couple_recover(pli_body* body, const plii_soft_contacts_state* state, int index, float gap,
+                                float start_gap, soft_couple_time time) {
+    plii_soft_contact* contact = &state->contacts[index];
+    const float most = soft_couple_recovery(body, contact, start_gap, state->def.recovery_speed, time);
+    contact->shift = plii_clamp(start_gap + most - gap, 0.0f, most);
+    if (!(contact->shift > 0.0f)) { return false; }
+    const pli_vec3 push = pli_vec3_scale(contact->normal, contact->shift / contact->weight);
+    soft_couple_push(body, contact, push, SOFT_COUPLE_SHIFT, time);
+    soft_couple_record(state, index, push, time);
+    return true;
+}
+
+/* From the point of the face to the node. */
+PLII_SIMD_INLINE pli_vec3 soft_couple_apart(const pli_body* body, const plii_soft_contact* contact,
+                                            soft_couple_time time) {
+    const plii_float4 apart = soft_couple_relative(body, contact, time, soft_couple_position);
+    if (time.substep == NULL) { return soft_couple_vec3(apart); }
+    return soft_couple_vec3(apart + soft_couple_relative(body, contact, time, soft_couple_displacement));
 }
 
 static void soft_couple_solve(pli_body* body, const plii_soft_contacts_state* state, int index, bool is_first,
                               soft_couple_time time) {
     plii_soft_contact* contact = &state->contacts[index];
     const pli_vec3 n = contact->normal;
-    pli_vec3 apart = soft_couple_apart(body, contact, time, soft_couple_at);
-    float gap = pli_vec3_dot(n, apart) - contact->margin;
+    float gap = pli_vec3_dot(n, soft_couple_apart(body, contact, time)) - contact->margin;
     if (is_first) {
-        contact->multiplier = 0.0f;
+        contact->multiplier = contact->shift = 0.0f;
         contact->friction_push = pli_vec3_make(0, 0, 0);
     }
     if (gap >= 0.0f && contact->multiplier == 0.0f) { return; }
-    pli_vec3 start = soft_couple_apart(body, contact, time, soft_couple_start);
-    float start_gap = pli_vec3_dot(n, start) - contact->margin;
-    if (is_first) {
-        const float shift = soft_couple_recover(body, contact, start_gap, state->def.recovery_speed, time);
-        const pli_vec3 by = pli_vec3_scale(n, shift);
-        apart = pli_vec3_add(apart, by);
-        start = pli_vec3_add(start, by);
-        gap += shift;
-        start_gap += shift;
+    pli_vec3 motion = soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
+    if (is_first && soft_couple_recover(body, state, index, gap, gap - pli_vec3_dot(n, motion), time)) {
+        gap += contact->shift;
+        motion = soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
     }
+    const float along = pli_vec3_dot(n, motion);
     const float alpha = state->def.compliance * time.inverse_dt * time.inverse_dt;
     const float wanted =
-        plii_contact_multiplier(gap - plii_min(start_gap, 0.0f), contact->weight, alpha, contact->multiplier);
+        plii_contact_multiplier(gap - plii_min(gap - along, 0.0f), contact->weight, alpha, contact->multiplier);
     const float multiplier = plii_max(0.0f, contact->multiplier + contact->hardness * wanted);
-    const pli_vec3 motion = pli_vec3_sub(apart, start);
-    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along));
     const pli_vec3 friction =
         plii_contact_friction(contact->friction_push, sliding, contact->weight, contact->friction * multiplier);
     const pli_vec3 push = pli_vec3_add(pli_vec3_scale(n, multiplier - contact->multiplier),
                                        pli_vec3_sub(friction, contact->friction_push));
     if (!plii_vec3_is_finite(push)) { return; }
-    soft_couple_push(body, contact, push, false, time);
+    soft_couple_push(body, contact, push, SOFT_COUPLE_MOVE, time);
     contact->multiplier = multiplier;
     contact->friction_push = friction;
-    if (index < state->impulse_count) {
-        plii_contact_impulses_push(&state->impulses, index, pli_vec3_scale(push, time.inverse_dt));
-    }
+    soft_couple_record(state, index, push, time);
 }
 
 void plii_soft_contacts_couple(pli_body* body, void* data) {
@@ -161,4 +214,29 @@ void plii_soft_contacts_couple(pli_body* body, void* data) {
     for (int i = 0; i < state->count; ++i) {
         if (!state->contacts[i].is_bullet) { soft_couple_solve(body, state, i, is_first, time); }
     }
+}
+
+/* What an overlap that went has parted leaves no speed: springs and links that pull nodes back would wind it up from
+   step to step. What the shift only held up against loads is no motion, and leaves nothing to take. */
+static void soft_couple_settle(pli_body* body, const plii_soft_contacts_state* state, int index,
+                               soft_couple_time time) {
+    const plii_soft_contact* contact = &state->contacts[index];
+    if (!(contact->shift > 0.0f)) { return; }
+    const pli_vec3 n = contact->normal;
+    const float along =
+        pli_vec3_dot(n, soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_motion)));
+    const float parted = plii_min(along, contact->shift);
+    if (!(parted > 0.0f)) { return; }
+    const pli_vec3 push = pli_vec3_scale(n, parted / contact->weight);
+    soft_couple_push(body, contact, push, SOFT_COUPLE_STILL, time);
+    soft_couple_record(state, index, pli_vec3_neg(push), time);
+}
+
+void plii_soft_contacts_settle(pli_body* body, void* data) {
+    plii_soft_contacts_state* state = data;
+    const soft_couple_time time = soft_couple_now(body);
+    for (int i = 0; i < state->count; ++i) {
+        if (!state->contacts[i].is_bullet) { soft_couple_settle(body, state, i, time); }
+    }
+    memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
 }

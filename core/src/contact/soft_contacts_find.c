@@ -82,6 +82,7 @@ pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_s
     } else {
         contact.hardness = plii_min(state->def.hardness, pass->face_state->def.hardness);
         contact.weight = sum;
+        contact.multiplier = contact.shift = 0.0f;
     }
     state->contacts[state->count++] = contact;
     return PLI_OK;

@@ -24,6 +24,7 @@ typedef struct plii_soft_contact {
         struct {                    /* of others */
             float hardness, weight; /* 1/kg, of node and face together */
             float multiplier;       /* kg m, in this step or substep */
+            float shift;            /* m, of the overlap, taken back in it */
             pli_vec3 friction_push; /* kg m */
         };
     };
@@ -44,6 +45,7 @@ typedef struct plii_soft_contacts_state {
     pli_body** met;
     int met_count, met_capacity;
     pli_vec3* predicted; /* [node_count] m */
+    pli_vec3* shifts;    /* [node_count] of body->soft_shifts */
     float* missed;       /* [node_count] m, how far from there the nodes ended in the step before */
     bool is_sweeping;    /* the body counts it among its sweeping features */
     bool has_coupled;    /* in this step */
@@ -118,6 +120,7 @@ void plii_soft_contacts_note(const pli_body* body, const plii_soft_contacts_stat
 void plii_soft_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user);
 
 void plii_soft_contacts_couple(pli_body* body, void* data);
+void plii_soft_contacts_settle(pli_body* body, void* data);
 /* Bullet's: once per step, what overlaps already and must not get speed; and each iteration. */
 void plii_soft_contacts_recover_bullet(pli_body* body, void* data);
 void plii_soft_contacts_solve_bullet(pli_body* body, void* data);

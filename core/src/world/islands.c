@@ -1,6 +1,7 @@
 #include "world/world_impl.h"
 
 #include "base/union_find.h"
+#include "body/pipeline.h"
 
 void plii_islands_start(pli_world* world) {
     world->have_bodies_met = false;
@@ -55,6 +56,10 @@ static inline void islands_run(pli_body* first, void (*run)(pli_body* body)) {
     }
 }
 
+static void islands_settle(pli_body* body) {
+    plii_run_stage(body, PLII_STAGE_SETTLE);
+}
+
 static void islands_solve(pli_body* first) {
     const plii_solver_class* solver = first->solver_class;
     const plii_solver_pace pace = solver->pace(first);
@@ -65,6 +70,7 @@ static void islands_solve(pli_body* first) {
             islands_run(first, solver->sweep);
             islands_run(first, solver->couple);
         }
+        islands_run(first, islands_settle);
     }
     islands_run(first, solver->end);
     for (pli_body* body = first; body != NULL; body = body->island_next) {
