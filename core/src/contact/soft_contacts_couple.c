@@ -159,8 +159,9 @@ static bool soft_couple_recover(pli_body* body, const plii_soft_contacts_state* 
     plii_soft_contact* contact = &state->contacts[index];
     const float most = soft_couple_recovery(body, contact, start_gap, state->def.recovery_speed, time);
     contact->shift = plii_clamp(start_gap + most - gap, 0.0f, most);
-    if (!(contact->shift > 0.0f)) { return false; }
     const pli_vec3 push = pli_vec3_scale(contact->normal, contact->shift / contact->weight);
+    if (!plii_vec3_is_finite(push)) { contact->shift = 0.0f; }
+    if (!(contact->shift > 0.0f)) { return false; }
     soft_couple_push(body, contact, push, SOFT_COUPLE_SHIFT, time);
     soft_couple_record(state, index, push, time);
     return true;
