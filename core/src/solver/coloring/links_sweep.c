@@ -1,10 +1,12 @@
 /* The kernel of an instruction set, and sweeps over the colours. */
 
+#include "base/ranges.h"
 #include "solver/coloring/links_kernel.h"
 
 enum {
     LINKS_SHARED = 16384, /* links; a body of fewer is done before threads have met after every colour */
-    LINKS_GRAIN = 64      /* groups, some 2 us: what a range costs where processors are far apart */
+    LINKS_GRAIN = 64,     /* groups, some 2 us: what a range costs where processors are far apart */
+    LINKS_START_NS = 20   /* per group; no thread waits for another one before all are done */
 };
 
 /* Of one of the two. */
@@ -44,5 +46,5 @@ static void links_start_range(int begin, int end, void* data) {
 
 void plii_links_start_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_start* start) {
     links_part part = {.kernel = kernel, .start = start};
-    plii_parallel_for(context, links_start_range, &part, start->colors->group_count, LINKS_SHARED / PLII_LINK_LANES);
+    plii_parallel_for(context, links_start_range, &part, start->colors->group_count, plii_grain(LINKS_START_NS));
 }
