@@ -2,11 +2,11 @@
 #define PLIANT_TETHER_H
 
 /// Tethers: no node gets farther from the nodes that are pinned or anchored to a static or kinematic body, its origins,
-/// than the body reaches from there to it. For ropes, cloth and capes that hang from these and are not meant to stretch:
-/// what links carry only from one to the next, iteration by iteration, tethers see at once. A node is held by the
-/// nearest origin and by up to four that are far from each other. Work with each solver, whichever comes first. Source:
-/// Kim, Chentanez, Müller, "Long Range Attachments"; distances after Novotni and Klein, "Computing Geodesic Distances on
-/// Triangular Meshes".
+/// than the body reaches from there to it. For ropes, cloth and capes that hang from these and are not meant to
+/// stretch: what links carry only from one to the next, iteration by iteration, tethers see at once. A node is held by
+/// the nearest origin and by up to four that are far from each other. Work with each solver, whichever comes first.
+/// Source: Kim, Chentanez, Müller, "Long Range Attachments"; distances after Novotni and Klein, "Computing Geodesic
+/// Distances on Triangular Meshes".
 
 #include "body.h"
 
@@ -29,12 +29,13 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// node that hangs together with none of these is not held. Cuts, and changes of rest lengths, of masses and of anchors
 /// are followed from the next step on. Where origins are farther apart than the body reaches, tethers are longer by as
 /// much. A dynamic body that is anchored to a node is held where the anchor is, by the nearest origin. The implicit
-/// solver knows the weight of rigid bodies by itself: under it a body that dynamic bodies are anchored to has no tethers,
-/// and others have those to the nearest origin alone, along links. Enable, or measure anew and change when enabled.
+/// solver knows the weight of rigid bodies by itself: under it a body that dynamic bodies are anchored to has no
+/// tethers, and others have those to the nearest origin alone, along links. Enable, or measure anew and change when
+/// enabled.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
-/// Cost: 24 B per node, about 150 B per anchor; two looks at distances per node and iteration or substep. Measuring takes
-/// 0.3 µs per node and origin, for the nearest one and four others.
+/// Cost: 24 B per node, about 150 B per anchor; two looks at distances per node and iteration or substep. Measuring
+/// takes 0.3 µs per node and origin, for the nearest one and four others.
 PLI_API pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def);
 
 /// Lets go of all nodes. Nothing when not enabled.
@@ -47,7 +48,8 @@ typedef struct pli_tether {
     float length; ///< m, without slack
 } pli_tether;
 
-/// The tether of one node to the nearest origin; none where the node is not held, is none itself, or tethers are not enabled.
+/// The tether of one node to the nearest origin; none where the node is not held, is none itself, or tethers are not
+/// enabled.
 PLI_API pli_tether pli_body_get_tether(const pli_body* body, int node);
 
 #ifdef __cplusplus

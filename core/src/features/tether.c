@@ -162,7 +162,7 @@ static float tether_limit(float longest, float start, float dt) {
     return plii_max(longest, start - TETHER_RECOVERY_SPEED * dt);
 }
 
-/* Of lengths. */
+/* From a length at rest to the longest distance. */
 static float tether_factor(const tether_state* state) {
     return (1.0f + state->def.slack) * state->spread;
 }
