@@ -94,7 +94,7 @@ int main(void) {
     pli_rigid* ball = make_ball(world);
 
     const float dt = 1.0f / 60.0f;
-    for (int step = 0; step < 240; ++step) {
+    for (int step = 0; step < 270; ++step) {
         move_ball(ball, (float)step * dt);
         check(pli_world_step(world, dt));
         print_events(world);
