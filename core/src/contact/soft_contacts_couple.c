@@ -175,6 +175,11 @@ PLII_SIMD_INLINE pli_vec3 soft_couple_apart(const pli_body* body, const plii_sof
     return soft_couple_vec3(apart + soft_couple_relative(body, contact, time, soft_couple_displacement));
 }
 
+static pli_vec3 soft_couple_relative_motion(const pli_body* body, const plii_soft_contact* contact,
+                                            soft_couple_time time) {
+    return soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
+}
+
 static void soft_couple_solve(pli_body* body, const plii_soft_contacts_state* state, int index, bool is_first,
                               soft_couple_time time) {
     plii_soft_contact* contact = &state->contacts[index];
@@ -185,10 +190,10 @@ static void soft_couple_solve(pli_body* body, const plii_soft_contacts_state* st
         contact->friction_push = pli_vec3_make(0, 0, 0);
     }
     if (gap >= 0.0f && contact->multiplier == 0.0f) { return; }
-    pli_vec3 motion = soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
+    pli_vec3 motion = soft_couple_relative_motion(body, contact, time);
     if (is_first && soft_couple_recover(body, state, index, gap, gap - pli_vec3_dot(n, motion), time)) {
         gap += contact->shift;
-        motion = soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
+        motion = soft_couple_relative_motion(body, contact, time);
     }
     const float along = pli_vec3_dot(n, motion);
     const float alpha = state->def.compliance * time.inverse_dt * time.inverse_dt;
