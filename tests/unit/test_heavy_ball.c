@@ -68,7 +68,7 @@ static void heavy_balls_do_not_pass(void** unused) {
         if (has_tethers) {
             print_message("%g kg, %s%s: lowest %.2f m, stretch %.1f %%\n", (double)mass, has_rim ? "rim" : "corners",
                           has_faces ? ", faces" : "", (double)result.lowest, 100 * (double)result.stretch);
-            check_at_most(-result.lowest, 0.1);
+            check_at_most(-result.lowest, 0.01);
             check_at_most(result.stretch, has_rim ? 0.13 : 0.05);
         }
     }

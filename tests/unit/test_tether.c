@@ -251,13 +251,15 @@ static pli_rigid* make_kinematic(pli_vec3 origin) {
     return rigid;
 }
 
-/* A rope that is held at both ends, which are a fifth farther apart than it is long: its nodes stay in proportion. */
+/* A rope that is held at both ends, which are a fifth farther apart than it is long: its nodes stay in proportion. Not
+   so under the implicit solver, which has tethers to the nearest end alone. */
 static void test_tethers_stretch_with_their_origins(void** state) {
     (void)state;
     assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)), PLI_OK);
-    for (int which = 0; which < SOLVER_COUNT; ++which) {
+    static const solver solvers[] = {POSITION, XPBD};
+    for (int which = 0; which < 2; ++which) {
         pli_body* rope = make_rope();
-        use_solver(rope, (solver)which, 1e5f);
+        use_solver(rope, solvers[which], 1e5f);
         assert_int_equal(pli_body_set_node_mass(rope, 9, 0), PLI_OK);
         tether(rope, 0.01f);
         for (int i = 0; i < 240; ++i) {
@@ -266,7 +268,7 @@ static void test_tethers_stretch_with_their_origins(void** state) {
             assert_int_equal(pli_world_step(world, dt), PLI_OK);
         }
         for (int i = 1; i < 10; ++i) {
-            check_near(position(rope, i).x, 2.4f / 9 * (float)i, which == POSITION || which == XPBD ? 0.025f : 0.2f);
+            check_near(position(rope, i).x, 2.4f / 9 * (float)i, 0.025f);
         }
         pli_body_destroy(rope);
     }

@@ -35,7 +35,7 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 /// Cost: 24 B per node, about 150 B per anchor; two looks at distances per node and iteration or substep. Measuring
-/// takes 0.3 µs per node and origin, for the nearest one and four others.
+/// is a search of shortest paths for the nearest origins, and one for each of the others.
 PLI_API pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def);
 
 /// Lets go of all nodes. Nothing when not enabled.
