@@ -21,121 +21,139 @@ static soft_couple_time soft_couple_now(const pli_body* body) {
                            : (soft_couple_time){NULL, body->step.dt, body->step.inverse_dt};
 }
 
-PLII_SIMD_INLINE plii_float4 soft_couple_position(const pli_body* body, int node, soft_couple_time time) {
-    return plii_float4_from(&body->positions[node]);
-}
+/* A body of contacts. Its nodes are at positions + here * moves, and have moved by along * moves - before * starts in
+   the step or substep. Shifts took overlaps back: as if nodes had started so much farther. */
+typedef struct soft_couple_side {
+    pli_body* body;
+    const pli_vec4* positions;
+    pli_vec4 *moves, *starts;
+    pli_vec3* shifts; /* may be NULL */
+    float here, along, before;
+    bool is_beside;
+} soft_couple_side;
 
-/* Where a node is, from its position. A body that is not in the substep is, or will be, at its position at the end of
-   the step. */
-PLII_SIMD_INLINE plii_float4 soft_couple_displacement(const pli_body* body, int node, soft_couple_time time) {
-    return body->substep != NULL
-               ? plii_float4_from(&body->substep->displacements[node])
-               : plii_float4_from(&body->velocities[node]) * plii_float4_all(-time.substep->remaining);
-}
-
-/* In the step or substep. */
-PLII_SIMD_INLINE plii_float4 soft_couple_motion(const pli_body* body, int node, soft_couple_time time) {
-    if (time.substep == NULL) {
-        return plii_float4_from(&body->positions[node]) - plii_float4_from(&body->previous[node]);
+static soft_couple_side soft_couple_side_of(pli_body* body, bool is_beside, soft_couple_time time) {
+    soft_couple_side side = {.body = body,
+                             .positions = body->positions,
+                             .moves = body->positions,
+                             .starts = body->previous,
+                             .shifts = body->soft_shifts,
+                             .here = 0.0f,
+                             .along = 1.0f,
+                             .before = 1.0f,
+                             .is_beside = is_beside};
+    if (time.substep == NULL) { return side; }
+    if (body->substep != NULL) {
+        side.moves = body->substep->displacements;
+        side.starts = body->substep->start_displacements;
+        side.here = 1.0f;
+    } else { /* it is, or will be, at its positions at the end of the step */
+        side.moves = body->velocities;
+        side.here = -time.substep->remaining;
+        side.along = time.dt;
+        side.before = 0.0f;
     }
-    if (body->substep == NULL) { return plii_float4_from(&body->velocities[node]) * plii_float4_all(time.dt); }
-    return plii_float4_from(&body->substep->displacements[node]) -
-           plii_float4_from(&body->substep->start_displacements[node]);
-}
-
-/* But for what took overlaps back: as if the node had started so much farther. */
-PLII_SIMD_INLINE plii_float4 soft_couple_solved_motion(const pli_body* body, int node, soft_couple_time time) {
-    const plii_float4 motion = soft_couple_motion(body, node, time);
-    return body->soft_shifts != NULL ? motion - plii_lanes_from_vec3(&body->soft_shifts[node]) : motion;
-}
-
-typedef plii_float4 soft_couple_quantity(const pli_body* body, int node, soft_couple_time time);
-
-/* Of the node against the point of the face. By differences, which far from the origin are more exact than what they
-   are of. */
-PLII_SIMD_INLINE plii_float4 soft_couple_relative(const pli_body* body, const plii_soft_contact* contact,
-                                                  soft_couple_time time, soft_couple_quantity* of) {
-    const pli_body* other = contact->face_body;
-    const int* face = other->topology->faces[contact->face];
-    const plii_float4 node = of(body, contact->node, time);
-    return (node - of(other, face[0], time)) * plii_float4_all(contact->weights.x) +
-           (node - of(other, face[1], time)) * plii_float4_all(contact->weights.y) +
-           (node - of(other, face[2], time)) * plii_float4_all(contact->weights.z);
-}
-
-PLII_SIMD_INLINE pli_vec3 soft_couple_vec3(plii_float4 lanes) {
-    pli_vec3 v;
-    plii_lanes_to_vec3(&v, lanes);
-    return v;
-}
-
-static void soft_couple_add(pli_vec4* to, pli_vec3 by) {
-    plii_set_xyz(to, pli_vec3_add(plii_xyz(*to), by));
-}
-
-static void soft_couple_move(pli_body* body, int node, pli_vec3 by) {
-    soft_couple_add(body->substep != NULL ? &body->substep->displacements[node] : &body->positions[node], by);
-}
-
-/* As if the node had started there, so that no velocity comes of it. */
-static void soft_couple_move_start(pli_body* body, int node, pli_vec3 by) {
-    soft_couple_add(body->substep != NULL ? &body->substep->start_displacements[node] : &body->previous[node], by);
+    return side;
 }
 
 static bool soft_couple_is_beside(const pli_body* body, const pli_body* other) {
     return body->island != NULL && other->island == body->island;
 }
 
+/* Contacts of one body with another one. */
+typedef struct soft_couple_pair {
+    soft_couple_side node, face;
+    bool is_idle; /* the one of the faces: it does not move */
+    soft_couple_time time;
+} soft_couple_pair;
+
+static soft_couple_pair soft_couple_pair_of(pli_body* body, pli_body* other, soft_couple_time time) {
+    return (soft_couple_pair){.node = soft_couple_side_of(body, true, time),
+                              .face = soft_couple_side_of(other, soft_couple_is_beside(body, other), time),
+                              .is_idle = plii_body_is_idle(other),
+                              .time = time};
+}
+
+typedef plii_float4 soft_couple_quantity(const soft_couple_side* side, int node);
+
+PLII_SIMD_INLINE plii_float4 soft_couple_place(const soft_couple_side* side, int node) {
+    return plii_float4_from(&side->positions[node]) + plii_float4_from(&side->moves[node]) * side->here;
+}
+
+PLII_SIMD_INLINE plii_float4 soft_couple_motion(const soft_couple_side* side, int node) {
+    return plii_float4_from(&side->moves[node]) * side->along - plii_float4_from(&side->starts[node]) * side->before;
+}
+
+/* But for shifts. */
+PLII_SIMD_INLINE plii_float4 soft_couple_solved_motion(const soft_couple_side* side, int node) {
+    const plii_float4 motion = soft_couple_motion(side, node);
+    return side->shifts != NULL ? motion - plii_lanes_from_vec3(&side->shifts[node]) : motion;
+}
+
+/* Of the node against the point of the face; w: 0. By differences, which far from the origin are more exact than what
+   they are of. */
+PLII_SIMD_INLINE plii_float4 soft_couple_relative(const soft_couple_pair* pair, const plii_soft_contact* contact,
+                                                  soft_couple_quantity* of) {
+    const int* face = pair->face.body->topology->faces[contact->face];
+    const plii_float4 node = of(&pair->node, contact->node);
+    return plii_lanes_xyz((node - of(&pair->face, face[0])) * contact->weights.x +
+                          (node - of(&pair->face, face[1])) * contact->weights.y +
+                          (node - of(&pair->face, face[2])) * contact->weights.z);
+}
+
+/* Whole records: a load of one would wait for parts of it that are on their way to memory. */
+PLII_SIMD_INLINE void soft_couple_add(pli_vec4* to, plii_float4 by) {
+    plii_float4_to(to, plii_float4_from(to) + by);
+}
+
 /* A body that is not solved side by side is where its velocity leads to. */
-static void soft_couple_accelerate(pli_body* body, int node, pli_vec3 by, soft_couple_time time) {
-    const pli_vec3 change = pli_vec3_scale(by, time.inverse_dt);
+static void soft_couple_accelerate(pli_body* body, int node, plii_float4 by, soft_couple_time time) {
     const float left = time.dt + (time.substep != NULL ? time.substep->remaining : 0.0f);
-    soft_couple_add(&body->velocities[node], change);
-    soft_couple_add(&body->positions[node], pli_vec3_scale(change, left));
+    soft_couple_add(&body->velocities[node], by * time.inverse_dt);
+    soft_couple_add(&body->positions[node], by * time.inverse_dt * left);
 }
 
-/* What a push does to nodes. */
-typedef enum soft_couple_effect {
-    SOFT_COUPLE_MOVE,
-    SOFT_COUPLE_SHIFT, /* moves them, and what the solve takes for their start */
-    SOFT_COUPLE_STILL  /* takes as much of their motion for none */
-} soft_couple_effect;
+typedef void soft_couple_effect(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time);
 
-PLII_SIMD_INLINE void soft_couple_affect(pli_body* body, int node, pli_vec3 by, soft_couple_effect effect,
-                                         bool is_beside, soft_couple_time time) {
-    if (effect == SOFT_COUPLE_STILL) {
-        if (!is_beside) { soft_couple_accelerate(body, node, pli_vec3_neg(by), time); }
-        soft_couple_move_start(body, node, by);
-    } else if (!is_beside) {
-        soft_couple_accelerate(body, node, by, time);
+PLII_SIMD_INLINE void soft_couple_move(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time) {
+    if (side->is_beside) {
+        soft_couple_add(&side->moves[node], by);
     } else {
-        soft_couple_move(body, node, by);
-        if (effect == SOFT_COUPLE_SHIFT && body->soft_shifts != NULL) {
-            body->soft_shifts[node] = pli_vec3_add(body->soft_shifts[node], by);
-        }
+        soft_couple_accelerate(side->body, node, by, time);
     }
 }
 
-/* `push` in kg m */
-PLII_SIMD_INLINE void soft_couple_push(pli_body* body, const plii_soft_contact* contact, pli_vec3 push,
-                                       soft_couple_effect effect, soft_couple_time time) {
-    pli_body* other = contact->face_body;
-    const int* face = other->topology->faces[contact->face];
-    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
-    const float node_weight = body->positions[contact->node].w;
-    soft_couple_affect(body, contact->node, pli_vec3_scale(push, node_weight), effect, true, time);
-    if (plii_body_is_idle(other)) { return; }
-    const bool is_beside = soft_couple_is_beside(body, other);
-    for (int k = 0; k < 3; ++k) {
-        const pli_vec3 back = pli_vec3_scale(push, -other->positions[face[k]].w * weights[k]);
-        soft_couple_affect(other, face[k], back, effect, is_beside, time);
-    }
+/* The solve takes as much for the start of the node. */
+PLII_SIMD_INLINE void soft_couple_shift(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time) {
+    if (!side->is_beside || side->shifts == NULL) { return; }
+    plii_lanes_to_vec3(&side->shifts[node], plii_lanes_from_vec3(&side->shifts[node]) + by);
 }
 
-static void soft_couple_record(const plii_soft_contacts_state* state, int index, pli_vec3 push, soft_couple_time time) {
-    if (index < state->impulse_count) {
-        plii_contact_impulses_push(&state->impulses, index, pli_vec3_scale(push, time.inverse_dt));
-    }
+/* As if the node had started there, so that no velocity comes of it. */
+PLII_SIMD_INLINE void soft_couple_still(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time) {
+    if (!side->is_beside) { soft_couple_accelerate(side->body, node, -by, time); }
+    soft_couple_add(&side->starts[node], by);
+}
+
+/* `push` in kg m; w: 0 */
+PLII_SIMD_INLINE void soft_couple_push(const soft_couple_pair* pair, const plii_soft_contact* contact, plii_float4 push,
+                                       soft_couple_effect effect) {
+    const soft_couple_side *node = &pair->node, *others = &pair->face;
+    const int* face = others->body->topology->faces[contact->face];
+    effect(node, contact->node, push * node->positions[contact->node].w, pair->time);
+    if (pair->is_idle) { return; }
+    const plii_float4 back = -push;
+    effect(others, face[0], back * (others->positions[face[0]].w * contact->weights.x), pair->time);
+    effect(others, face[1], back * (others->positions[face[1]].w * contact->weights.y), pair->time);
+    effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), pair->time);
+}
+
+static void soft_couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push,
+                               soft_couple_time time) {
+    if (index >= state->impulse_count) { return; }
+    pli_vec3 impulse;
+    plii_lanes_to_vec3(&impulse, push * time.inverse_dt);
+    plii_contact_impulses_push(&state->impulses, index, impulse);
 }
 
 /* s; overlaps go as if a spring with a dashpot drew them out. A few sweeps leave nodes of a pile a little too deep in
@@ -152,97 +170,101 @@ static float soft_couple_recovery(const pli_body* body, const plii_soft_contact*
     return plii_min(depth * share, plii_contact_recovery_speed(recovery_speed) * time.dt);
 }
 
-/* Once before the sweeps, so that overlaps that contradict each other do not drive each other on from sweep to sweep.
-   Returns whether there is a shift. */
-static bool soft_couple_recover(pli_body* body, const plii_soft_contacts_state* state, int index, float gap,
-                                float start_gap, soft_couple_time time) {
+/* The new sum of friction: plii_contact_friction */
+PLII_SIMD_INLINE plii_float4 soft_couple_friction(const plii_soft_contact* contact, plii_float4 sliding, float limit) {
+    const plii_float4 wanted = plii_lanes_from_vec3(&contact->friction_push) - sliding * (1.0f / contact->weight);
+    const float length = sqrtf(plii_lanes_dot(wanted, wanted));
+    return length > limit ? wanted * (limit / length) : wanted;
+}
+
+/* What draws an overlap out, in the first sweep only, so that overlaps that contradict each other do not drive each
+   other on from sweep to sweep; kg m. To a body that is not beside it is a motion, which counts in `along`. */
+static plii_float4 soft_couple_recover(const soft_couple_pair* pair, const plii_soft_contacts_state* state,
+                                       plii_soft_contact* contact, float gap, float* along) {
+    const float most =
+        soft_couple_recovery(pair->node.body, contact, gap - *along, state->def.recovery_speed, pair->time);
+    const float node_weight = pair->node.positions[contact->node].w;
+    contact->shift = plii_clamp(most - *along, 0.0f, most);
+    if (!pair->face.is_beside) { *along += contact->shift * (1.0f - node_weight / contact->weight); }
+    return plii_lanes_from_vec3(&contact->normal) * (contact->shift / contact->weight);
+}
+
+static void soft_couple_solve(const soft_couple_pair* pair, const plii_soft_contacts_state* state, int index,
+                              bool is_first) {
     plii_soft_contact* contact = &state->contacts[index];
-    const float most = soft_couple_recovery(body, contact, start_gap, state->def.recovery_speed, time);
-    contact->shift = plii_clamp(start_gap + most - gap, 0.0f, most);
-    const pli_vec3 push = pli_vec3_scale(contact->normal, contact->shift / contact->weight);
-    if (!plii_vec3_is_finite(push)) { contact->shift = 0.0f; }
-    if (!(contact->shift > 0.0f)) { return false; }
-    soft_couple_push(body, contact, push, SOFT_COUPLE_SHIFT, time);
-    soft_couple_record(state, index, push, time);
-    return true;
-}
-
-/* From the point of the face to the node. */
-PLII_SIMD_INLINE pli_vec3 soft_couple_apart(const pli_body* body, const plii_soft_contact* contact,
-                                            soft_couple_time time) {
-    const plii_float4 apart = soft_couple_relative(body, contact, time, soft_couple_position);
-    if (time.substep == NULL) { return soft_couple_vec3(apart); }
-    return soft_couple_vec3(apart + soft_couple_relative(body, contact, time, soft_couple_displacement));
-}
-
-static pli_vec3 soft_couple_relative_motion(const pli_body* body, const plii_soft_contact* contact,
-                                            soft_couple_time time) {
-    return soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_solved_motion));
-}
-
-static void soft_couple_solve(pli_body* body, const plii_soft_contacts_state* state, int index, bool is_first,
-                              soft_couple_time time) {
-    plii_soft_contact* contact = &state->contacts[index];
-    const pli_vec3 n = contact->normal;
-    float gap = pli_vec3_dot(n, soft_couple_apart(body, contact, time)) - contact->margin;
+    const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
+    float gap = plii_lanes_dot(n, soft_couple_relative(pair, contact, soft_couple_place)) - contact->margin;
     if (is_first) {
         contact->multiplier = contact->shift = 0.0f;
         contact->friction_push = pli_vec3_make(0, 0, 0);
     }
     if (gap >= 0.0f && contact->multiplier == 0.0f) { return; }
-    pli_vec3 motion = soft_couple_relative_motion(body, contact, time);
-    if (is_first && soft_couple_recover(body, state, index, gap, gap - pli_vec3_dot(n, motion), time)) {
+    const plii_float4 motion = soft_couple_relative(pair, contact, soft_couple_solved_motion);
+    float along = plii_lanes_dot(n, motion);
+    const plii_float4 sliding = motion - n * along;
+    plii_float4 shift = plii_float4_all(0.0f);
+    if (is_first) {
+        shift = soft_couple_recover(pair, state, contact, gap, &along);
         gap += contact->shift;
-        motion = soft_couple_relative_motion(body, contact, time);
     }
-    const float along = pli_vec3_dot(n, motion);
-    const float alpha = state->def.compliance * time.inverse_dt * time.inverse_dt;
+    const float alpha = state->def.compliance * pair->time.inverse_dt * pair->time.inverse_dt;
     const float wanted =
         plii_contact_multiplier(gap - plii_min(gap - along, 0.0f), contact->weight, alpha, contact->multiplier);
     const float multiplier = plii_max(0.0f, contact->multiplier + contact->hardness * wanted);
-    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along));
-    const pli_vec3 friction =
-        plii_contact_friction(contact->friction_push, sliding, contact->weight, contact->friction * multiplier);
-    const pli_vec3 push = pli_vec3_add(pli_vec3_scale(n, multiplier - contact->multiplier),
-                                       pli_vec3_sub(friction, contact->friction_push));
-    if (!plii_vec3_is_finite(push)) { return; }
-    soft_couple_push(body, contact, push, SOFT_COUPLE_MOVE, time);
+    const plii_float4 friction = soft_couple_friction(contact, sliding, contact->friction * multiplier);
+    const plii_float4 push =
+        n * (multiplier - contact->multiplier) + (friction - plii_lanes_from_vec3(&contact->friction_push)) + shift;
+    if (!plii_lanes_xyz_finite(push)) {
+        contact->shift = 0.0f;
+        return;
+    }
+    soft_couple_push(pair, contact, push, soft_couple_move);
+    if (is_first && contact->shift > 0.0f) { soft_couple_push(pair, contact, shift, soft_couple_shift); }
     contact->multiplier = multiplier;
-    contact->friction_push = friction;
-    soft_couple_record(state, index, push, time);
+    plii_lanes_to_vec3(&contact->friction_push, friction);
+    soft_couple_record(state, index, push, pair->time);
+}
+
+/* What an overlap that went has parted leaves no speed: springs and links that pull nodes back would wind it up from
+   step to step. What the shift only held up against loads is no motion, and leaves nothing to take. */
+static void soft_couple_settle(const soft_couple_pair* pair, const plii_soft_contacts_state* state, int index) {
+    const plii_soft_contact* contact = &state->contacts[index];
+    if (!(contact->shift > 0.0f)) { return; }
+    const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
+    const float along = plii_lanes_dot(n, soft_couple_relative(pair, contact, soft_couple_motion));
+    const float parted = plii_min(along, contact->shift);
+    if (!(parted > 0.0f)) { return; }
+    const plii_float4 push = n * (parted / contact->weight);
+    soft_couple_push(pair, contact, push, soft_couple_still);
+    soft_couple_record(state, index, -push, pair->time);
+}
+
+typedef enum soft_couple_pass { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_SETTLE } soft_couple_pass;
+
+static void soft_couple_run(pli_body* body, const plii_soft_contacts_state* state, soft_couple_pass pass) {
+    const soft_couple_time time = soft_couple_now(body);
+    soft_couple_pair pair = {.face.body = NULL};
+    for (int i = 0; i < state->count; ++i) {
+        const plii_soft_contact* contact = &state->contacts[i];
+        if (contact->is_bullet) { continue; }
+        if (contact->face_body != pair.face.body) { pair = soft_couple_pair_of(body, contact->face_body, time); }
+        if (pass == SOFT_COUPLE_SETTLE) {
+            soft_couple_settle(&pair, state, i);
+        } else {
+            soft_couple_solve(&pair, state, i, pass == SOFT_COUPLE_FIRST);
+        }
+    }
 }
 
 void plii_soft_contacts_couple(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     const bool is_first = body->substep != NULL ? body->substep->is_first_sweep : !state->has_coupled;
-    const soft_couple_time time = soft_couple_now(body);
     state->has_coupled = true;
-    for (int i = 0; i < state->count; ++i) {
-        if (!state->contacts[i].is_bullet) { soft_couple_solve(body, state, i, is_first, time); }
-    }
-}
-
-/* What an overlap that went has parted leaves no speed: springs and links that pull nodes back would wind it up from
-   step to step. What the shift only held up against loads is no motion, and leaves nothing to take. */
-static void soft_couple_settle(pli_body* body, const plii_soft_contacts_state* state, int index,
-                               soft_couple_time time) {
-    const plii_soft_contact* contact = &state->contacts[index];
-    if (!(contact->shift > 0.0f)) { return; }
-    const pli_vec3 n = contact->normal;
-    const float along =
-        pli_vec3_dot(n, soft_couple_vec3(soft_couple_relative(body, contact, time, soft_couple_motion)));
-    const float parted = plii_min(along, contact->shift);
-    if (!(parted > 0.0f)) { return; }
-    const pli_vec3 push = pli_vec3_scale(n, parted / contact->weight);
-    soft_couple_push(body, contact, push, SOFT_COUPLE_STILL, time);
-    soft_couple_record(state, index, pli_vec3_neg(push), time);
+    soft_couple_run(body, state, is_first ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT);
 }
 
 void plii_soft_contacts_settle(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
-    const soft_couple_time time = soft_couple_now(body);
-    for (int i = 0; i < state->count; ++i) {
-        if (!state->contacts[i].is_bullet) { soft_couple_settle(body, state, i, time); }
-    }
+    soft_couple_run(body, state, SOFT_COUPLE_SETTLE);
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
 }
