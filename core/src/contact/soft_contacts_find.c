@@ -23,13 +23,14 @@
 static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
     const pli_body* body = pass->node_body;
     const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
-    const float reach = pass->margin + pli_vec3_length(pli_vec3_sub(motion, pass->common_motion)) * 2.0f;
-    if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach}; }
+    const float relative = pli_vec3_length(pli_vec3_sub(motion, pass->common_motion));
+    const float reach = pass->margin + relative * 2.0f;
+    if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach, 0.0f}; }
     const float slack = SOFT_CONTACTS_SLACK * pass->margin + 2.0f * pass->node_state->missed[node];
     /* What is fast is stopped before it is there, and so stays on its side. What gravity does in a step to a body at
        rest does not count. */
     return (plii_soft_contacts_node){node, reach + plii_min(slack, SOFT_CONTACTS_MOST_SLACK * pass->margin),
-                                     plii_max(pass->margin, reach - 2.0f * pass->fall)};
+                                     plii_max(pass->margin, reach - 2.0f * pass->fall), relative + pass->other_motion};
 }
 
 /* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
@@ -298,15 +299,22 @@ static pli_status soft_contacts_run_pass(const plii_soft_contacts_pass* pass) {
     return pass->use_boxes ? soft_contacts_run_boxes(pass) : soft_contacts_run_near(pass);
 }
 
-/* Mean of the nodes. */
-static pli_vec3 soft_contacts_common_motion(const pli_body* body) {
-    plii_float4 sum = plii_float4_all(0.0f);
+/* Of the faces in the step: the mean of their nodes, and how much others differ from it. */
+static void soft_contacts_measure_motion(plii_soft_contacts_pass* pass) {
+    const pli_body* body = pass->face_body;
+    plii_float4 sum = plii_float4_all(0.0f), low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < body->node_count; ++i) {
-        sum = sum + (plii_float4_from(&body->positions[i]) - plii_float4_from(&body->previous[i]));
+        const plii_float4 motion = plii_float4_from(&body->positions[i]) - plii_float4_from(&body->previous[i]);
+        sum = sum + motion;
+        low = plii_lanes_min(motion, low);
+        high = plii_lanes_max(motion, high);
     }
-    pli_vec3 motion;
-    plii_lanes_to_vec3(&motion, sum);
-    return pli_vec3_scale(motion, 1.0f / (float)body->node_count);
+    plii_lanes_to_vec3(&pass->common_motion, sum);
+    pass->common_motion = pli_vec3_scale(pass->common_motion, 1.0f / (float)body->node_count);
+    const plii_float4 mean = plii_lanes_from_vec3(&pass->common_motion);
+    pli_vec3 most;
+    plii_lanes_to_vec3(&most, plii_lanes_max(high - mean, mean - low));
+    pass->other_motion = pli_vec3_length(most);
 }
 
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
@@ -325,7 +333,7 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .fall = pli_vec3_length(body->world->def.gravity) * dt * dt,
                                         .use_boxes = use_boxes,
                                         .is_second = i == 1};
-        if (!use_boxes) { pass.common_motion = soft_contacts_common_motion(pass.face_body); }
+        if (!use_boxes) { soft_contacts_measure_motion(&pass); }
         status = soft_contacts_run_pass(&pass);
     }
     if (status == PLI_OK && !plii_soft_contacts_record_pair(body, state, other, other_state)) {

@@ -33,6 +33,7 @@ typedef struct plii_soft_contact {
 typedef struct plii_soft_contacts_node {
     int node;
     float reach, margin; /* how far it looks for faces, how far it is held off them; m */
+    float motion;        /* against any point of the other body in the step, at most; m */
 } plii_soft_contacts_node;
 
 typedef struct plii_soft_contacts_state {
@@ -90,6 +91,7 @@ typedef struct plii_soft_contacts_pass {
     float margin;           /* sum of both */
     float fall;             /* m, by gravity in this step, from rest */
     pli_vec3 common_motion; /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
+    float other_motion;     /* m, of a node of the faces beside that, at most */
     bool use_boxes;
     bool is_second; /* the nodes are those of the second body */
 } plii_soft_contacts_pass;

@@ -16,7 +16,8 @@ enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
 #define SOFT_CONTACTS_EDGE 1e-3f
 
 typedef struct soft_contacts_pick {
-    plii_soft_contact contact;
+    int face;
+    pli_vec3 weights, normal;
     float distance, time; /* m; share of the step at which it crosses */
 } soft_contacts_pick;
 
@@ -45,8 +46,8 @@ static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft
     /* A direction of the length of rounding errors means nothing. */
     const float noise = 4.0f * PLII_EPSILON * pli_vec3_length(plii_xyz(pass->node_body->positions[near.node]));
     pick->distance = distance;
-    pick->contact.weights = closest.weights;
-    pick->contact.normal = distance > noise ? plii_vec3_divide(point, -distance)
+    pick->weights = closest.weights;
+    pick->normal = distance > noise ? plii_vec3_divide(point, -distance)
                                             : plii_soft_contacts_face_normal(pass, near.node, face, closest.weights);
     *feature = closest.feature;
     return true;
@@ -75,8 +76,8 @@ static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, int node,
     const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
     const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
-    pick->contact.weights = closest.weights;
-    pick->contact.normal = from > 0.0f ? size->normal : pli_vec3_neg(size->normal);
+    pick->weights = closest.weights;
+    pick->normal = from > 0.0f ? size->normal : pli_vec3_neg(size->normal);
     return true;
 }
 
@@ -97,7 +98,7 @@ static int soft_contacts_keep(soft_contacts_pick* kept, int count, const soft_co
 
 static bool soft_contacts_is_alike(const soft_contacts_pick* kept, int count, const soft_contacts_pick* pick) {
     for (int k = 0; k < count; ++k) {
-        if (pli_vec3_dot(kept[k].contact.normal, pick->contact.normal) > SOFT_CONTACTS_ALIKE) { return true; }
+        if (pli_vec3_dot(kept[k].normal, pick->normal) > SOFT_CONTACTS_ALIKE) { return true; }
     }
     return false;
 }
@@ -110,15 +111,15 @@ typedef struct soft_contacts_picks {
 } soft_contacts_picks;
 
 static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int face_index,
-                                  soft_contacts_picks* picks) {
+                                  bool may_cross, soft_contacts_picks* picks) {
     const int* face = pass->face_body->topology->faces[face_index];
     const soft_contacts_corners now =
         soft_contacts_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
     const plii_triangle_size size = plii_measure_triangle(now.at[0], now.at[1], now.at[2]);
     const float height = -pli_vec3_dot(now.at[0], size.normal);
     if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
-    soft_contacts_pick pick = {.contact = {.node = near.node, .face = face_index, .margin = near.margin}};
-    if (soft_contacts_crosses(pass, near.node, face, &now, &size, &pick)) {
+    soft_contacts_pick pick = {.face = face_index};
+    if (may_cross && soft_contacts_crosses(pass, near.node, face, &now, &size, &pick)) {
         if (pick.time < picks->crossed.time) { picks->crossed = pick; }
         return;
     }
@@ -139,6 +140,17 @@ typedef struct soft_contacts_rim {
 /* A triangle this much longer than the reach is not measured in float. */
 #define SOFT_CONTACTS_COARSE 1e3f
 
+/* Faces that a node may have met in the step: only what is no farther than both moved. */
+static int soft_contacts_may_cross(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
+                                   const int* const faces[4], const plii_distance4* now) {
+    const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
+    const plii_float4 most = now->longest_squared * (3.0f * edge) + 3.0f * near.motion * near.motion;
+    if (plii_lanes_bits(now->squared <= most) == 0) { return 0; }
+    const plii_triangle4 before =
+        plii_triangle4_seen(pass->face_body->previous, faces, plii_xyz(pass->node_body->previous[near.node]));
+    return plii_lanes_bits(plii_triangle4_volume(&before) * now->height <= 0.0f);
+}
+
 /* Looks at four faces from afar, and closer at those that the node may cross or whose nearest point lies inside. */
 static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
                                        const int* face_indices, int count, soft_contacts_picks* picks,
@@ -150,20 +162,18 @@ static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii
     }
     const plii_triangle4 now =
         plii_triangle4_seen(face_body->positions, faces, plii_xyz(node_body->positions[near.node]));
-    const plii_triangle4 before =
-        plii_triangle4_seen(face_body->previous, faces, plii_xyz(node_body->previous[near.node]));
     const plii_distance4 distance = plii_triangle4_distance(&now);
     const float reach = 1.001f * near.reach, coarse = SOFT_CONTACTS_COARSE * near.reach;
     const plii_float4 height = distance.height, squared = distance.squared;
     const int low = plii_lanes_bits((height <= reach) & (height >= -reach));
-    const int crossed = plii_lanes_bits(plii_triangle4_volume(&before) * height <= 0.0f);
     const int close = plii_lanes_bits(squared <= reach * reach);
     const int is_coarse = plii_lanes_bits(distance.longest_squared > coarse * coarse);
+    const int crossed = is_coarse | soft_contacts_may_cross(pass, near, faces, &distance);
     const int wanted = distance.usable & low & ((1 << count) - 1);
-    const int looked_at = wanted & (crossed | (close & distance.inside) | is_coarse);
+    const int looked_at = wanted & (crossed | (close & distance.inside));
     for (int k = 0; k < count; ++k) {
         if (looked_at >> k & 1) {
-            soft_contacts_look_at(pass, near, face_indices[k], picks);
+            soft_contacts_look_at(pass, near, face_indices[k], (crossed >> k & 1) != 0, picks);
         } else if ((wanted & close) >> k & 1 && squared[k] < rim->squared) {
             *rim = (soft_contacts_rim){squared[k], face_indices[k]};
         }
@@ -181,22 +191,33 @@ static soft_contacts_picks soft_contacts_look(const plii_soft_contacts_pass* pas
         const int left = search->hit_count - i;
         soft_contacts_look_at_four(pass, near, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
     }
-    if (rim.face_index >= 0) { soft_contacts_look_at(pass, near, rim.face_index, &picks); }
+    if (rim.squared < 1.001f * picks.nearest.distance * picks.nearest.distance) {
+        soft_contacts_look_at(pass, near, rim.face_index, false, &picks);
+    }
     return picks;
+}
+
+static pli_status soft_contacts_add(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
+                                    const soft_contacts_pick* pick) {
+    return plii_soft_contacts_append(pass, (plii_soft_contact){.node = near.node,
+                                                               .face = pick->face,
+                                                               .weights = pick->weights,
+                                                               .normal = pick->normal,
+                                                               .margin = near.margin});
 }
 
 pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     if (pass->search->hit_count == 0) { return PLI_OK; }
     const soft_contacts_picks picks = soft_contacts_look(pass, near);
-    if (picks.crossed.time < INFINITY) { return plii_soft_contacts_append(pass, picks.crossed.contact); }
+    if (picks.crossed.time < INFINITY) { return soft_contacts_add(pass, near, &picks.crossed); }
     if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
-    PLII_TRY(plii_soft_contacts_append(pass, picks.nearest.contact));
+    PLII_TRY(soft_contacts_add(pass, near, &picks.nearest));
     if (picks.inside_count == 0) { return PLI_OK; }
     soft_contacts_pick added[SOFT_CONTACTS_MOST_NEAREST] = {picks.nearest};
     int count = 1;
     for (int k = 0; k < picks.inside_count && count < SOFT_CONTACTS_MOST_NEAREST; ++k) {
         if (soft_contacts_is_alike(added, count, &picks.inside[k])) { continue; }
-        PLII_TRY(plii_soft_contacts_append(pass, picks.inside[k].contact));
+        PLII_TRY(soft_contacts_add(pass, near, &picks.inside[k]));
         added[count++] = picks.inside[k];
     }
     return PLI_OK;
