@@ -415,8 +415,10 @@ static void implicit_sweep(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_POSITION);
 }
 
+/* Twice: little beside the solution, and what lies in piles comes to rest by it. */
 static void implicit_couple(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
+    plii_run_stage(body, PLII_STAGE_COUPLE);
     plii_run_stage(body, PLII_STAGE_COUPLE);
     implicit_project_moved_nodes(body, &state->constraints);
 }
