@@ -48,7 +48,7 @@ static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft
     pick->distance = distance;
     pick->weights = closest.weights;
     pick->normal = distance > noise ? plii_vec3_divide(point, -distance)
-                                            : plii_soft_contacts_face_normal(pass, near.node, face, closest.weights);
+                                    : plii_soft_contacts_face_normal(pass, near.node, face, closest.weights);
     *feature = closest.feature;
     return true;
 }
