@@ -1,8 +1,8 @@
 /* Soft bodies that lie on soft bodies, overlap at the start, or fly together: contacts per node, memory, stretch, order
    of the layers, energy. */
 
+#include "../../bench/soft_piles.h"
 #include "check.h"
-#include "soft_piles.h"
 #include "world_fixture.h"
 
 #include <string.h>

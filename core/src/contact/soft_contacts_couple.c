@@ -148,12 +148,16 @@ PLII_SIMD_INLINE void soft_couple_push(const soft_couple_pair* pair, const plii_
     effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), pair->time);
 }
 
+PLII_SIMD_INLINE pli_vec3 soft_couple_vec3(plii_float4 lanes) {
+    pli_vec3 v;
+    plii_lanes_to_vec3(&v, lanes);
+    return v;
+}
+
 static void soft_couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push,
                                soft_couple_time time) {
     if (index >= state->impulse_count) { return; }
-    pli_vec3 impulse;
-    plii_lanes_to_vec3(&impulse, push * time.inverse_dt);
-    plii_contact_impulses_push(&state->impulses, index, impulse);
+    plii_contact_impulses_push(&state->impulses, index, soft_couple_vec3(push * time.inverse_dt));
 }
 
 /* s; overlaps go as if a spring with a dashpot drew them out. A few sweeps leave nodes of a pile a little too deep in
@@ -168,13 +172,6 @@ static float soft_couple_recovery(const pli_body* body, const plii_soft_contact*
     const float depth = plii_max(0.0f, -start_gap - plii_max(0.0f, beyond));
     const float share = time.dt / (time.dt + SOFT_COUPLE_RECOVERY_TIME);
     return plii_min(depth * share, plii_contact_recovery_speed(recovery_speed) * time.dt);
-}
-
-/* The new sum of friction: plii_contact_friction */
-PLII_SIMD_INLINE plii_float4 soft_couple_friction(const plii_soft_contact* contact, plii_float4 sliding, float limit) {
-    const plii_float4 wanted = plii_lanes_from_vec3(&contact->friction_push) - sliding * (1.0f / contact->weight);
-    const float length = sqrtf(plii_lanes_dot(wanted, wanted));
-    return length > limit ? wanted * (limit / length) : wanted;
 }
 
 /* What draws an overlap out, in the first sweep only, so that overlaps that contradict each other do not drive each
@@ -211,17 +208,18 @@ static void soft_couple_solve(const soft_couple_pair* pair, const plii_soft_cont
     const float wanted =
         plii_contact_multiplier(gap - plii_min(gap - along, 0.0f), contact->weight, alpha, contact->multiplier);
     const float multiplier = plii_max(0.0f, contact->multiplier + contact->hardness * wanted);
-    const plii_float4 friction = soft_couple_friction(contact, sliding, contact->friction * multiplier);
-    const plii_float4 push =
-        n * (multiplier - contact->multiplier) + (friction - plii_lanes_from_vec3(&contact->friction_push)) + shift;
+    const pli_vec3 friction = plii_contact_friction(contact->friction_push, soft_couple_vec3(sliding), contact->weight,
+                                                    contact->friction * multiplier);
+    const plii_float4 push = n * (multiplier - contact->multiplier) +
+                             (plii_lanes_from_vec3(&friction) - plii_lanes_from_vec3(&contact->friction_push)) + shift;
     if (!plii_lanes_xyz_finite(push)) {
-        contact->shift = 0.0f;
+        if (is_first) { contact->shift = 0.0f; }
         return;
     }
     soft_couple_push(pair, contact, push, soft_couple_move);
     if (is_first && contact->shift > 0.0f) { soft_couple_push(pair, contact, shift, soft_couple_shift); }
     contact->multiplier = multiplier;
-    plii_lanes_to_vec3(&contact->friction_push, friction);
+    contact->friction_push = friction;
     soft_couple_record(state, index, push, pair->time);
 }
 
