@@ -6,7 +6,7 @@
 #include "cluster/cluster_impl.h"
 
 /* Everything that one generation needs besides the clusters themselves. */
-typedef struct generation {
+typedef struct generate_work {
     plii_scratch scratch;
     int group_count;
     int* group_of_node; /* [node_count] */
@@ -20,10 +20,10 @@ typedef struct generation {
     int* members;      /* [node_count] of the group in work */
     int* listed_in1;   /* [node_count] the last group, + 1, that got the node as one beyond its own */
     int* order;        /* [group_count + 1] of the clusters: group, or -1 for all nodes */
-} generation;
+} generate_work;
 
 /* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */
-static bool generation_move_centres(const pli_body* body, generation* g, float over_relaxation) {
+static bool generate_move_centres(const pli_body* body, generate_work* g, float over_relaxation) {
     bool changed = false;
     for (int i = 0; i < g->group_count; ++i) {
         pli_vec3 mean = pli_vec3_make(0, 0, 0);
@@ -41,18 +41,18 @@ static bool generation_move_centres(const pli_body* body, generation* g, float o
     return changed;
 }
 
-static float generation_distance(pli_vec3 a, pli_vec3 b) {
+static float generate_distance(pli_vec3 a, pli_vec3 b) {
     const pli_vec3 d = pli_vec3_sub(a, b);
     return fabsf(d.x) + fabsf(d.y) + fabsf(d.z);
 }
 
-static void generation_assign_nodes(const pli_body* body, generation* g) {
+static void generate_assign_nodes(const pli_body* body, generate_work* g) {
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
         int best = 0;
-        float best_distance = generation_distance(g->centres[0], x);
+        float best_distance = generate_distance(g->centres[0], x);
         for (int k = 1; k < g->group_count; ++k) {
-            const float distance = generation_distance(g->centres[k], x);
+            const float distance = generate_distance(g->centres[k], x);
             if (distance < best_distance) {
                 best = k;
                 best_distance = distance;
@@ -63,7 +63,7 @@ static void generation_assign_nodes(const pli_body* body, generation* g) {
 }
 
 /* k-means with the metric |dx| + |dy| + |dz| from a fixed start, over-relaxed in the first 16 rounds. */
-static void generation_group_nodes(const pli_body* body, generation* g, int max_iterations) {
+static void generate_group_nodes(const pli_body* body, generate_work* g, int max_iterations) {
     pli_vec3 centroid = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < body->node_count; ++i) {
         centroid = pli_vec3_add(centroid, plii_xyz(body->positions[i]));
@@ -76,15 +76,15 @@ static void generation_group_nodes(const pli_body* body, generation* g, int max_
     bool changed = true;
     for (int round = 0; changed && round < max_iterations; ++round) {
         plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
-        changed = generation_move_centres(body, g, 2.0f - plii_min(1.0f, (float)round / 16.0f));
-        generation_assign_nodes(body, g);
+        changed = generate_move_centres(body, g, 2.0f - plii_min(1.0f, (float)round / 16.0f));
+        generate_assign_nodes(body, g);
     }
     plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
 }
 
 /* All nodes, of group -1; else those of the group, then those beyond that share a face with one of them. Returns how
    many there are. */
-static int generation_list_members(const pli_body* body, generation* g, int group) {
+static int generate_list_members(const pli_body* body, generate_work* g, int group) {
     int count = 0;
     if (group < 0) {
         for (; count < body->node_count; ++count) {
@@ -109,7 +109,7 @@ static int generation_list_members(const pli_body* body, generation* g, int grou
 
 /* Clusters of the groups that have nodes. With several groups a cluster of all nodes comes first and the first group
    last; empty groups are filled by the last cluster that there is, as a removal by swapping leaves it. */
-static pli_status generation_append_clusters(pli_body* body, generation* g, plii_clusters* clusters) {
+static pli_status generate_append_clusters(pli_body* body, generate_work* g, plii_clusters* clusters) {
     const int count = g->group_count > 1 ? g->group_count + 1 : 1;
     int* order = g->order;
     for (int i = 0; i < g->group_count; ++i) {
@@ -129,13 +129,13 @@ static pli_status generation_append_clusters(pli_body* body, generation* g, plii
         }
     }
     for (int i = 0; i < kept; ++i) {
-        PLII_TRY(plii_clusters_append(body, clusters, g->members, generation_list_members(body, g, order[i])));
+        PLII_TRY(plii_clusters_append(body, clusters, g->members, generate_list_members(body, g, order[i])));
         if (order[i] < 0) { clusters->items[clusters->count - 1].settings.collides = false; }
     }
     return PLI_OK;
 }
 
-static pli_status generation_run(pli_body* body, generation* g, int max_iterations, plii_clusters* clusters) {
+static pli_status generate_run(pli_body* body, generate_work* g, int max_iterations, plii_clusters* clusters) {
     const int corner_count = 3 * body->topology->face_count;
     g->group_of_node = PLII_TAKE(&g->scratch, int, body->node_count);
     g->node_order = PLII_TAKE(&g->scratch, int, body->node_count);
@@ -148,15 +148,15 @@ static pli_status generation_run(pli_body* body, generation* g, int max_iteratio
     g->corner_begin = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
     g->listed_in1 = PLII_TAKE(&g->scratch, int, body->node_count);
     if (g->scratch.is_short) { return PLI_ERROR_OUT_OF_MEMORY; }
-    generation_group_nodes(body, g, max_iterations);
+    generate_group_nodes(body, g, max_iterations);
     for (int c = 0; c < corner_count; ++c) {
         g->corner_groups[c] = g->group_of_node[body->topology->faces[c / 3][c % 3]];
     }
     plii_csr_sort(g->group_count, corner_count, g->corner_groups, g->corner_begin, g->corners);
-    return generation_append_clusters(body, g, clusters);
+    return generate_append_clusters(body, g, clusters);
 }
 
-static pli_status generation_elements(pli_body* body, plii_clusters* clusters) {
+static pli_status generate_elements(pli_body* body, plii_clusters* clusters) {
     const plii_topology* topology = body->topology;
     for (int i = 0; i < topology->tetra_count; ++i) {
         PLII_TRY(plii_clusters_append(body, clusters, topology->tetras[i], 4));
@@ -168,18 +168,18 @@ static pli_status generation_elements(pli_body* body, plii_clusters* clusters) {
 }
 
 /* Makes the new clusters beside the old ones and swaps them in when all went well. `count` 0: from elements. */
-static pli_status generation_replace(pli_body* body, int count, int max_iterations, int* made, const char* function) {
+static pli_status generate_replace(pli_body* body, int count, int max_iterations, int* made, const char* function) {
     const bool was_enabled = plii_body_clusters(body) != NULL;
     if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     plii_clusters* clusters = plii_body_clusters(body);
     plii_clusters fresh = {.def = clusters->def};
     pli_status status;
     if (count > 0) {
-        generation g = {.scratch = {.context = body->context}, .group_count = count};
-        status = generation_run(body, &g, max_iterations, &fresh);
+        generate_work g = {.scratch = {.context = body->context}, .group_count = count};
+        status = generate_run(body, &g, max_iterations, &fresh);
         plii_scratch_free(&g.scratch);
     } else {
-        status = generation_elements(body, &fresh);
+        status = generate_elements(body, &fresh);
     }
     if (status != PLI_OK) {
         plii_clusters_release(body, &fresh);
@@ -200,7 +200,7 @@ pli_status pli_body_generate_clusters(pli_body* body, int count, int max_iterati
                          count, max_iterations);
     }
     const int used = count < body->node_count ? count : body->node_count;
-    return generation_replace(body, used, max_iterations, made, __func__);
+    return generate_replace(body, used, max_iterations, made, __func__);
 }
 
 pli_status pli_body_generate_clusters_from_elements(pli_body* body, int* made) {
@@ -208,5 +208,5 @@ pli_status pli_body_generate_clusters_from_elements(pli_body* body, int* made) {
     if (body->topology->tetra_count == 0 && body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has neither tetrahedra nor faces");
     }
-    return generation_replace(body, 0, 0, made, __func__);
+    return generate_replace(body, 0, 0, made, __func__);
 }

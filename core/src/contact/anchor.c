@@ -86,9 +86,9 @@ static void anchor_solve(pli_body* body, void* state) {
         const plii_float4 offset = plii_float4_from(&anchor->step.offset);
         const plii_float4 goal_motion =
             is_fixed ? plii_float4_from(&anchor->step.goal_motion) : anchor_goal_motion(anchor, offset, body->step.dt);
-        const plii_float4 node_motion = node - plii_float4_from(&body->previous[anchor->node]);
+        const plii_float4 moved = node - plii_float4_from(&body->previous[anchor->node]);
         const plii_float4 way = plii_float4_from(&anchor->step.goal) - node;
-        const plii_float4 error = goal_motion - node_motion + way * hardness;
+        const plii_float4 error = goal_motion - moved + way * hardness;
         const plii_lanes_mat3 matrix = {{plii_float4_from(&anchor->step.matrix[0]),
                                          plii_float4_from(&anchor->step.matrix[1]),
                                          plii_float4_from(&anchor->step.matrix[2])}};

@@ -66,7 +66,7 @@ static int file_find_body(const plii_file* file, const pli_body* body, bool may_
     return PLI_NULL_INDEX;
 }
 
-static int file_find_rigid(const plii_file* file, const pli_rigid* rigid) {
+static int file_rigid_index(const plii_file* file, const pli_rigid* rigid) {
     const bool is_of_world = rigid != NULL && rigid->world_index < file->rigid_count;
     return is_of_world && file->rigids[rigid->world_index] == rigid ? rigid->world_index : PLI_NULL_INDEX;
 }
@@ -93,7 +93,7 @@ static const void* file_body_pointer(plii_file* file, const void* body, bool may
 }
 
 static const void* file_rigid_pointer(plii_file* file, const void* rigid, bool may_be_null) {
-    const int found = file->mode != PLII_FILE_READ ? file_find_rigid(file, rigid) : PLI_NULL_INDEX;
+    const int found = file->mode != PLII_FILE_READ ? file_rigid_index(file, rigid) : PLI_NULL_INDEX;
     const int index = file_index(file, found, file->rigid_count);
     if (index != PLI_NULL_INDEX) {
         return file->mode == PLII_FILE_REPOINT ? file->new_rigids[index] : file->rigids[index];

@@ -142,7 +142,7 @@ static void hull_measure_extent(hull_data* hull) {
     hull->noise = 4.0f * PLII_EPSILON * extent;
 }
 
-static bool hull_build(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points) {
+static bool hull_copy(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points) {
     plii_scratch scratch = {.context = hull->context};
     int* map = PLII_TAKE(&scratch, int, point_count);
     pli_bounds* boxes = PLII_TAKE(&scratch, pli_bounds, source->triangle_count);
@@ -173,7 +173,7 @@ static pli_status hull_create(pli_context* context, const plii_convex_hull* sour
                       .point_capacity = point_count,
                       .triangle_capacity = source->triangle_count};
     pli_status status = PLI_OK;
-    if (!hull_build(&hull, source, point_count, points)) {
+    if (!hull_copy(&hull, source, point_count, points)) {
         status =
             plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
     } else if (hull.triangle_count < 4) {
