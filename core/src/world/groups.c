@@ -22,10 +22,28 @@ void plii_groups_release(pli_world* world) {
     PLII_RELEASE(world->context, world->group_bodies, world->group_body_capacity);
 }
 
+static int64_t groups_prediction(const pli_body* body) {
+    if (plii_body_is_idle(body)) { return 0; }
+    const int times = body->solver_class->solves_constraints          ? GROUPS_IMPLICIT_TIMES
+                      : !plii_stage_is_empty(body, PLII_STAGE_FORCES) ? GROUPS_FORCES_TIMES
+                                                                      : 1;
+    return GROUPS_BODY_NODES + (int64_t)body->node_count * times;
+}
+
+/* Whether anything in the step is worth a second thread. */
+static bool groups_are_worth_it(const pli_world* world) {
+    int64_t nodes = 0, prediction = 0;
+    for (int i = 0; i < world->body_count; ++i) {
+        nodes += plii_body_is_idle(world->bodies[i]) ? 0 : world->bodies[i]->node_count;
+        prediction += groups_prediction(world->bodies[i]);
+    }
+    return nodes >= 2 * GROUPS_SOLVE_NODES || prediction >= 2 * GROUPS_PREDICT_NODES;
+}
+
 void plii_groups_start(pli_world* world) {
     /* A profile function is told of one thing after the other. Distances of reference mode fill caches. */
     world->has_groups = world->context->parallel_for != NULL && world->body_count > 1 && world->profile == NULL &&
-                        !world->def.reference_mode;
+                        !world->def.reference_mode && groups_are_worth_it(world);
     if (!world->has_groups) { return; }
     plii_union_start(world->body_count, world->group_roots);
     for (int i = 0; i < world->rigid_count; ++i) {
@@ -164,14 +182,6 @@ int plii_groups_grain(int count, int64_t nodes) {
     nodes += (int64_t)GROUPS_BODY_NODES * (nodes > 0 ? count : 0);
     const int64_t grain = nodes > 0 ? (int64_t)GROUPS_PREDICT_NODES * count / nodes : count;
     return grain > 1 ? (int)(grain < count ? grain : count) : 1;
-}
-
-static int64_t groups_prediction(const pli_body* body) {
-    if (plii_body_is_idle(body)) { return 0; }
-    const int times = body->solver_class->solves_constraints          ? GROUPS_IMPLICIT_TIMES
-                      : !plii_stage_is_empty(body, PLII_STAGE_FORCES) ? GROUPS_FORCES_TIMES
-                                                                      : 1;
-    return GROUPS_BODY_NODES + (int64_t)body->node_count * times;
 }
 
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
