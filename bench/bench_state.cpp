@@ -1,9 +1,8 @@
 // 100 sheets of 32 x 32 nodes that lie on the ground: a save and a restore, beside copies of as many bytes to and fro,
-// in one piece and from the arrays of the nodes; `bytes_per_node` is of what is copied, `threads:` how many save and
-// restore. Steps of the same sheets awake and asleep.
+// in one piece and from the arrays of the nodes; `bytes_per_node` is of what is copied. Steps of the same sheets awake
+// and asleep.
 
 #include "pliant/pliant.h"
-#include "pliant/threads.h"
 
 #include <benchmark/benchmark.h>
 
@@ -24,18 +23,11 @@ enum class Dress { nodes, faces_and_air };
 
 struct Sheets {
     static constexpr int columns = 32, count = 100;
-    pli_threads* threads = nullptr;
     pli_context* context = nullptr;
     pli_world* world = nullptr;
 
-    explicit Sheets(Dress dress, int thread_count = 1) {
-        pli_context_def def = pli_context_def_default();
-        if (thread_count > 1) {
-            check(pli_threads_create(thread_count, &threads));
-            def.parallel_for = pli_threads_parallel_for;
-            def.parallel_user = threads;
-        }
-        check(pli_context_create(&def, &context));
+    explicit Sheets(Dress dress) {
+        check(pli_context_create(nullptr, &context));
         check(pli_world_create(context, nullptr, &world));
         pli_shape* plane = nullptr;
         check(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &plane));
@@ -55,7 +47,6 @@ struct Sheets {
     ~Sheets() {
         pli_world_destroy(world);
         pli_context_destroy(context);
-        pli_threads_destroy(threads);
     }
     Sheets(const Sheets&) = delete;
     Sheets& operator=(const Sheets&) = delete;
@@ -107,7 +98,7 @@ void count_bytes(benchmark::State& state, std::size_t size) {
 }
 
 void save_and_restore(benchmark::State& state, Dress dress) {
-    const Sheets sheets(dress, static_cast<int>(state.range(0)));
+    const Sheets sheets(dress);
     const std::size_t size = pli_world_snapshot_size(sheets.world);
     const Buffer buffer = make_buffer(size);
     for (auto _ : state) {
@@ -168,14 +159,10 @@ void step(benchmark::State& state, bool is_asleep) {
 
 BENCHMARK_CAPTURE(step, awake, false);
 BENCHMARK_CAPTURE(step, asleep, true);
-BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes, Dress::nodes)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime();
+BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes, Dress::nodes);
 BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_nodes, Dress::nodes);
 BENCHMARK(copy_nodes_to_and_fro);
-BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air)
-    ->ArgName("threads")
-    ->Arg(1)
-    ->Arg(2)
-    ->UseRealTime();
+BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
 BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
 
 } // namespace

@@ -1,7 +1,5 @@
-/* Many bodies on several threads: the same bits as on one, whatever the bodies share; their snapshots; several worlds
-   of a context at a time; a world that two threads step. */
-
-#include "base/checksum.h"
+/* Many bodies on several threads: the same bits as on one, whatever the bodies share; several worlds of a context at a
+   time; a world that two threads step. */
 
 #include "check.h"
 #include "hash_mix.h"
@@ -194,7 +192,7 @@ static void counted_parallel_for(pli_range_fn* range, void* task, int count, int
     pli_threads_parallel_for(range, task, count, grain, made->threads);
 }
 
-static void start_on(int threads, trial_kind kind, trial* all, calls* made) {
+static uint64_t run_on(int threads, trial_kind kind, calls* made) {
     *made = (calls){0};
     pli_context_def def = pli_context_def_default();
     if (threads > 1) {
@@ -204,26 +202,18 @@ static void start_on(int threads, trial_kind kind, trial* all, calls* made) {
     }
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(&def, &context), PLI_OK);
-    start(all, context, kind);
-}
-
-static void finish(trial* all, calls* made) {
-    pli_world_destroy(all->world);
-    assert_int_equal(pli_context_allocated_bytes(all->context), 0);
-    assert_int_equal(pli_context_destroy(all->context), PLI_OK);
-    pli_threads_destroy(made->threads);
-}
-
-static uint64_t run_on(int threads, trial_kind kind, calls* made) {
     trial all;
-    start_on(threads, kind, &all, made);
+    start(&all, context, kind);
     const uint64_t hash = run(&all);
-    const uint64_t allocations = pli_context_allocation_count(all.context);
+    const uint64_t allocations = pli_context_allocation_count(context);
     if (kind == TRIAL_COLORED) {
         step(&all);
-        assert_int_equal(pli_context_allocation_count(all.context) - allocations, 0);
+        assert_int_equal(pli_context_allocation_count(context) - allocations, 0);
     }
-    finish(&all, made);
+    pli_world_destroy(all.world);
+    assert_int_equal(pli_context_allocated_bytes(context), 0);
+    assert_int_equal(pli_context_destroy(context), PLI_OK);
+    pli_threads_destroy(made->threads);
     return hash;
 }
 
@@ -296,46 +286,6 @@ static void pairs_in_one_call_are_those_one_by_one(void** unused) {
     const uint64_t expected = run_by_pairs(1, true, false);
     for (int i = 0; i < 8; ++i) {
         assert_true(run_by_pairs(i < 4 ? 1 : 3, i % 2 == 0, i % 4 < 2) == expected);
-    }
-}
-
-// ------------------------------------------------------------------------------------------------------- snapshots
-
-/* Written and read side by side: what one thread sums up is in the header, and the world goes the same way again. */
-static void a_world_goes_back_on_threads(void** unused) {
-    (void)unused;
-    for (int kind = 0; kind < TRIAL_KINDS; ++kind) {
-        trial all;
-        calls made;
-        start_on(3, (trial_kind)kind, &all, &made);
-        (void)run(&all);
-        const size_t size = pli_world_snapshot_size(all.world);
-        unsigned char* buffer = malloc(size);
-        assert_non_null(buffer);
-        int before = made.count;
-        assert_int_equal(pli_world_save(all.world, buffer, size, NULL), PLI_OK);
-        assert_int_equal(made.count - before, 1);
-        enum { HEADER = 64, HEADER_CHECKSUM = 16 };
-        plii_checksum checksum = {0};
-        uint64_t sums[2];
-        plii_checksum_add(&checksum, buffer + HEADER, size - HEADER);
-        plii_checksum_end(&checksum, sums);
-        assert_memory_equal(sums, buffer + HEADER_CHECKSUM, sizeof sums);
-        const uint64_t expected = run(&all);
-        for (size_t at = HEADER; at < size; at += size / 5) {
-            buffer[at] ^= 0x10;
-            assert_int_equal(pli_world_restore(all.world, buffer, size), PLI_ERROR_FILE_FORMAT);
-            buffer[at] ^= 0x10;
-        }
-        before = made.count;
-        assert_int_equal(pli_world_restore(all.world, buffer, size), PLI_OK);
-        assert_int_equal(made.count - before, 2); /* its sum, and the bodies */
-        if (run(&all) != expected) { fail_msg("trial %d: other bits after the restore", kind); }
-        size_t needed = 0;
-        assert_int_equal(pli_world_save(all.world, buffer, size / 2, &needed), PLI_ERROR_INVALID_VALUE);
-        assert_int_equal(needed, pli_world_snapshot_size(all.world));
-        free(buffer);
-        finish(&all, &made);
     }
 }
 
@@ -447,7 +397,6 @@ int main(void) {
         cmocka_unit_test(a_pool_has_one_to_256_threads),
         cmocka_unit_test(bits_do_not_depend_on_threads),
         cmocka_unit_test(pairs_in_one_call_are_those_one_by_one),
-        cmocka_unit_test(a_world_goes_back_on_threads),
         cmocka_unit_test(worlds_of_a_context_may_step_at_the_same_time),
         cmocka_unit_test(a_second_thread_is_refused_while_one_steps),
     };

@@ -12,7 +12,7 @@
 /// lists of them are empty until the next one. Not in it either: user data, callbacks, the shapes of rigid bodies.
 ///
 /// A buffer needs no alignment, and is the caller's; one on a multiple of 64 bytes is the fastest. Save and restore
-/// allocate nothing; with threads they copy large worlds on all of them. docs/state.md has a loop.
+/// allocate nothing. docs/state.md has a loop.
 
 #include "world.h"
 

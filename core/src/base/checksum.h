@@ -13,7 +13,6 @@ enum { PLII_CHECKSUM_LANES = 4, PLII_CHECKSUM_BLOCK = PLII_CHECKSUM_LANES * (int
    as the bytes come. */
 typedef struct plii_checksum {
     plii_checksum_lanes sums[PLII_CHECKSUM_LANES], weighted[PLII_CHECKSUM_LANES];
-    uint64_t block_count;
 } plii_checksum;
 
 static inline plii_checksum_lanes plii_checksum_take(unsigned char* to, const unsigned char* from, size_t at) {
@@ -39,7 +38,6 @@ __attribute__((always_inline)) static inline void plii_checksum_add_blocks(plii_
     }
     sums[0] = s0, sums[1] = s1, sums[2] = s2, sums[3] = s3;
     weighted[0] = w0, weighted[1] = w1, weighted[2] = w2, weighted[3] = w3;
-    checksum->block_count += size / PLII_CHECKSUM_BLOCK;
 }
 
 /* What is left over of the last block counts as zeros: whole blocks but for the end. */
@@ -51,15 +49,6 @@ static inline void plii_checksum_add(plii_checksum* checksum, const unsigned cha
         memcpy(rest, bytes + whole, left);
         plii_checksum_add_blocks(checksum, NULL, rest, sizeof rest);
     }
-}
-
-/* As if what `next` is of had been added to `checksum`. */
-static inline void plii_checksum_join(plii_checksum* checksum, const plii_checksum* next) {
-    for (int k = 0; k < PLII_CHECKSUM_LANES; ++k) {
-        checksum->weighted[k] += checksum->sums[k] * next->block_count + next->weighted[k];
-        checksum->sums[k] += next->sums[k];
-    }
-    checksum->block_count += next->block_count;
 }
 
 static inline void plii_checksum_end(const plii_checksum* checksum, uint64_t result[2]) {

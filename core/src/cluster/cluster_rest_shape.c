@@ -100,7 +100,7 @@ static double cluster_smallest_inertia(const pli_body* body, const plii_cluster*
 }
 
 /* From masses and rest shape. */
-static void cluster_rest_inertia(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+static void cluster_update_rest_inertia(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -133,7 +133,7 @@ void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clus
     for (int i = 0; i < cluster->member_count; ++i) {
         plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre));
     }
-    cluster_rest_inertia(body, clusters, cluster);
+    cluster_update_rest_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
     cluster->frame = (pli_transform){pli_mat3_identity(), centre};
     cluster->warm_rotation = pli_quat_identity();
@@ -152,7 +152,7 @@ void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clust
     for (int i = 0; i < cluster->member_count; ++i) {
         plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), shift));
     }
-    cluster_rest_inertia(body, clusters, cluster);
+    cluster_update_rest_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
     cluster->has_bounds = false;
 }

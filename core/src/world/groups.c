@@ -36,8 +36,9 @@ static bool groups_are_worth_it(const pli_world* world) {
     for (int i = 0; i < world->body_count; ++i) {
         nodes += plii_body_is_idle(world->bodies[i]) ? 0 : world->bodies[i]->node_count;
         prediction += groups_prediction(world->bodies[i]);
+        if (nodes >= 2 * GROUPS_SOLVE_NODES || prediction >= 2 * GROUPS_PREDICT_NODES) { return true; }
     }
-    return nodes >= 2 * GROUPS_SOLVE_NODES || prediction >= 2 * GROUPS_PREDICT_NODES;
+    return false;
 }
 
 void plii_groups_start(pli_world* world) {

@@ -1,13 +1,11 @@
 /* Snapshots: the memory that steps read and former steps or calls wrote, as it lies. One walk over the world does all
    four things, so that they cannot differ: counting bytes, writing, comparing and reading. What a feature has is said
    by its class: its state and its arrays, but for what is made anew. Large arrays begin on lines of the cache:
-   copies between places that lie alike on these are faster (docs/experiments.md). So do parts, of bodies in a row,
-   which threads write and read side by side; where they begin is found before by a walk that copies nothing. */
+   copies between places that lie alike on these are faster (docs/experiments.md). */
 
 #include "pliant/snapshot.h"
 
 #include "base/checksum.h"
-#include "base/ranges.h"
 #include "body/feature_arrays.h"
 #include "body/world_state.h"
 
@@ -15,8 +13,6 @@
 #include <string.h>
 
 typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
-
-enum { SNAPSHOT_MOST_PARTS = 16 };
 
 typedef struct snapshot_walk {
     snapshot_mode mode;
@@ -28,7 +24,6 @@ typedef struct snapshot_walk {
     size_t at, size;           /* SAVE: what is beyond `size` is counted, not written */
     size_t summed;             /* SAVE: what is before it is in the checksum */
     plii_checksum checksum;
-    size_t part_at[SNAPSHOT_MOST_PARTS + 1]; /* where the parts begin, and the last one ends; of the walk before */
     pli_status status;
 } snapshot_walk;
 
@@ -42,7 +37,7 @@ typedef struct snapshot_header {
 } snapshot_header;
 
 #define SNAPSHOT_MAGIC 0x706c6973u
-#define SNAPSHOT_VERSION 3u
+#define SNAPSHOT_VERSION 2u
 enum { SNAPSHOT_LARGE = 1024, SNAPSHOT_LINE = 64 };
 _Static_assert(sizeof(snapshot_header) == SNAPSHOT_LINE && SNAPSHOT_LINE % PLII_CHECKSUM_BLOCK == 0, "");
 
@@ -236,68 +231,6 @@ static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
     }
 }
 
-typedef struct snapshot_parts {
-    snapshot_walk* walk;
-    pli_world* world;
-    plii_checksum checksums[SNAPSHOT_MOST_PARTS];
-} snapshot_parts;
-
-/* Bodies from `begin` on, and where the part that follows begins. */
-static void snapshot_part_of_bodies(snapshot_walk* walk, pli_world* world, int begin, int end) {
-    for (int i = begin; i < end && walk->status == PLI_OK; ++i) {
-        walk->body = i;
-        snapshot_body(walk, world->bodies[i]);
-    }
-    walk->body = PLI_NULL_INDEX;
-    snapshot_align(walk);
-}
-
-static void snapshot_run_part(int begin, int end, int part, void* data) {
-    snapshot_parts* parts = data;
-    snapshot_walk walk = *parts->walk;
-    walk.at = walk.summed = walk.part_at[part];
-    walk.checksum = (plii_checksum){0};
-    snapshot_part_of_bodies(&walk, parts->world, begin, end);
-    parts->checksums[part] = walk.checksum;
-}
-
-static void snapshot_run_serial(snapshot_walk* walk, pli_world* world, plii_blocks blocks) {
-    for (int part = 0; part < blocks.count; ++part) {
-        walk->part_at[part] = walk->at;
-        const int begin = part * blocks.size, end = begin + blocks.size;
-        snapshot_part_of_bodies(walk, world, begin, end < world->body_count ? end : world->body_count);
-    }
-    walk->part_at[blocks.count] = walk->at;
-}
-
-/* Up from so many bytes a second thread is worth it. */
-#define SNAPSHOT_WORTH ((size_t)1 << 17)
-
-static void snapshot_bodies(snapshot_walk* walk, pli_world* world) {
-    const plii_blocks blocks = plii_blocks_of(world->body_count, 1, SNAPSHOT_MOST_PARTS);
-    snapshot_align(walk);
-    if (walk->mode == SNAPSHOT_COMPARE || walk->size < SNAPSHOT_WORTH || !plii_has_threads(walk->context)) {
-        snapshot_run_serial(walk, world, blocks);
-        return;
-    }
-    if (walk->mode == SNAPSHOT_SAVE) {
-        snapshot_walk count = *walk;
-        count.size = 0;
-        snapshot_run_serial(&count, world, blocks);
-        if (count.at > walk->size) {
-            walk->at = count.at;
-            return;
-        }
-        memcpy(walk->part_at, count.part_at, sizeof walk->part_at);
-    }
-    snapshot_parts parts = {.walk = walk, .world = world};
-    plii_run_blocks(walk->context, blocks, world->body_count, snapshot_run_part, &parts);
-    for (int part = 0; part < blocks.count; ++part) {
-        plii_checksum_join(&walk->checksum, &parts.checksums[part]);
-    }
-    walk->at = walk->summed = walk->part_at[blocks.count];
-}
-
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
     snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone", NULL);
     SNAPSHOT_MEMBER(walk, world->def.gravity);
@@ -310,7 +243,11 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
     for (int i = 0; i < world->rigid_count && walk->status == PLI_OK; ++i) {
         snapshot_rigid(walk, world->rigids[i]);
     }
-    snapshot_bodies(walk, world);
+    for (int i = 0; i < world->body_count && walk->status == PLI_OK; ++i) {
+        walk->body = i;
+        snapshot_body(walk, world->bodies[i]);
+    }
+    walk->body = PLI_NULL_INDEX;
 }
 
 // ---------------------------------------------------------------------------------------------------------- calls
@@ -371,38 +308,6 @@ static pli_status snapshot_save(snapshot_subject subject, pli_context* context, 
     return PLI_OK;
 }
 
-typedef struct snapshot_sums {
-    const unsigned char* bytes;
-    size_t size;
-    plii_checksum checksums[SNAPSHOT_MOST_PARTS];
-} snapshot_sums;
-
-/* Bytes that a part of a sum has a multiple of. */
-enum { SNAPSHOT_SUM_UNIT = 4096 };
-
-static void snapshot_sum_units(int begin, int end, int part, void* data) {
-    snapshot_sums* sums = data;
-    const size_t from = (size_t)begin * SNAPSHOT_SUM_UNIT, to = (size_t)end * SNAPSHOT_SUM_UNIT;
-    sums->checksums[part] = (plii_checksum){0};
-    plii_checksum_add(&sums->checksums[part], sums->bytes + from, (to < sums->size ? to : sums->size) - from);
-}
-
-static plii_checksum snapshot_checksum(pli_context* context, const unsigned char* bytes, size_t size) {
-    plii_checksum checksum = {0};
-    if (size < SNAPSHOT_WORTH || size / SNAPSHOT_SUM_UNIT >= INT32_MAX || !plii_has_threads(context)) {
-        plii_checksum_add(&checksum, bytes, size);
-        return checksum;
-    }
-    snapshot_sums sums = {.bytes = bytes, .size = size};
-    const int units = (int)((size - 1) / SNAPSHOT_SUM_UNIT) + 1;
-    const plii_blocks parts = plii_blocks_of(units, 1, SNAPSHOT_MOST_PARTS);
-    plii_run_blocks(context, parts, units, snapshot_sum_units, &sums);
-    for (int part = 0; part < parts.count; ++part) {
-        plii_checksum_join(&checksum, &sums.checksums[part]);
-    }
-    return checksum;
-}
-
 static pli_status snapshot_check(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
                                  size_t size, const char* function) {
     snapshot_header header = {0};
@@ -418,8 +323,9 @@ static pli_status snapshot_check(snapshot_subject subject, pli_context* context,
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %llu bytes, %zu were given",
                          (unsigned long long)header.size, size);
     }
-    const plii_checksum checksum = snapshot_checksum(context, bytes + sizeof header, size - sizeof header);
+    plii_checksum checksum = {0};
     uint64_t sums[2];
+    plii_checksum_add(&checksum, bytes + sizeof header, size - sizeof header);
     plii_checksum_end(&checksum, sums);
     if (memcmp(sums, header.checksum, sizeof sums) != 0 || (header.zeros[0] | header.zeros[1] | header.zeros[2]) != 0) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
