@@ -334,9 +334,10 @@ static void self_nodes_on_restored(pli_body* body, void* data) {
 }
 
 static bool self_nodes_is_sound(const pli_body* body, const void* data) {
-    const self_nodes_state* state = data;
-    const int count = state->pairs.apart_count;
-    return count >= 0 && count <= body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
+    const plii_self_node_pairs* pairs = &((const self_nodes_state*)data)->pairs;
+    const int most_apart = body->node_count / PLII_SELF_NODES_PER_APART + PLII_SELF_NODES_APART;
+    return pairs->apart_count >= 0 && pairs->apart_count <= most_apart &&
+           (!pairs->is_known || (pairs->thickness > 0.0f && pairs->reach >= 0.0f));
 }
 
 static const plii_field self_nodes_fields[] = {
