@@ -44,3 +44,9 @@ static inline plii_dvec3 plii_dvec3_rotate(const pli_mat3* m, plii_dvec3 v) {
 static inline double plii_dvec3_length(plii_dvec3 a) {
     return sqrt(plii_dvec3_dot(a, a));
 }
+/* A unit vector across another one. */
+static inline plii_dvec3 plii_dvec3_perpendicular(plii_dvec3 unit) {
+    const plii_dvec3 axis = fabs(unit.x) < 0.5 ? plii_dvec3_make(1, 0, 0) : plii_dvec3_make(0, 1, 0);
+    const plii_dvec3 side = plii_dvec3_cross(unit, axis);
+    return plii_dvec3_scale(side, 1.0 / plii_dvec3_length(side));
+}

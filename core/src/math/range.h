@@ -25,7 +25,7 @@ static inline bool plii_is_point(pli_vec3 v) {
 static inline bool plii_is_inverse_mass(float inverse_mass) {
     return inverse_mass >= 0.999f / PLI_MAX_MASS && inverse_mass <= 1.001f / PLI_MIN_MASS;
 }
-/* Takes back what rounding has taken over the limit. */
+/* By component; what rounding has taken over a limit comes back. */
 static inline pli_vec3 plii_vec3_clamp(pli_vec3 v, float limit) {
     return pli_vec3_make(plii_clamp(v.x, -limit, limit), plii_clamp(v.y, -limit, limit),
                          plii_clamp(v.z, -limit, limit));

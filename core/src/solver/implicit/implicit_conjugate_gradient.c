@@ -215,8 +215,7 @@ static plii_dvec3 gradient_free_part(const plii_implicit_constraints* constraint
         const plii_dvec3 a = plii_dvec3_cross(n, filter->axes[1]);
         return plii_dvec3_scale(a, plii_dvec3_dot(a, r) / gradient_entry(constraints, filter, a, a));
     }
-    const plii_dvec3 side = plii_dvec3_cross(n, fabs(n.x) < 0.5 ? plii_dvec3_make(1, 0, 0) : plii_dvec3_make(0, 1, 0));
-    const plii_dvec3 a = plii_dvec3_scale(side, 1.0 / plii_dvec3_length(side)), b = plii_dvec3_cross(n, a);
+    const plii_dvec3 a = plii_dvec3_perpendicular(n), b = plii_dvec3_cross(n, a);
     const double aa = gradient_entry(constraints, filter, a, a), bb = gradient_entry(constraints, filter, b, b),
                  ab = gradient_entry(constraints, filter, a, b), ra = plii_dvec3_dot(a, r), rb = plii_dvec3_dot(b, r);
     const double inverse = 1.0 / (aa * bb - ab * ab);

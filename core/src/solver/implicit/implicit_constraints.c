@@ -505,9 +505,7 @@ void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
         plii_implicit_constraint* constraint = &constraints->items[i];
         const plii_dvec3 n = constraint->normal;
         const double along = plii_implicit_point_response(constraints, constraint, n);
-        const plii_dvec3 side =
-            plii_dvec3_cross(n, fabs(n.x) < 0.5 ? plii_dvec3_make(1, 0, 0) : plii_dvec3_make(0, 1, 0));
-        const plii_dvec3 a = plii_dvec3_scale(side, 1.0 / plii_dvec3_length(side)), c = plii_dvec3_cross(n, a);
+        const plii_dvec3 a = plii_dvec3_perpendicular(n), c = plii_dvec3_cross(n, a);
         const double across = plii_implicit_point_response(constraints, constraint, a) +
                               plii_implicit_point_response(constraints, constraint, c);
         constraint->stiffness = 1.0 / along;

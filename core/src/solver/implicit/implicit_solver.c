@@ -48,8 +48,7 @@ static pli_vec3 implicit_free_change(const pli_body* body, int node, float dt) {
     pli_vec3 change = pli_vec3_make(0, 0, 0);
     if (body->forces != NULL) {
         change = pli_vec3_scale(pli_vec3_scale(body->forces[node], body->positions[node].w), dt);
-        change = pli_vec3_make(plii_clamp(change.x, -limit, limit), plii_clamp(change.y, -limit, limit),
-                               plii_clamp(change.z, -limit, limit));
+        change = plii_vec3_clamp(change, limit);
     }
     return pli_vec3_add(change, pli_vec3_scale(body->world->def.gravity, dt));
 }

@@ -45,13 +45,10 @@ typedef struct xpbd_prediction {
 /* Consumes the forces. */
 static pli_vec3 xpbd_acceleration(const xpbd_prediction* prediction, int node) {
     const pli_body* body = prediction->body;
-    const float inverse_mass = body->positions[node].w, limit = prediction->limit;
+    const float inverse_mass = body->positions[node].w;
     pli_vec3 acceleration = pli_vec3_make(0, 0, 0);
     if (body->forces != NULL) {
-        acceleration = pli_vec3_scale(body->forces[node], inverse_mass);
-        acceleration =
-            pli_vec3_make(plii_clamp(acceleration.x, -limit, limit), plii_clamp(acceleration.y, -limit, limit),
-                          plii_clamp(acceleration.z, -limit, limit));
+        acceleration = plii_vec3_clamp(pli_vec3_scale(body->forces[node], inverse_mass), prediction->limit);
         body->forces[node] = pli_vec3_make(0, 0, 0);
     }
     return inverse_mass > 0.0f ? pli_vec3_add(acceleration, body->world->def.gravity) : pli_vec3_make(0, 0, 0);
