@@ -72,7 +72,8 @@ void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other);
 
 /* What memory is missing from now on is missing for this body. */
 static inline void plii_world_begin_body(const pli_body* body) {
-    plii_thread.pass = (plii_pass){body->world_index, NULL};
+    const plii_pass pass = {body->world_index, NULL};
+    plii_thread.pass = pass;
 }
 
 /* Rigid bodies that take impulses go along while the body is solved (substep_rigid.h). */
