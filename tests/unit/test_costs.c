@@ -84,6 +84,13 @@ static void use_xpbd(pli_body* body) {
     const pli_xpbd_links_def links = pli_xpbd_links_def_default();
     assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
 }
+static void use_damped_xpbd(pli_body* body) {
+    use_xpbd(body);
+    pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    links.compliance = 1e-6f;
+    links.damping = 1.0f;
+    assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+}
 static void use_aero(pli_body* body) {
     pli_aero_def def = pli_aero_def_default();
     def.drag = 0.1f;
@@ -113,9 +120,11 @@ static void test_colored_links(void** state) {
 
 static void test_xpbd(void** state) {
     (void)state;
-    const cost c = measure(true, use_xpbd);
-    const double base = base_bytes(c, true) + 48.0 * NODES;
-    check_bytes(c, base + (16.0 + least_slot) * c.link_count, base + (16.8 + most_slot) * c.link_count);
+    for (int is_damped = 0; is_damped < 2; ++is_damped) {
+        const cost c = measure(true, is_damped ? use_damped_xpbd : use_xpbd);
+        const double base = base_bytes(c, true) + 48.0 * NODES + 8.0 * is_damped * c.link_count;
+        check_bytes(c, base + (16.0 + least_slot) * c.link_count, base + (16.8 + most_slot) * c.link_count);
+    }
 }
 
 static void test_forces_of_air(void** state) {

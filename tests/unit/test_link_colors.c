@@ -216,7 +216,6 @@ static void use_link(const pli_body* body, int link, int color, int lane, node_u
 /* Every link has one slot, and nodes of a colour are in one lane only. */
 static void check_colors_of(const pli_body* body, const plii_link_colors* colors) {
     assert_non_null(colors);
-    const plii_link_tag* tags = colors->has_tags ? body->link_tags : NULL;
     int* slots = NULL;
     list_slots(colors, &slots);
     int* seen = calloc((size_t)body->link_count + 1, sizeof *seen);
@@ -229,13 +228,10 @@ static void check_colors_of(const pli_body* body, const plii_link_colors* colors
         assert_true(first < end);
         for (int g = first; g < end; ++g) {
             const plii_link_group* group = &colors->groups[g];
-            /* Those with the same pairs are together. */
-            assert_true(tags == NULL || g == first || group->pairs <= group[-1].pairs);
             const int end_row = g + 1 < colors->group_count ? group[1].first_row : colors->row_count;
             for (int i = 8 * group->first_row; i < 8 * end_row; ++i) {
                 const int link = slots[i];
                 if (link < 0) { continue; }
-                assert_int_equal(plii_link_tag_of(tags, link), group->tag);
                 use_link(body, link, color, 8 * g + i % 8, uses, seen);
             }
         }
@@ -249,14 +245,7 @@ static void check_colors_of(const pli_body* body, const plii_link_colors* colors
 }
 
 static void check_colors(pli_body* body) {
-    const plii_feature_class* const classes[] = {&plii_link_colors_class, &plii_tagged_link_colors_class};
-    int checked = 0;
-    for (int i = 0; i < 2; ++i) {
-        if (!plii_feature_is_enabled(body, classes[i])) { continue; }
-        check_colors_of(body, plii_link_colors_of(body, classes[i]));
-        checked += 1;
-    }
-    assert_true(checked > 0);
+    check_colors_of(body, plii_link_colors_of(body));
 }
 
 static void test_no_two_lanes_of_a_color_share_a_node(void** state) {
@@ -264,7 +253,6 @@ static void test_no_two_lanes_of_a_color_share_a_node(void** state) {
     for (int m = 0; m < MESH_COUNT; ++m) {
         sample s;
         assert_true(sample_create(&s, meshes[m], true, PLI_SIMD_BEST, NULL));
-        assert_int_equal(plii_feature_enable(s.body, &plii_tagged_link_colors_class, NULL), PLI_OK);
         check_colors(s.body);
         sample_destroy(&s);
     }

@@ -13,7 +13,7 @@
     FEATURE(link_colors) FEATURE(link_graph) FEATURE(links) FEATURE(node_boxes) FEATURE(node_motion) \
     FEATURE(normals) FEATURE(pose) FEATURE(pressure) FEATURE(restitution) FEATURE(rigid_contacts) \
     FEATURE(rigid_faces) FEATURE(self_faces) FEATURE(self_grids) FEATURE(self_nodes) FEATURE(sleep) \
-    FEATURE(soft_contacts) FEATURE(step_smoothing) FEATURE(tagged_link_colors) FEATURE(target) FEATURE(tether) \
+    FEATURE(soft_contacts) FEATURE(step_smoothing) FEATURE(target) FEATURE(tether) \
     FEATURE(topology_changes) FEATURE(trace) FEATURE(velocity_links) FEATURE(volume) FEATURE(xpbd) \
     FEATURE(xpbd_bending) FEATURE(xpbd_links) FEATURE(xpbd_tetras) FEATURE(xpbd_volume)
 // clang-format on

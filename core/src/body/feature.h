@@ -86,13 +86,7 @@ typedef struct plii_topology_change {
 #define PLII_MAX_FEATURE_ARRAYS 24
 
 /* What the length of an array follows. */
-typedef enum plii_array_length {
-    PLII_PER_NODE,
-    PLII_PER_LINK,
-    PLII_PER_FACE,
-    PLII_PER_MATERIAL,
-    PLII_LIST
-} plii_array_length;
+typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PLII_LIST } plii_array_length;
 
 /* What snapshots do with an array, or with a part of a state. Each says: the test of snapshots fails on one that does
    not. */

@@ -6,24 +6,22 @@
 
 #include <string.h>
 
-/* How many nodes, links, faces and materials there are. */
+/* How many nodes, links and faces there are. */
 typedef struct feature_counts {
     size_t of[PLII_LIST];
 } feature_counts;
 
-static feature_counts feature_counts_of(const pli_body* body, int nodes, int links, int faces) {
-    return (feature_counts){{[PLII_PER_NODE] = (size_t)nodes,
-                             [PLII_PER_LINK] = (size_t)links,
-                             [PLII_PER_FACE] = (size_t)faces,
-                             [PLII_PER_MATERIAL] = (size_t)body->material_count}};
+static feature_counts feature_counts_of(int nodes, int links, int faces) {
+    return (feature_counts){
+        {[PLII_PER_NODE] = (size_t)nodes, [PLII_PER_LINK] = (size_t)links, [PLII_PER_FACE] = (size_t)faces}};
 }
 
 static feature_counts feature_counts_now(const pli_body* body) {
-    return feature_counts_of(body, body->node_count, body->link_count, body->topology->face_count);
+    return feature_counts_of(body->node_count, body->link_count, body->topology->face_count);
 }
 
 static feature_counts feature_counts_before(const pli_body* body, const plii_topology_change* change) {
-    return feature_counts_of(body, change->old_node_count, change->old_link_count, change->old_face_count);
+    return feature_counts_of(change->old_node_count, change->old_link_count, change->old_face_count);
 }
 
 /* Pointers are objects of several types, so they are copied. */
@@ -120,7 +118,7 @@ bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
 
 int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* klass, const void* state,
                               const plii_topology_change* change, size_t* sizes) {
-    const feature_counts counts = feature_counts_of(body, change->node_count, change->link_count, change->face_count);
+    const feature_counts counts = feature_counts_of(change->node_count, change->link_count, change->face_count);
     int count = 0;
     for (EACH_ARRAY(array, klass)) {
         const bool is_left_out = array->is_optional && plii_feature_array_address(body, array, state) == NULL;

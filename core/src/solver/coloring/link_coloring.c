@@ -19,16 +19,14 @@ typedef struct link_colors_work {
     const pli_body* body;
     plii_scratch scratch;
     plii_link_quads quads;
-    int tag_count;       /* tags as key: material, then bending */
-    uint64_t* masks;     /* [node_count] colours of the links around */
-    uint64_t* open;      /* [tag_count] colours whose last group of that tag has lanes left */
-    uint8_t* lanes;      /* [tag_count][LINK_COLORS_MAX] how many it has taken */
-    int* counts;         /* as many as there are keys of a kind at most, and one */
-    int *order, *sorted; /* [link_count] */
-    int count;           /* of them */
-    int* colors;         /* [link_count] of those */
-    int color_limit;     /* the colours are below it */
-    uint8_t* kinds;      /* [link_count] pairs of the group of each of those */
+    uint64_t* masks;                /* [node_count] colours of the links around */
+    uint64_t open;                  /* colours whose last group has lanes left */
+    uint8_t lanes[LINK_COLORS_MAX]; /* how many it has taken */
+    int* counts;                    /* as many as there are keys of a kind at most, and one */
+    int *order, *sorted;            /* [link_count] */
+    int count;                      /* of them */
+    int* colors;                    /* [link_count] of those */
+    int color_limit;                /* the colours are below it */
 } link_colors_work;
 
 /* A quad or a single link: what a lane of a group gets. */
@@ -39,7 +37,7 @@ typedef struct link_colors_item {
 
 /* False when out of memory. */
 static bool link_colors_take_memory(link_colors_work* work) {
-    const int nodes = work->body->node_count, links = work->body->link_count, tags = work->tag_count;
+    const int nodes = work->body->node_count, links = work->body->link_count;
     plii_link_quads* quads = &work->quads;
     plii_scratch* scratch = &work->scratch;
     quads->quads = PLII_TAKE(scratch, plii_link_quad, links / 3);
@@ -50,13 +48,10 @@ static bool link_colors_take_memory(link_colors_work* work) {
     quads->marks = PLII_TAKE(scratch, uint8_t, nodes);
     quads->is_used = PLII_TAKE(scratch, uint8_t, links);
     work->masks = PLII_TAKE(scratch, uint64_t, nodes);
-    work->open = PLII_TAKE(scratch, uint64_t, tags);
-    work->lanes = PLII_TAKE(scratch, uint8_t, LINK_COLORS_MAX * (size_t)tags);
-    work->counts = PLII_TAKE(scratch, int, LINK_COLORS_MAX + (size_t)nodes + (size_t)links + (size_t)tags + 1);
+    work->counts = PLII_TAKE(scratch, int, LINK_COLORS_MAX + (size_t)nodes + (size_t)links + 1);
     work->order = PLII_TAKE(scratch, int, links);
     work->sorted = PLII_TAKE(scratch, int, links);
     work->colors = PLII_TAKE(scratch, int, links);
-    work->kinds = PLII_TAKE(scratch, uint8_t, links);
     return !scratch->is_short;
 }
 
@@ -66,9 +61,6 @@ static const int* link_colors_links_at(const link_colors_work* work, int index) 
     const plii_link_quads* quads = &work->quads;
     return &quads->links[index < quads->quad_count ? quads->quads[index].first_link
                                                    : quads->in_quads + index - quads->quad_count];
-}
-static plii_link_tag link_colors_tag_at(const link_colors_work* work, int index) {
-    return plii_link_tag_of(work->quads.tags, *link_colors_links_at(work, index));
 }
 static uint8_t link_colors_pairs_at(const link_colors_work* work, int index) {
     return index < work->quads.quad_count ? work->quads.quads[index].pairs : PLII_LINK_SINGLE;
@@ -88,21 +80,15 @@ static link_colors_item link_colors_item_at(const link_colors_work* work, int in
     return item;
 }
 
-static int link_colors_tag_key(const link_colors_work* work, int index) {
-    const int tag = link_colors_tag_at(work, index);
-    return 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
-}
-
 /* The colour of an item at nodes whose colours are `used`; one of its own when none is free. */
-static int link_colors_take_color(link_colors_work* work, int index, uint64_t used) {
-    const int tag = link_colors_tag_key(work, index);
-    const uint64_t open = ~used & work->open[tag], free = open != 0 ? open : ~used;
+static int link_colors_take_color(link_colors_work* work, uint64_t used) {
+    const uint64_t open = ~used & work->open, free = open != 0 ? open : ~used;
     if (free == 0) { return work->color_limit++; }
     const int color = __builtin_ctzll(free);
     const uint64_t bit = UINT64_C(1) << color;
-    uint8_t* lanes = &work->lanes[LINK_COLORS_MAX * tag + color];
+    uint8_t* lanes = &work->lanes[color];
     *lanes = (uint8_t)((*lanes + 1) % PLII_LINK_LANES);
-    work->open[tag] = *lanes != 0 ? work->open[tag] | bit : work->open[tag] & ~bit;
+    work->open = *lanes != 0 ? work->open | bit : work->open & ~bit;
     return color;
 }
 
@@ -115,7 +101,7 @@ static void link_colors_assign(link_colors_work* work) {
         for (int k = 0; k < 4; ++k) {
             used |= work->masks[item.nodes[k]];
         }
-        const int color = link_colors_take_color(work, i, used);
+        const int color = link_colors_take_color(work, used);
         for (int k = 0; k < 4 && color < LINK_COLORS_MAX; ++k) {
             work->masks[item.nodes[k]] |= UINT64_C(1) << color;
         }
@@ -159,7 +145,7 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     work->order = sorted;
 }
 
-// ------------------------------------------------------------------------------------------------------------- kinds
+// ------------------------------------------------------------------------------------------------------------ groups
 
 /* Kernels solve groups of a kind together, and have code of its own for two triangles: where one link is missing an
    empty row costs less than a kind of few groups. */
@@ -168,47 +154,18 @@ static uint8_t link_colors_group_pairs(uint8_t pairs, int count) {
     return lacks_one && 2 * count >= PLII_LINK_LANES ? PLII_LINK_TWO_TRIANGLES : pairs;
 }
 
-/* Items of a group have one colour and tag, and one kind once there are kinds. */
+/* Items of a group have one colour. */
 static int link_colors_group_end(const link_colors_work* work, int first) {
-    const int lead = work->order[first];
-    const plii_link_tag tag = link_colors_tag_at(work, lead);
+    const int color = work->colors[work->order[first]];
     int end = first + 1;
-    for (; end < work->count && end - first < PLII_LINK_LANES; ++end) {
-        const int index = work->order[end];
-        if (work->colors[index] != work->colors[lead] || work->kinds[index] != work->kinds[lead] ||
-            link_colors_tag_at(work, index) != tag) {
-            break;
-        }
+    while (end < work->count && end - first < PLII_LINK_LANES && work->colors[work->order[end]] == color) {
+        ++end;
     }
     return end;
 }
 
-static int link_colors_by_kind(const link_colors_work* work, int index) {
-    return (1 << PLII_LINK_PAIRS) - 1 - work->kinds[index];
-}
-
-/* Brings groups of a colour that have the same pairs together, which kernels solve at once; with tags they come tag by
-   tag otherwise. */
-static void link_colors_sort_kinds(link_colors_work* work) {
-    for (int first = 0; first < work->count;) {
-        const int end = link_colors_group_end(work, first);
-        uint8_t kind = 0;
-        for (int i = first; i < end; ++i) {
-            kind |= link_colors_pairs_at(work, work->order[i]);
-        }
-        kind = link_colors_group_pairs(kind, end - first);
-        for (; first < end; ++first) {
-            work->kinds[work->order[first]] = kind;
-        }
-    }
-    link_colors_sort(work, link_colors_by_kind, 1 << PLII_LINK_PAIRS);
-    link_colors_sort(work, link_colors_by_color, work->color_limit);
-}
-
-// ------------------------------------------------------------------------------------------------------------ groups
-
-/* Adds a group from items [first, end) of one color, tag and kind; with no memory in `made` only to its counts. Lanes
-   without an item come first and have the nodes of others. */
+/* Adds a group from items [first, end) of one color; with no memory in `made` only to its counts. Lanes without an item
+   come first and have the nodes of others. */
 static void link_colors_make_group(const link_colors_work* work, int first, int end, plii_link_colors* made) {
     const int count = end - first, empty = PLII_LINK_LANES - count;
     uint8_t pairs = 0;
@@ -218,10 +175,8 @@ static void link_colors_make_group(const link_colors_work* work, int first, int 
     pairs = link_colors_group_pairs(pairs, count);
     const int node_count = pairs == PLII_LINK_SINGLE ? 2 : 4;
     if (made->groups != NULL) {
-        made->groups[made->group_count] = (plii_link_group){.first_row = made->row_count,
-                                                            .first_scaled_index = made->scaled_index_count,
-                                                            .tag = link_colors_tag_at(work, work->order[first]),
-                                                            .pairs = pairs};
+        made->groups[made->group_count] = (plii_link_group){
+            .first_row = made->row_count, .first_scaled_index = made->scaled_index_count, .pairs = pairs};
         for (int lane = 0; lane < PLII_LINK_LANES; ++lane) {
             const bool is_empty = lane < empty;
             const link_colors_item item =
@@ -274,27 +229,22 @@ static bool link_colors_fill(const link_colors_work* work, plii_link_colors* col
 
 /* False when out of memory. */
 static bool link_colors_make(const pli_body* body, plii_link_colors* colors) {
-    link_colors_work work = {.body = body,
-                             .scratch.context = body->context,
-                             .quads.tags = colors->has_tags ? body->link_tags : NULL,
-                             .tag_count = colors->has_tags ? 2 * body->material_count : 1};
+    link_colors_work work = {.body = body, .scratch.context = body->context};
     bool ok = link_colors_take_memory(&work);
     if (ok) {
         plii_link_quads_find(body, body->node_count >= LINK_COLORS_QUADS_NODES, &work.quads);
         link_colors_assign(&work);
         link_colors_sort(&work, link_colors_by_node, body->node_count);
         link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
-        if (work.quads.tags != NULL) { link_colors_sort(&work, link_colors_tag_key, work.tag_count); }
         link_colors_sort(&work, link_colors_by_color, work.color_limit);
-        if (work.quads.tags != NULL) { link_colors_sort_kinds(&work); }
         ok = link_colors_fill(&work, colors);
     }
     plii_scratch_free(&work.scratch);
     return ok;
 }
 
-const plii_link_colors* plii_link_colors_of(pli_body* body, const plii_feature_class* klass) {
-    plii_link_colors* colors = plii_feature_state(body, klass);
+const plii_link_colors* plii_link_colors_of(pli_body* body) {
+    plii_link_colors* colors = plii_feature_state(body, &plii_link_colors_class);
     if (!colors->is_current) { colors->is_current = link_colors_make(body, colors); }
     return colors->is_current ? colors : NULL;
 }
@@ -305,47 +255,19 @@ static pli_status link_colors_enable(pli_body* body, void* state) {
     return colors->is_current ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static pli_status link_colors_enable_tagged(pli_body* body, void* state) {
-    ((plii_link_colors*)state)->has_tags = true;
-    return link_colors_enable(body, state);
-}
-
 static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     ((plii_link_colors*)state)->is_current = false;
 }
 
-static const plii_feature_array link_colors_arrays[] = {
-    {PLII_LIST_OF(plii_link_colors, colors, color_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .snapshot = PLII_LEFT},
-    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .snapshot = PLII_LEFT},
-    {0},
-};
-
-static const plii_state_part link_colors_parts[] = {
-    PLII_STATE(plii_link_colors, has_tags, PLII_LEFT),
-    PLII_STATE(plii_link_colors, is_current, PLII_LEFT),
-    PLII_STATE(plii_link_colors, color_count, PLII_LEFT),
-    PLII_STATE(plii_link_colors, group_count, PLII_LEFT),
-    PLII_STATE(plii_link_colors, row_count, PLII_LEFT),
-    PLII_STATE(plii_link_colors, scaled_index_count, PLII_LEFT),
-    {0},
-};
-
 const plii_feature_class plii_link_colors_class = {
     .name = "link colors",
     .state_size = sizeof(plii_link_colors),
-    .state_parts = link_colors_parts,
-    .arrays = link_colors_arrays,
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(plii_link_colors, is_current, scaled_index_count, PLII_LEFT, NULL)),
+    .arrays =
+        PLII_ARRAYS({PLII_LIST_OF(plii_link_colors, colors, color_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .snapshot = PLII_LEFT}),
     .enable = link_colors_enable,
-    .topology_commit = link_colors_topology_commit,
-};
-
-const plii_feature_class plii_tagged_link_colors_class = {
-    .name = "tagged link colors",
-    .state_size = sizeof(plii_link_colors),
-    .state_parts = link_colors_parts,
-    .arrays = link_colors_arrays,
-    .enable = link_colors_enable_tagged,
     .topology_commit = link_colors_topology_commit,
 };

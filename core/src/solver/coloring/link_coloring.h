@@ -16,7 +16,6 @@
 typedef struct plii_link_group {
     int first_row;          /* one row for each of `pairs` */
     int first_scaled_index; /* of four, of single links of two */
-    plii_link_tag tag;      /* of all links */
     uint8_t pairs;          /* bit k: some lane has a link there */
 } plii_link_group;
 
@@ -25,7 +24,6 @@ typedef struct plii_link_color {
 } plii_link_color;
 
 typedef struct plii_link_colors {
-    bool has_tags;   /* links of a group have the same */
     bool is_current; /* links are still those that were coloured */
     int color_count, group_count, row_count, scaled_index_count;
     plii_link_color* colors;                     /* [color_count] */
@@ -35,11 +33,11 @@ typedef struct plii_link_colors {
     int color_capacity, group_capacity, scaled_index_capacity, row_capacity;
 } plii_link_colors;
 
-/* Their states are a plii_link_colors. */
-extern const plii_feature_class plii_link_colors_class, plii_tagged_link_colors_class;
+/* Its state is a plii_link_colors. */
+extern const plii_feature_class plii_link_colors_class;
 
 /* Made anew after a change of topology; NULL when out of memory. */
-const plii_link_colors* plii_link_colors_of(pli_body* body, const plii_feature_class* klass);
+const plii_link_colors* plii_link_colors_of(pli_body* body);
 
 static inline int plii_link_colors_slot_count(const plii_link_colors* colors) {
     return PLII_LINK_LANES * colors->row_count;

@@ -17,8 +17,7 @@ enum {
 typedef struct link_quads_search {
     const pli_body* body;
     plii_link_quads* quads;
-    int a, b; /* nodes of the first link */
-    plii_link_tag tag;
+    int a, b;                             /* nodes of the first link */
     int candidates[2 * LINK_QUADS_SHOWN]; /* nodes linked with those */
     int candidate_count;
     uint8_t orders[LINK_QUADS_ORDERS][4];       /* node of the search for each node of the quad */
@@ -60,10 +59,6 @@ static void link_quads_make_orders(link_quads_search* search) {
     }
 }
 
-static bool link_quads_is_open(const link_quads_search* search, int link) {
-    return search->quads->is_used[link] == 0 && plii_link_tag_of(search->quads->tags, link) == search->tag;
-}
-
 /* The links that a node shows, from the first one that is not used. */
 typedef struct link_quads_range {
     int begin, end;
@@ -85,9 +80,7 @@ static void link_quads_mark(link_quads_search* search, int node, uint8_t mark) {
     const link_quads_range shown = link_quads_shown(search, node);
     for (int i = shown.begin; i < shown.end; ++i) {
         const plii_half_link half = quads->halves[i];
-        if (half.neighbour == search->a || half.neighbour == search->b || !link_quads_is_open(search, half.link)) {
-            continue;
-        }
+        if (half.neighbour == search->a || half.neighbour == search->b || quads->is_used[half.link] != 0) { continue; }
         if (quads->marks[half.neighbour] == 0) { search->candidates[search->candidate_count++] = half.neighbour; }
         quads->marks[half.neighbour] |= mark;
     }
@@ -107,7 +100,7 @@ static int link_quads_fourth(const link_quads_search* search, int candidate, int
     const link_quads_range shown = link_quads_shown(search, third);
     for (int i = shown.begin; i < shown.end; ++i) {
         const plii_half_link half = quads->halves[i];
-        if (half.neighbour != search->a && half.neighbour != search->b && link_quads_is_open(search, half.link) &&
+        if (half.neighbour != search->a && half.neighbour != search->b && quads->is_used[half.link] == 0 &&
             count + link_quads_common(search, half.neighbour) + 1 >= least) {
             return half.neighbour;
         }
@@ -144,7 +137,7 @@ static int link_quads_find_link(const link_quads_search* search, int a, int b) {
         const link_quads_range shown = link_quads_shown(search, nodes[k]);
         for (int i = shown.begin; i < shown.end; ++i) {
             const plii_half_link half = search->quads->halves[i];
-            if (half.neighbour == nodes[1 - k] && link_quads_is_open(search, half.link)) { return half.link; }
+            if (half.neighbour == nodes[1 - k] && search->quads->is_used[half.link] == 0) { return half.link; }
         }
     }
     return PLI_NULL_INDEX;
@@ -182,7 +175,6 @@ static void link_quads_pass(link_quads_search* search, int least) {
             if (half.neighbour < node || quads->is_used[half.link] != 0) { continue; }
             search->a = node;
             search->b = half.neighbour;
-            search->tag = plii_link_tag_of(search->quads->tags, half.link);
             int others[2];
             if (link_quads_others(search, least, others)) {
                 link_quads_add(search, others);

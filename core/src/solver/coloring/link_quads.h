@@ -23,7 +23,6 @@ typedef struct plii_link_quad {
 } plii_link_quad;
 
 typedef struct plii_link_quads {
-    const plii_link_tag* tags; /* [link_count] the links of a quad have one; or NULL */
     int quad_count, in_quads, single_count;
     plii_link_quad* quads;  /* [link_count / 3] */
     int* links;             /* [link_count] in_quads links of quads, then single_count others by their smaller node */
@@ -36,7 +35,3 @@ typedef struct plii_link_quads {
 
 /* Fills in what `quads` has room for. Without `is_wanted` all links are single. */
 void plii_link_quads_find(const pli_body* body, bool is_wanted, plii_link_quads* quads);
-
-static inline plii_link_tag plii_link_tag_of(const plii_link_tag* tags, int link) {
-    return tags != NULL ? tags[link] : (plii_link_tag)0;
-}

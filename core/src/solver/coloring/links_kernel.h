@@ -8,11 +8,6 @@
 /* In place of a rest length under XPBD: nothing moves. */
 #define PLII_LINKS_NO_LINK (-INFINITY)
 
-/* Of links of one tag under XPBD: see plii_xpbd_multiplier; both are 0 for rigid links. */
-typedef struct plii_link_softness {
-    float alpha, gamma;
-} plii_link_softness;
-
 typedef struct plii_links_task {
     const pli_body* body;
     const plii_link_colors* colors;
@@ -20,7 +15,8 @@ typedef struct plii_links_task {
     const float* weights; /* by slot, of links on positions: 1 / mass term, kg, 0 where nothing moves; NULL: XPBD */
     pli_vec4* moved;      /* positions, or displacements under XPBD; w = inverse mass */
     /* XPBD only. */
-    const plii_link_softness* softness;  /* [2 * material_count] of a material, then of its bending links */
+    const float *compliances, *dampings; /* by slot, m/N and s: see plii_xpbd_multiplier; NULL: all are 0 */
+    float inverse_dt;                    /* of a substep, 1/s */
     const float* vectors;                /* see plii_links_start */
     const pli_vec4* start_displacements; /* the displacements at the start of the substep */
     float* multipliers;                  /* by slot */

@@ -11,7 +11,7 @@
 /* Groups; of registers of four floats there are too few for the nodes of one. */
 enum { LINKS_BATCH = PLII_FLOAT8_IS_ONE ? 6 : 1 };
 
-/* Constraints. Of links of XPBD those are rigid that have no compliance, and those damped that have a damping. */
+/* Constraints. Links of XPBD are rigid where none has a compliance, and damped where one has a damping. */
 enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
 
 /* The factor of a constraint: nodes a and b of a link go apart by it, times the difference between them and their
@@ -28,37 +28,32 @@ PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
     return plii_float8_where_greater(plii_float8_sub(a, a), plii_float8_all(-1.0f), a);
 }
 
-/* Of the links of a group. */
-typedef struct links_law {
-    const plii_links_task* task;
-    const plii_link_softness* softness;
-    int kind;
-} links_law;
-
 /* plii_xpbd_multiplier over the length. `motion`: along the difference in this substep, where it is damped. What is not
    finite does not move: rigid links without length or mass to move, and lanes without a link, whose value is infinite.
    Multipliers are kept between the sweeps of a substep. */
 PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, plii_float8 motion, plii_float8 mass,
-                                                 plii_float8 rest_length, const links_law* law, ptrdiff_t slot) {
+                                                 plii_float8 rest_length, const plii_links_task* task, int kind,
+                                                 ptrdiff_t slot) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(length_squared);
     plii_float8 force = plii_float8_sub(rest_length, length);
-    if (law->kind == LINKS_RIGID) { return links_where_finite(plii_float8_div(force, plii_float8_mul(mass, length))); }
-    const plii_links_task* task = law->task;
+    if (kind == LINKS_RIGID) { return links_where_finite(plii_float8_div(force, plii_float8_mul(mass, length))); }
     const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
-    const plii_float8 alpha = plii_float8_all(law->softness->alpha);
-    const plii_float8 gamma = plii_float8_all(law->softness->gamma);
+    const plii_float8 inverse_dt_squared = plii_float8_all(task->inverse_dt * task->inverse_dt);
+    const plii_float8 alpha = plii_float8_mul(plii_float8_load(task->compliances + slot), inverse_dt_squared);
     float* multipliers = task->multipliers + slot;
     plii_float8 multiplier = zero;
     if (task->reads_multipliers) {
         multiplier = plii_float8_load(multipliers);
         force = plii_float8_sub(force, plii_float8_mul(alpha, multiplier));
     }
-    if (law->kind == LINKS_DAMPED) {
+    if (kind == LINKS_DAMPED) {
+        const plii_float8 gamma =
+            plii_float8_mul(plii_float8_load(task->dampings + slot), plii_float8_all(task->inverse_dt));
         force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
+        mass = plii_float8_mul(plii_float8_add(plii_float8_all(1.0f), gamma), mass);
     }
-    const plii_float8 divisor =
-        plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + law->softness->gamma), mass), alpha);
+    const plii_float8 divisor = plii_float8_add(mass, alpha);
     const plii_float8 change =
         links_where_finite(plii_float8_where_greater(mass, zero, plii_float8_div(force, divisor)));
     if (task->writes_multipliers) { plii_float8_store(multipliers, plii_float8_add(multiplier, change)); }
@@ -103,26 +98,25 @@ typedef struct links_measure {
     plii_float8 factor;
 } links_measure;
 
-PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, int b, const links_law* law,
-                                              ptrdiff_t slot) {
-    const plii_links_task* task = law->task;
+PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, int b, const plii_links_task* task,
+                                              int kind, ptrdiff_t slot) {
     links_measure own;
     own.delta = plii_vec3x8_sub(quads->moved[b], quads->moved[a]);
-    if (law->kind != LINKS_POSITIONS) { own.delta = plii_vec3x8_add(links_apart(task, slot), own.delta); }
+    if (kind != LINKS_POSITIONS) { own.delta = plii_vec3x8_add(links_apart(task, slot), own.delta); }
     const plii_float8 length_squared = plii_vec3x8_dot(own.delta, own.delta);
     const plii_float8 rest = plii_float8_load(task->rest + slot);
-    if (law->kind == LINKS_POSITIONS) {
+    if (kind == LINKS_POSITIONS) {
         own.factor = links_factor_on_positions(length_squared, plii_float8_load(task->weights + slot), rest);
         return own;
     }
     const plii_float8 mass = plii_float8_add(quads->masses[a], quads->masses[b]);
     plii_float8 motion = length_squared;
-    if (law->kind == LINKS_DAMPED) {
+    if (kind == LINKS_DAMPED) {
         motion = plii_vec3x8_dot(own.delta,
                                  plii_vec3x8_sub(plii_vec3x8_sub(quads->moved[b], quads->start_displacements[b]),
                                                  plii_vec3x8_sub(quads->moved[a], quads->start_displacements[a])));
     }
-    own.factor = links_factor_of_xpbd(length_squared, motion, mass, rest, law, slot);
+    own.factor = links_factor_of_xpbd(length_squared, motion, mass, rest, task, kind, slot);
     return own;
 }
 PLII_SIMD_INLINE void links_move(links_quads* quads, int a, int b, const links_measure* measure) {
@@ -142,20 +136,21 @@ PLII_SIMD_INLINE int links_before(int pairs, int pair) {
 }
 
 /* Two pairs of nodes, of which both, one or none have links. `slot`: of the first row of the group. */
-PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, const links_law* law, ptrdiff_t slot) {
+PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, const plii_links_task* task, int kind,
+                                  ptrdiff_t slot) {
     const uint8_t *first = plii_link_pair_nodes[2 * round], *second = plii_link_pair_nodes[2 * round + 1];
     const int own = pairs >> 2 * round & 3;
     slot += PLII_LINK_LANES * links_before(pairs, 2 * round);
     if (own == 3) {
-        const links_measure ab = links_measured(quads, first[0], first[1], law, slot);
-        const links_measure cd = links_measured(quads, second[0], second[1], law, slot + PLII_LINK_LANES);
+        const links_measure ab = links_measured(quads, first[0], first[1], task, kind, slot);
+        const links_measure cd = links_measured(quads, second[0], second[1], task, kind, slot + PLII_LINK_LANES);
         links_move(quads, first[0], first[1], &ab);
         links_move(quads, second[0], second[1], &cd);
     } else if (own == 1) {
-        const links_measure ab = links_measured(quads, first[0], first[1], law, slot);
+        const links_measure ab = links_measured(quads, first[0], first[1], task, kind, slot);
         links_move(quads, first[0], first[1], &ab);
     } else if (own == 2) {
-        const links_measure cd = links_measured(quads, second[0], second[1], law, slot);
+        const links_measure cd = links_measured(quads, second[0], second[1], task, kind, slot);
         links_move(quads, second[0], second[1], &cd);
     }
 }
@@ -178,15 +173,7 @@ PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_lin
     }
 }
 
-PLII_SIMD_INLINE const plii_link_softness* links_softness(const plii_links_task* task, plii_link_tag tag) {
-    return &task->softness[2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0)];
-}
-
-PLII_SIMD_INLINE links_law links_law_of(const plii_links_task* task, plii_link_tag tag, int kind) {
-    return (links_law){task, kind != LINKS_POSITIONS ? links_softness(task, tag) : NULL, kind};
-}
-
-/* Groups with links between the same nodes, of one constraint; their rows and scaled indices follow each other. */
+/* Groups with links between the same nodes; their rows and scaled indices follow each other. */
 PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_group* groups, int count, int pairs,
                                   int kind) {
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[groups->first_scaled_index];
@@ -196,32 +183,21 @@ PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_g
     const ptrdiff_t stride = PLII_LINK_LANES * links_before(pairs, PLII_LINK_PAIRS);
     links_quads quads[LINKS_BATCH];
     for (int i = 0; i < count; ++i) {
-        const links_law law = links_law_of(task, groups[i].tag, kind);
         links_gather_all(&quads[i], task, scaled_indices + node_count * i, pairs, kind);
-        links_round(&quads[i], 0, pairs, &law, slot + i * stride);
+        links_round(&quads[i], 0, pairs, task, kind, slot + i * stride);
     }
     for (int i = 0; i < count && !are_single; ++i) {
-        const links_law law = links_law_of(task, groups[i].tag, kind);
-        links_round(&quads[i], 1, pairs, &law, slot + i * stride);
+        links_round(&quads[i], 1, pairs, task, kind, slot + i * stride);
     }
     for (int i = 0; i < count; ++i) {
-        const links_law law = links_law_of(task, groups[i].tag, kind);
-        if (!are_single) { links_round(&quads[i], 2, pairs, &law, slot + i * stride); }
+        if (!are_single) { links_round(&quads[i], 2, pairs, task, kind, slot + i * stride); }
         links_scatter_all(&quads[i], task, scaled_indices + node_count * i, pairs);
     }
-}
-
-PLII_SIMD_INLINE int links_kind(const plii_links_task* task, plii_link_tag tag) {
-    if (task->weights != NULL) { return LINKS_POSITIONS; }
-    const plii_link_softness* softness = links_softness(task, tag);
-    if (!(softness->alpha > 0.0f)) { return LINKS_RIGID; }
-    return softness->gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
 }
 
 /* A group link by link. */
 PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_link_group* group, int kind) {
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[group->first_scaled_index];
-    const links_law law = links_law_of(task, group->tag, kind);
     const int node_count = group->pairs == PLII_LINK_SINGLE ? 2 : 4;
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * group->first_row;
     links_quads quads;
@@ -231,7 +207,7 @@ PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_l
     for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
         if ((group->pairs >> k & 1) == 0) { continue; }
         const uint8_t* ends = plii_link_pair_nodes[k];
-        const links_measure measure = links_measured(&quads, ends[0], ends[1], &law, slot);
+        const links_measure measure = links_measured(&quads, ends[0], ends[1], task, kind, slot);
         links_move(&quads, ends[0], ends[1], &measure);
         slot += PLII_LINK_LANES;
     }
@@ -261,17 +237,15 @@ PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const pli
 }
 /* The first groups, as far as they may be solved together; returns how many they are. */
 static int links_first_batch(const plii_links_task* task, const plii_link_group* groups, int most) {
-    const int kind = links_kind(task, groups->tag);
     int count = 1;
-    while (count < most && count < LINKS_BATCH && groups[count].pairs == groups->pairs &&
-           links_kind(task, groups[count].tag) == kind) {
+    while (count < most && count < LINKS_BATCH && groups[count].pairs == groups->pairs) {
         ++count;
     }
-    if (kind == LINKS_POSITIONS) {
+    if (task->weights != NULL) {
         links_batch_of_kind(task, groups, count, LINKS_POSITIONS);
-    } else if (kind == LINKS_RIGID) {
+    } else if (task->compliances == NULL) {
         links_batch_of_kind(task, groups, count, LINKS_RIGID);
-    } else if (kind == LINKS_SOFT) {
+    } else if (task->dampings == NULL) {
         links_batch_of_kind(task, groups, count, LINKS_SOFT);
     } else {
         links_batch_of_kind(task, groups, count, LINKS_DAMPED);

@@ -45,7 +45,7 @@ static void colored_links_sweep(pli_body* body, void* data) {
 /* False when out of memory. A body of few links, whose colours would not fill the lanes, or of some that all meet stays
    with the ordered sweep: along a chain that comes further per sweep than colours do. */
 static bool colored_links_choose_sweep(pli_body* body, colored_links_state* state) {
-    state->colors = plii_link_colors_of(body, &plii_link_colors_class);
+    state->colors = plii_link_colors_of(body);
     const int slot_count = state->colors != NULL ? plii_link_colors_slot_count(state->colors) : 0;
     const bool is_ready = state->colors != NULL &&
                           PLII_RESERVE(body->context, &state->rest_squared, &state->rest_capacity, slot_count) &&

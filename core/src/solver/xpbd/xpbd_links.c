@@ -10,28 +10,48 @@ typedef struct xpbd_links_state {
     const plii_link_colors* colors; /* NULL: there was no memory for them */
     const plii_links_kernel* kernel;
     float *rest_lengths, *multipliers; /* by slot */
+    float *compliances, *dampings;     /* by slot, where there are some: see plii_links_task */
     float* vectors;                    /* see plii_links_start */
-    int rest_capacity, multiplier_capacity, vector_capacity;
-    plii_link_softness* softness; /* [2 * material_count] */
-    uint32_t link_revision;       /* of the rest lengths */
+    int rest_capacity, multiplier_capacity, compliance_capacity, damping_capacity, vector_capacity;
+    uint32_t link_revision; /* of the numbers of links */
 } xpbd_links_state;
 
 // --------------------------------------------------------------------------------------------------------- solving
 
-/* Rest lengths may change between steps. */
+static bool xpbd_links_are_soft(const xpbd_links_state* state) {
+    return state->def.compliance > 0.0f || state->def.bending_compliance > 0.0f;
+}
+static bool xpbd_links_are_damped(const xpbd_links_state* state) {
+    return xpbd_links_are_soft(state) && state->def.damping > 0.0f;
+}
+
+/* For so many slots. */
+static bool xpbd_links_reserve(pli_context* context, xpbd_links_state* state, int count) {
+    const int soft = xpbd_links_are_soft(state) ? count : 0, damped = xpbd_links_are_damped(state) ? count : 0;
+    return PLII_RESERVE(context, &state->rest_lengths, &state->rest_capacity, count) &&
+           PLII_RESERVE(context, &state->multipliers, &state->multiplier_capacity, count) &&
+           PLII_RESERVE(context, &state->compliances, &state->compliance_capacity, soft) &&
+           PLII_RESERVE(context, &state->dampings, &state->damping_capacity, damped) &&
+           PLII_RESERVE(context, &state->vectors, &state->vector_capacity, 3 * count);
+}
+
+/* Links may change between steps. */
 static void xpbd_links_begin(pli_body* body, void* data) {
     xpbd_links_state* state = data;
-    const plii_link_colors* colors = plii_link_colors_of(body, &plii_tagged_link_colors_class);
+    const pli_xpbd_links_def* def = &state->def;
+    const plii_link_colors* colors = plii_link_colors_of(body);
     const int count = colors != NULL ? plii_link_colors_slot_count(colors) : 0;
-    const bool has_memory = PLII_RESERVE(body->context, &state->rest_lengths, &state->rest_capacity, count) &&
-                            PLII_RESERVE(body->context, &state->multipliers, &state->multiplier_capacity, count) &&
-                            PLII_RESERVE(body->context, &state->vectors, &state->vector_capacity, 3 * count);
-    state->colors = has_memory ? colors : NULL;
+    state->colors = xpbd_links_reserve(body->context, state, count) ? colors : NULL;
     if (state->colors == NULL || count == 0 || state->link_revision == body->link_revision) { return; }
     for (int i = 0; i < count; ++i) {
         const int link = plii_link_colors_link(colors, i);
-        state->rest_lengths[i] =
-            link != PLI_NULL_INDEX ? sqrtf(body->links[link].rest_length_squared) : PLII_LINKS_NO_LINK;
+        const bool is_link = link != PLI_NULL_INDEX;
+        state->rest_lengths[i] = is_link ? sqrtf(body->links[link].rest_length_squared) : PLII_LINKS_NO_LINK;
+        if (!xpbd_links_are_soft(state)) { continue; }
+        const float compliance =
+            is_link && plii_link_is_bending(body, link) ? def->bending_compliance : def->compliance;
+        state->compliances[i] = is_link ? compliance / plii_link_stiffness(body, link) : 0.0f;
+        if (xpbd_links_are_damped(state)) { state->dampings[i] = compliance * def->damping; }
     }
     state->link_revision = body->link_revision;
 }
@@ -40,16 +60,8 @@ static bool xpbd_links_is_idle(const void* state) {
     return ((const xpbd_links_state*)state)->colors == NULL;
 }
 
-/* So may materials. */
 static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* substep) {
-    xpbd_links_state* state = data;
-    for (int i = 0; i < 2 * body->material_count; ++i) {
-        const float stiffness = body->materials[i / 2].linear_stiffness;
-        const float compliance = (i % 2 != 0 ? state->def.bending_compliance : state->def.compliance) / stiffness;
-        const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
-        const float gamma = compliance * (state->def.damping * stiffness) * substep->inverse_dt;
-        state->softness[i] = (plii_link_softness){.alpha = alpha, .gamma = gamma};
-    }
+    const xpbd_links_state* state = data;
     if (substep->has_new_positions) {
         const plii_links_start start = {state->colors, body->positions, state->vectors};
         plii_links_start_colors(body->context, state->kernel, &start);
@@ -60,7 +72,9 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
     const xpbd_links_state* state = data;
     const plii_links_task task = {.body = body,
                                   .colors = state->colors,
-                                  .softness = state->softness,
+                                  .compliances = xpbd_links_are_soft(state) ? state->compliances : NULL,
+                                  .dampings = xpbd_links_are_damped(state) ? state->dampings : NULL,
+                                  .inverse_dt = substep->inverse_dt,
                                   .rest = state->rest_lengths,
                                   .moved = substep->displacements,
                                   .vectors = state->vectors,
@@ -94,12 +108,13 @@ const plii_feature_class plii_xpbd_links_class = {
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"), PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
         PLII_STATE(xpbd_links_state, kernel, PLII_LEFT), PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT)),
-    .needs = PLII_NEEDS(&plii_tagged_link_colors_class),
+    .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},
         {PLII_LIST_OF(xpbd_links_state, multipliers, multiplier_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(xpbd_links_state, softness), PLII_PER_MATERIAL, .times = 2, .snapshot = PLII_LEFT}),
+        {PLII_LIST_OF(xpbd_links_state, compliances, compliance_capacity), .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(xpbd_links_state, dampings, damping_capacity), .is_kept = true, .snapshot = PLII_LEFT},
+        {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
 };
 
@@ -123,9 +138,12 @@ pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* 
     const pli_xpbd_links_def defaults = pli_xpbd_links_def_default();
     if (def == NULL) { def = &defaults; }
     PLII_TRY_DEF(body->context, pli_xpbd_links_def, def, xpbd_links_fields, __func__);
-    void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_kind, __func__, &state));
-    ((xpbd_links_state*)state)->def = *def;
+    void* data = NULL;
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_kind, __func__, &data));
+    xpbd_links_state* state = data;
+    state->def = *def;
+    state->link_revision = body->link_revision - 1;
+    xpbd_links_begin(body, state); /* takes memory now; where there is none the step tells */
     return PLI_OK;
 }
 
