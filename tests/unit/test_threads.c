@@ -289,6 +289,66 @@ static void pairs_in_one_call_are_those_one_by_one(void** unused) {
     }
 }
 
+enum { HEAPED_BODIES = 2, HEAPED_RIGIDS = 24 };
+
+/* The parts of a host that has many threads, one after the other. */
+static void run_in_parts(pli_range_fn* range, void* task, int count, int grain, void* user) {
+    for (int begin = 0; begin < count; begin += grain) {
+        range(begin, begin + grain < count ? begin + grain : count, task);
+        *(int*)user += grain < HEAPED_RIGIDS;
+    }
+}
+
+/* Contacts of bodies that meet so many rigid bodies each that the pairs of one make several parts. */
+static int count_heaped_contacts(bool has_parts, int* small_parts) {
+    pli_context_def def = pli_context_def_default();
+    if (has_parts) {
+        def.parallel_for = run_in_parts;
+        def.parallel_user = small_parts;
+    }
+    trial all = {.rigid_count = 0};
+    assert_int_equal(pli_context_create(&def, &all.context), PLI_OK);
+    assert_int_equal(pli_world_create(all.context, NULL, &all.world), PLI_OK);
+    pli_rigid_pair pairs[HEAPED_BODIES * HEAPED_RIGIDS];
+    for (int i = 0; i < HEAPED_RIGIDS; ++i) {
+        pli_shape* box = NULL;
+        assert_int_equal(pli_shape_create_box(all.context, pli_vec3_make(0.6f, 0.6f, 0.6f), &box), PLI_OK);
+        all.rigids[i] = add_rigid(&all, PLI_RIGID_KINEMATIC, pli_vec3_make(0.01f * (float)i, 0.02f, 0), box);
+    }
+    int contacts = 0;
+    for (int b = 0; b < HEAPED_BODIES; ++b) {
+        pli_mesh* mesh = NULL;
+        const pli_vec3 radii = pli_vec3_make(0.5f, 0.5f, 0.5f);
+        assert_int_equal(pli_mesh_create_ellipsoid(all.context, pli_vec3_make(0, 0, 0), radii, 400, &mesh), PLI_OK);
+        pli_body* body = NULL;
+        assert_int_equal(pli_body_create(all.world, mesh, NULL, &body), PLI_OK);
+        pli_mesh_destroy(mesh);
+        assert_int_equal(pli_body_enable_rigid_contacts(body, NULL), PLI_OK);
+        all.bodies[all.count++] = body;
+        for (int i = 0; i < HEAPED_RIGIDS; ++i) {
+            pairs[b * HEAPED_RIGIDS + i] = (pli_rigid_pair){body, all.rigids[i]};
+        }
+    }
+    assert_int_equal(pli_world_predict(all.world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(pli_world_collide_rigids(all.world, pairs, HEAPED_BODIES * HEAPED_RIGIDS), PLI_OK);
+    for (int b = 0; b < HEAPED_BODIES; ++b) {
+        contacts += pli_body_get_rigid_contacts(all.bodies[b], 0, NULL);
+    }
+    assert_int_equal(pli_world_solve(all.world), PLI_OK);
+    pli_world_destroy(all.world);
+    assert_int_equal(pli_context_destroy(all.context), PLI_OK);
+    return contacts;
+}
+
+static void pairs_of_a_body_that_make_several_parts_are_met_once(void** unused) {
+    (void)unused;
+    int small_parts = 0;
+    const int expected = count_heaped_contacts(false, &small_parts);
+    assert_true(expected > 1000);
+    assert_int_equal(count_heaped_contacts(true, &small_parts), expected);
+    assert_true(small_parts > HEAPED_BODIES);
+}
+
 // ----------------------------------------------------------------------------------------------- several at a time
 
 static void step_worlds(int begin, int end, void* task) {
@@ -397,6 +457,7 @@ int main(void) {
         cmocka_unit_test(a_pool_has_one_to_256_threads),
         cmocka_unit_test(bits_do_not_depend_on_threads),
         cmocka_unit_test(pairs_in_one_call_are_those_one_by_one),
+        cmocka_unit_test(pairs_of_a_body_that_make_several_parts_are_met_once),
         cmocka_unit_test(worlds_of_a_context_may_step_at_the_same_time),
         cmocka_unit_test(a_second_thread_is_refused_while_one_steps),
     };

@@ -68,6 +68,7 @@ static void world_collide_range(int begin, int end, void* data) {
     while (i > 0 && i < end && pairs[i].body == pairs[i - 1].body) {
         ++i;
     }
+    if (i == end) { return; } /* a body that begins in an earlier part goes on behind this one */
     for (; i < task->count && (i < end || pairs[i].body == pairs[i - 1].body); ++i) {
         if (!world_meets_rigid(pairs[i].body, pairs[i].rigid)) { continue; }
         world_run_collide_rigid(task->world, pairs[i].body, pairs[i].rigid);
