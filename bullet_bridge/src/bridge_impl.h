@@ -120,7 +120,7 @@ private:
     void take_part(RigidProxy& proxy);
     void finish_step();
     void look_for_new_pinned();
-    void look_for_pinned();
+    void look_for_pinned(btScalar dt);
     void take_part_of_pinned();
     void let_go(RigidProxy& proxy);
     void let_go_of_removed();

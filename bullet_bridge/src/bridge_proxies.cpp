@@ -172,7 +172,7 @@ void Bridge::Impl::look_for_new_pinned() {
 }
 
 // Before the prediction.
-void Bridge::Impl::look_for_pinned() {
+void Bridge::Impl::look_for_pinned(btScalar dt) {
     if (!has_pinned_) { return; }
     has_pinned_ = std::any_of(proxies_.begin(), proxies_.end(), [](const auto& e) { return e.second->is_pinned; });
     look_for_new_pinned();
@@ -184,8 +184,9 @@ void Bridge::Impl::look_for_pinned() {
             let_go(proxy);
             continue;
         }
-        // Anchors start from where the last step has left it. Bullet has moved kinematic bodies already.
-        if (!proxy.is_dynamic()) { continue; }
+        // Anchors start from where the last step has left it. Bullet has moved kinematic bodies already; a game may
+        // have put one elsewhere before the step.
+        if (!proxy.is_dynamic() && !proxy.has_jumped(dt)) { continue; }
         proxy.read_present_state();
         note(proxy.set_present_state());
     }

@@ -84,7 +84,7 @@ void Bridge::Impl::begin_step(btScalar dt) {
     step_status = PLI_OK;
     follow_gravity();
     follow_transforms();
-    look_for_pinned();
+    look_for_pinned(dt);
     follow_world();
     bool is_any_asleep = false;
     for (const auto& object : objects_) {

@@ -32,6 +32,13 @@ inline pli_transform to_pli(const btTransform& t) {
     return {to_pli(t.getBasis()), to_pli(t.getOrigin())};
 }
 
+inline btTransform to_bullet(const pli_transform& t) {
+    const pli_vec3* rows = t.rotation.rows;
+    const btMatrix3x3 basis(rows[0].x, rows[0].y, rows[0].z, rows[1].x, rows[1].y, rows[1].z, rows[2].x, rows[2].y,
+                            rows[2].z);
+    return btTransform(basis, to_bullet(t.origin));
+}
+
 /// Word by word: of large types a call of memcmp would cost more than what asks.
 template <class T> bool same_bits(const T& a, const T& b) {
     using Word = std::conditional_t<sizeof(T) % sizeof(std::uint64_t) == 0, std::uint64_t, std::uint32_t>;

@@ -12,6 +12,10 @@ namespace pliant {
 
 namespace {
 
+// m and radians that a kinematic body is away from where its velocity leads: less is motion that Bullet was not told
+// of.
+constexpr btScalar jump_distance = 1, jump_angle = 1;
+
 // Whether Bullet's algorithm for compounds comes to a child: its box touches the soft body's both in the world and in
 // the frame of the compound.
 bool comes_to_child(const ShapePart& child, const btTransform& compound, const pli_bounds& body_bounds) {
@@ -260,6 +264,17 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
     }
     const pli_status collided = pli_world_collide_rigid(world, body, rigid_);
     return status != PLI_OK ? status : collided;
+}
+
+bool RigidProxy::has_jumped(btScalar dt) const {
+    if (rigid_ == nullptr || body_ == nullptr || !body_->isKinematicObject()) { return false; }
+    const pli_transform before = pli_rigid_get_state(rigid_).pose;
+    btTransform led;
+    btTransformUtil::integrateTransform(to_bullet(before), body_->getLinearVelocity(), body_->getAngularVelocity(), dt,
+                                        led);
+    const btTransform& present = body_->getWorldTransform();
+    return present.getOrigin().distance(led.getOrigin()) > jump_distance ||
+           present.getRotation().angleShortestPath(led.getRotation()) > jump_angle;
 }
 
 void RigidProxy::read_present_state() {

@@ -52,6 +52,8 @@ public:
     pli_status give_captured_state();
     /// Contacts of a body with the captured state, with the shapes that Bullet would meet it with: in reference mode.
     pli_status collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs);
+    /// A kinematic body is not where its velocity leads in the step from where the core's body is.
+    bool has_jumped(btScalar dt) const;
     /// From the captured state to the one after Bullet's solver, in two steps.
     void read_present_state();
     pli_status set_present_state();

@@ -15,6 +15,14 @@ enum class Solver { position_based, xpbd, implicit };
 constexpr int last_node = 9;
 constexpr float lever = 0.5f; // m, from the anchor to the centre of the weight
 
+void use_solver(pli_body* body, Solver solver) {
+    if (solver == Solver::xpbd) {
+        assert_int_equal(pli_body_enable_xpbd(body, nullptr), PLI_OK);
+        assert_int_equal(pli_body_enable_xpbd_links(body, nullptr), PLI_OK);
+    }
+    if (solver == Solver::implicit) { assert_int_equal(pli_body_enable_implicit(body, nullptr), PLI_OK); }
+}
+
 /// A level rope of 1 m and 0.1 kg with a ball of 1 kg on a lever at its end.
 struct Pendulum {
     StockWorld stock;
@@ -33,11 +41,7 @@ struct Pendulum {
         assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
         pli_mesh_destroy(mesh);
         if (solver == Solver::position_based) { assert_int_equal(pli_body_enable_tethers(rope, nullptr), PLI_OK); }
-        if (solver == Solver::xpbd) {
-            assert_int_equal(pli_body_enable_xpbd(rope, nullptr), PLI_OK);
-            assert_int_equal(pli_body_enable_xpbd_links(rope, nullptr), PLI_OK);
-        }
-        if (solver == Solver::implicit) { assert_int_equal(pli_body_enable_implicit(rope, nullptr), PLI_OK); }
+        use_solver(rope, solver);
         assert_int_equal(pli_body_attach_nodes(rope, &last_node, 1, bridge.rigid(*weight)), PLI_OK);
     }
     /// J, of the weight, of which the rope is a tenth.
@@ -91,12 +95,48 @@ void test_a_node_is_where_a_fast_box_is(void**) {
     }
 }
 
+/// A box that carries a sheet and is put elsewhere, and the sheet with it: neither moves.
+void test_a_sheet_goes_along_where_its_box_appears_elsewhere(void**) {
+    for (const Solver solver : {Solver::position_based, Solver::implicit, Solver::xpbd}) {
+        StockWorld stock;
+        btRigidBody& box = stock.add_box(btVector3(0.6f, 0.1f, 0.1f), 0, btVector3(0, 3, 0));
+        box.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        box.setActivationState(DISABLE_DEACTIVATION);
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = bridge_test::add_sheet(bridge, 1, 3, 5);
+        use_solver(sheet, solver);
+        const int nodes[] = {0, 1, 2, 3, 4};
+        assert_int_equal(pli_body_attach_nodes(sheet, nodes, 5, bridge.rigid(box)), PLI_OK);
+        stock.step(60);
+        const double energy = double(pli_body_kinetic_energy(sheet)), stretch = double(pli_body_max_stretch(sheet));
+        const btTransform there(btQuaternion(btVector3(0, 1, 0), btScalar(1.5)), btVector3(50, 3, 0));
+        pli_transform moved = pli_transform_identity();
+        const btTransform way = there * box.getWorldTransform().inverse();
+        for (int i = 0; i < 3; ++i) {
+            const btVector3 row = way.getBasis().getRow(i);
+            moved.rotation.rows[i] = pli_vec3_make(float(row.x()), float(row.y()), float(row.z()));
+        }
+        moved.origin =
+            pli_vec3_make(float(way.getOrigin().x()), float(way.getOrigin().y()), float(way.getOrigin().z()));
+        box.getMotionState()->setWorldTransform(there);
+        box.setWorldTransform(there);
+        box.setInterpolationWorldTransform(there);
+        assert_int_equal(pli_body_transform(sheet, moved), PLI_OK);
+        stock.step(3);
+        print_message("solver %d: %.3g J and stretch %.3g before, %.3g J and %.3g after\n", int(solver), energy,
+                      stretch, double(pli_body_kinetic_energy(sheet)), double(pli_body_max_stretch(sheet)));
+        check_at_most(double(pli_body_kinetic_energy(sheet)), energy + 1);
+        check_at_most(double(pli_body_max_stretch(sheet)), stretch + 0.2);
+    }
+}
+
 } // namespace
 
 int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
         cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
+        cmocka_unit_test(test_a_sheet_goes_along_where_its_box_appears_elsewhere),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
