@@ -19,28 +19,22 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
                                 is_dynamic ? state->def.dynamic_split : state->def.static_split};
 }
 
-static void cluster_contacts_add_near_nodes(const pli_body* body, const pli_cluster_contact* info,
-                                            const plii_measured_nodes* nodes, plii_near_nodes* found) {
-    const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
-    const plii_clusters* clusters = plii_body_clusters(body);
-    const plii_cluster* item = &clusters->items[info->cluster];
-    const float margin = body->collision_margin;
-    for (int i = 0; i < nodes->count; ++i) {
-        if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
-        const plii_near_node node = {plii_cluster_node(body, clusters, item, nodes->first + i),
-                                     pli_mat3_mul_vec3(rotation, nodes->normals[i]), nodes->distances[i]};
-        plii_near_nodes_add_beside(found, node, margin);
-    }
-}
-
 /* Adds the nodes of the cluster that lie within the margin of the shape's surface, but for those near the first. What
    was measured of them is in `nodes`. */
 static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info,
                                              plii_measured_nodes* nodes, plii_near_nodes* found) {
-    const int count = plii_body_clusters(body)->items[info->cluster].member_count;
-    for (int first = 0; first < count; first += nodes->count) {
+    const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* item = &clusters->items[info->cluster];
+    const float margin = body->collision_margin;
+    for (int first = 0; first < item->member_count; first += nodes->count) {
         if (nodes->count == 0 || first > 0) { plii_cluster_contacts_measure_nodes(body, info, first, nodes); }
-        cluster_contacts_add_near_nodes(body, info, nodes, found);
+        for (int i = 0; i < nodes->count; ++i) {
+            if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
+            const plii_near_node node = {plii_cluster_node(body, clusters, item, first + i),
+                                         pli_mat3_mul_vec3(rotation, nodes->normals[i]), nodes->distances[i]};
+            plii_near_nodes_add_beside(found, node, margin);
+        }
     }
 }
 
@@ -78,7 +72,7 @@ static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_c
     cluster_contacts_find_near_nodes(body, &info, &nodes, &found);
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
     if (cluster->member_count >= PLII_CLUSTER_CONTACTS_MIN_NODES) {
-        const plii_cluster_hull hull = plii_cluster_contacts_hull(body, state, info.cluster, cluster->frame.origin);
+        const plii_cluster_hull hull = plii_cluster_hull_of(body, info.cluster, cluster->frame.origin);
         cluster_contacts_find_near_corners(&info, hull, shape->def.radius, body->collision_margin, &found);
     }
     return plii_cluster_contacts_add_nodes(pair, info, &found, 1, &terms[1]);
@@ -89,7 +83,7 @@ static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_c
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
     const plii_contact_terms terms[2] = {cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius),
                                          cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f)};
-    return plii_cluster_contacts_collide_pair(body, state, NULL, pair, terms, cluster_contacts_measure_convex);
+    return plii_cluster_contacts_collide_pair(body, state, pair, terms, cluster_contacts_measure_convex);
 }
 
 /* Clusters share nodes, so all nodes near a shape are measured first, each once. `near` shrinks to the nodes that are
@@ -180,7 +174,6 @@ static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_co
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
     plii_cluster_contacts* state = data;
     if (!state->def.with_rigids) { return PLI_OK; }
-    plii_cluster_contacts_follow_clusters(body, state);
     const int before = state->count;
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_status status = cluster_contacts_collide_shape(body, state, rigid, i);
