@@ -58,6 +58,7 @@ struct plii_node_spring;
 struct plii_contact_report;
 
 typedef void plii_run_fn(pli_body* body, void* state);
+typedef void plii_joined_fn(pli_body* body, pli_rigid* rigid, void* user);
 
 /* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
    `b` may be new nodes themselves, of smaller index. */
@@ -225,11 +226,9 @@ typedef struct plii_feature_class {
     /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
     void (*visit_contacts)(const pli_body* body, const void* state,
                            void (*visit)(const struct plii_contact_report* report, void* user), void* user);
-    /* Rigid body `index` that it pushes without having met it in the step, or NULL: there are no more. Bodies that push
-       the same one are solved by one thread. */
-    pli_rigid* (*held_rigid)(const void* state, int index);
-    /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. */
-    void (*visit_joined)(const void* state, void (*visit)(pli_body* body, pli_rigid* rigid, void* user), void* user);
+    /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. Bodies that are joined
+       to the same rigid body are solved by one thread. */
+    void (*visit_joined)(const void* state, plii_joined_fn* visit, void* user);
     const struct plii_solver_class* solver; /* that it brings: steps the body while it is enabled */
     bool meets_sensors;                     /* its collide_rigid is for them too */
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */

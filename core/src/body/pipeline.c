@@ -213,6 +213,13 @@ pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_
     return check;
 }
 
+void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->visit_joined != NULL) { feature->klass->visit_joined(feature->state, visit, user); }
+    }
+}
+
 void plii_features_notify(const pli_body* about, plii_body_notice notice) {
     for (int i = 0; i < about->world->body_count; ++i) {
         pli_body* body = about->world->bodies[i];

@@ -17,6 +17,8 @@ bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* kla
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);
 /* NULL when not enabled, or without state. */
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
+/* What its features join it to. */
+void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user);
 /* Tells the features of all bodies in its world. */
 void plii_features_notify(const pli_body* about, plii_body_notice notice);
 void plii_feature_disable_all(pli_body* body);

@@ -66,19 +66,10 @@ void plii_groups_join_bodies(pli_world* world, const pli_body* body, const pli_b
     plii_union_join(world->group_roots, body->world_index, other->world_index);
 }
 
-/* Beyond the pairs that have met: anchors. Joints are solved before. */
-static void groups_join_held(pli_world* world) {
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
-        for (int k = 0; k < body->pipeline.feature_count && !plii_body_is_idle(body); ++k) {
-            const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->held_rigid == NULL) { continue; }
-            pli_rigid* rigid = NULL;
-            for (int n = 0; (rigid = feature->klass->held_rigid(feature->state, n)) != NULL; ++n) {
-                plii_groups_join_rigid(world, body, rigid);
-            }
-        }
-    }
+/* Beyond the pairs that have met: by anchors and joints. */
+static void groups_join_held(pli_body* other, pli_rigid* rigid, void* user) {
+    const pli_body* body = user;
+    if (rigid != NULL) { plii_groups_join_rigid(body->world, body, rigid); }
 }
 
 /* Groups in the order of their first bodies, and bodies in their order. A root is the first body of its group. */
@@ -123,7 +114,10 @@ static int64_t groups_nodes(pli_body* const* bodies, int count) {
 bool plii_groups_find(pli_world* world) {
     if (!world->has_groups) { return false; }
     if (groups_nodes(world->bodies, world->body_count) < 2 * (int64_t)GROUPS_SOLVE_NODES) { return false; }
-    groups_join_held(world);
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (!plii_body_is_idle(body)) { plii_features_visit_joined(body, groups_join_held, body); }
+    }
     groups_list(world);
     return world->group_count > 1;
 }
