@@ -280,10 +280,8 @@ typedef struct plii_pipeline_entry {
 typedef struct plii_pipeline {
     plii_feature* features; /* in the order of enabling */
     int feature_count, feature_capacity;
-    /* Sorted by stage and order; after them what takes part in substeps, by its order, and what meets rigid bodies. */
-    plii_pipeline_entry* entries;
+    plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
     int begin[PLII_STAGE_COUNT + 1];
-    int substepped_count, colliding_count;
     uint32_t revision; /* counts features that come and go */
 } plii_pipeline;

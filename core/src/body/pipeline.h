@@ -29,15 +29,6 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 static inline bool plii_stage_is_empty(const pli_body* body, plii_stage stage) {
     return body->pipeline.begin[stage] == body->pipeline.begin[stage + 1];
 }
-static inline plii_pipeline_entry* plii_entries_from(const plii_pipeline* pipeline, int index) {
-    return pipeline->entries != NULL ? pipeline->entries + index : NULL;
-}
-static inline const plii_pipeline_entry* plii_substepped_entries(const plii_pipeline* pipeline) {
-    return plii_entries_from(pipeline, pipeline->begin[PLII_STAGE_COUNT]);
-}
-static inline const plii_pipeline_entry* plii_colliding_entries(const plii_pipeline* pipeline) {
-    return plii_entries_from(pipeline, pipeline->begin[PLII_STAGE_COUNT] + pipeline->substepped_count);
-}
 void plii_run_stage_profiled(pli_body* body, plii_stage stage);
 /* Inline: bodies of a few nodes would notice. */
 static inline void plii_run_stage(pli_body* body, plii_stage stage) {

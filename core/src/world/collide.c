@@ -25,13 +25,13 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     plii_world_begin_body(body);
-    const plii_pipeline_entry* entries = plii_colliding_entries(&body->pipeline);
-    for (int i = 0; i < body->pipeline.colliding_count; ++i) {
-        const plii_feature_class* klass = entries[i].klass;
-        if (rigid->is_sensor && !klass->meets_sensors) { continue; }
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        const plii_feature_class* klass = feature->klass;
+        if (klass->collide_rigid == NULL || (rigid->is_sensor && !klass->meets_sensors)) { continue; }
         plii_thread.pass.feature = klass;
         plii_world_profile(world, "collide", klass->name, true);
-        (void)klass->collide_rigid(body, entries[i].state, rigid);
+        (void)klass->collide_rigid(body, feature->state, rigid);
         plii_world_profile(world, "collide", klass->name, false);
     }
 }
