@@ -89,19 +89,9 @@ static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind 
     return is_good ? PLI_OK : rigid_judge_state(context, kind, state, function);
 }
 
-/* Bit for bit. Word by word from where they are: copies of both in one go go through memory. */
-static inline bool rigid_is_same_pose(const pli_transform* a, const pli_transform* b) {
-    enum { WORDS = sizeof *a / sizeof(uint64_t) };
-    _Static_assert(sizeof *a == WORDS * sizeof(uint64_t), "a pose is a number of words");
-    uint64_t difference = 0;
-#pragma GCC unroll 6
-    for (size_t i = 0; i < WORDS; ++i) {
-        uint64_t word_a, word_b;
-        memcpy(&word_a, (const char*)a + i * sizeof word_a, sizeof word_a);
-        memcpy(&word_b, (const char*)b + i * sizeof word_b, sizeof word_b);
-        difference |= word_a ^ word_b;
-    }
-    return difference == 0;
+/* Bit for bit. */
+static bool rigid_is_same_pose(const pli_transform* a, const pli_transform* b) {
+    return memcmp(a, b, sizeof *a) == 0;
 }
 
 static void rigid_note_pose(pli_rigid* rigid) {
