@@ -36,24 +36,6 @@ static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid*
     }
 }
 
-static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    if (!world_meets_rigid(body, rigid)) { return; }
-    plii_groups_join_rigid(world, body, rigid);
-    world_run_collide_rigid(world, body, rigid);
-}
-
-pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
-    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
-    PLII_TRY(plii_check_pair(world, body->world, rigid->world, __func__));
-    plii_walk walk;
-    const uint64_t before = plii_world_begin_call(world, &walk);
-    plii_rigid_place_shapes(rigid);
-    world_collide_rigid(world, body, rigid);
-    return plii_world_end_call(world, &walk, before, __func__);
-}
-
 typedef struct world_pairs_task {
     pli_world* world;
     const pli_rigid_pair* pairs;
@@ -107,9 +89,8 @@ static int world_join_pairs(pli_world* world, const pli_rigid_pair* pairs, int c
     return comes_twice ? count : plii_groups_grain(count, nodes);
 }
 
-pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(world_check_pairs(world, pairs, count, __func__));
+static pli_status world_collide_pairs(pli_world* world, const pli_rigid_pair* pairs, int count, const char* function) {
+    PLII_TRY(world_check_pairs(world, pairs, count, function));
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
     for (int i = 0; i < count; ++i) {
@@ -117,7 +98,17 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     }
     world_pairs_task task = {world, pairs, count};
     plii_parallel_for(world->context, world_collide_range, &task, count, world_join_pairs(world, pairs, count));
-    return plii_world_end_call(world, &walk, before, __func__);
+    return plii_world_end_call(world, &walk, before, function);
+}
+
+pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    return world_collide_pairs(world, &(const pli_rigid_pair){body, rigid}, 1, __func__);
+}
+
+pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    return world_collide_pairs(world, pairs, count, __func__);
 }
 
 static bool world_overlaps_rigid(const pli_body* body, const pli_rigid* rigid) {
