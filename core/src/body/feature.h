@@ -163,12 +163,11 @@ typedef struct plii_state_part {
     plii_snapshot_share snapshot;
     /* For files, of what they hold (file/file_stream.h): letters for the numbers in a struct, in the order of its
        members, each with how often it comes:
-       f float, d double, i int, u unsigned, U uint64_t, B bool, eN enum from 0 to N; g as f, may be not a number;
-       n N node, F H face, L link; N, H, L -1 for none;
-       R rigid body or NULL, S the same, not NULL, P body or NULL, Q a body that may be gone,
-       O rigid body, body, shape of a rigid body or NULL, that is compared only, J class of a joint;
-       | where a struct with pointers begins or ends, X a pointer that is not kept, * the rest is not kept. They are
-       zero in what is read. */
+       f float, d double, i int, u unsigned, U uint64_t, h uint16_t, B bool, eN enum from 0 to N; g as f, may be not a
+       number; n N node, F H face, L link; N, H, L -1 for none; R rigid body or NULL, S the same, not NULL, P body or
+       NULL, Q a body that may be gone, O rigid body, body, shape of a rigid body or NULL, that is compared only, J
+       class of a joint; | where a struct with pointers begins or ends, X a pointer that is not kept, * the rest is not
+       kept. They are zero in what is read. */
     const char* fields;
 } plii_state_part;
 #define PLII_STATE_OF(type, member, snapshot, fields)                                                                  \

@@ -198,6 +198,7 @@ static const file_letter_kind letter_kinds[128] = {
     ['e'] = {4, 4, false},
     ['d'] = {8, 8, false},
     ['U'] = {8, 8, false},
+    ['h'] = {2, 2, false},
     ['B'] = {sizeof(bool), sizeof(bool), false},
     ['O'] = {sizeof(void*), 12, true},
     ['P'] = {sizeof(void*), 4, true},
@@ -271,35 +272,19 @@ static void file_check_int(plii_file* file, char letter, int largest, int value)
 }
 
 static void file_check(plii_file* file, const file_letter* letter, const void* at) {
-    float number;
-    double precise;
-    unsigned char truth;
-    int index;
-    switch (letter->letter) {
-    case 'f':
-        memcpy(&number, at, sizeof number);
-        if (!(number == number)) { plii_file_refuse(file, "something is not a number"); }
-        break;
-    case 'd':
-        memcpy(&precise, at, sizeof precise);
-        if (!(precise == precise)) { plii_file_refuse(file, "something is not a number"); }
-        break;
-    case 'B':
-        memcpy(&truth, at, 1);
-        if (truth > 1) { plii_file_refuse(file, "something is neither true nor false"); }
-        break;
-    case 'n':
-    case 'N':
-    case 'F':
-    case 'H':
-    case 'L':
-    case 'e':
-        memcpy(&index, at, sizeof index);
-        file_check_int(file, letter->letter, letter->largest, index);
-        break;
-    default:
-        break;
+    union {
+        float f;
+        double d;
+        unsigned char truth;
+        int index;
+    } value;
+    memcpy(&value, at, letter->kind.size);
+    const char which = letter->letter;
+    if ((which == 'f' && !(value.f == value.f)) || (which == 'd' && !(value.d == value.d))) {
+        plii_file_refuse(file, "something is not a number");
     }
+    if (which == 'B' && value.truth > 1) { plii_file_refuse(file, "something is neither true nor false"); }
+    if (strchr("nNFHLe", which) != NULL) { file_check_int(file, which, letter->largest, value.index); }
 }
 
 /* What is wrong becomes zero, which fits everything, so that nothing wrong is ever there. */
