@@ -29,10 +29,7 @@ static bool world_join_pair(pli_world* world, const pli_body_pair* pair, bool* i
         is_shared = true;
         *is_ordered = *is_ordered || !klass->keeps_pairs_with_first;
     }
-    if (is_shared) {
-        world->have_bodies_met = true;
-        plii_groups_join_bodies(world, pair->body_a, pair->body_b);
-    }
+    if (is_shared) { plii_groups_join_bodies(world, pair->body_a, pair->body_b); }
     return is_shared;
 }
 

@@ -4,7 +4,6 @@
 #include "body/pipeline.h"
 
 void plii_islands_start(pli_world* world) {
-    world->have_bodies_met = false;
     if (!world->has_islands) { return; }
     for (int i = 0; i < world->body_count; ++i) {
         world->bodies[i]->island = world->bodies[i]->island_next = NULL;

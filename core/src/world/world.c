@@ -411,26 +411,7 @@ static void world_solve_group(pli_body* const* bodies, int count) {
     world_refresh_bodies(bodies, count);
 }
 
-/* Bodies that do not move each other are refreshed while they are in the caches; but reports of contacts wait for what
-   all do to rigid bodies. */
-static void world_solve_each(pli_world* world) {
-    bool has_reports = false;
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body** body = &world->bodies[i];
-        plii_islands_solve(body, 1);
-        has_reports = has_reports || (*body)->records_contacts;
-        if (!(*body)->records_contacts) { world_refresh_bodies(body, 1); }
-    }
-    for (int i = 0; i < world->body_count && has_reports; ++i) {
-        if (world->bodies[i]->records_contacts) { world_refresh_bodies(&world->bodies[i], 1); }
-    }
-}
-
 static void world_solve_all(pli_world* world) {
-    if (!world->have_bodies_met && world->profile == NULL) {
-        world_solve_each(world);
-        return;
-    }
     plii_world_profile(world, "solve", NULL, true);
     plii_islands_solve(world->bodies, world->body_count);
     plii_world_profile(world, "solve", NULL, false);
