@@ -106,21 +106,16 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
                        plii_vec3_is_zero(state->angular_velocity);
     rigid->state = *state;
     /* From where they came: reading a part of what was stored as a whole has to wait. */
-    rigid->given_linear_velocity = state->linear_velocity;
-    rigid->given_angular_velocity = state->angular_velocity;
+    rigid->given = plii_twist_make(state->linear_velocity, state->angular_velocity);
     if (rigid->kind != PLI_RIGID_DYNAMIC) {
         rigid->state.inverse_mass = 0.0f;
         rigid->state.inverse_inertia_world = plii_mat3_diagonal(0, 0, 0);
     }
     if (rigid->kind == PLI_RIGID_STATIC) {
-        const pli_vec3 zero = pli_vec3_make(0, 0, 0);
-        rigid->state.linear_velocity = rigid->given_linear_velocity = zero;
-        rigid->state.angular_velocity = rigid->given_angular_velocity = zero;
+        rigid->given = plii_twist_zero();
+        plii_rigid_set_velocity(rigid, rigid->given);
     }
-    if (rigid->was_touched || rigid->kind == PLI_RIGID_STATIC) {
-        rigid->start_linear_velocity = rigid->given_linear_velocity;
-        rigid->start_angular_velocity = rigid->given_angular_velocity;
-    }
+    if (rigid->was_touched || rigid->kind == PLI_RIGID_STATIC) { rigid->start = rigid->given; }
 }
 
 static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
@@ -349,7 +344,7 @@ void plii_rigid_start_path(pli_rigid* rigid) {
 void plii_rigid_start_touch(pli_rigid* rigid) {
     const bool was_locked = rigid_lock(rigid);
     if (!rigid->was_touched) {
-        plii_rigid_keep_velocities(rigid);
+        rigid->start = plii_rigid_velocity(rigid);
         PLII_STORE(&rigid->was_touched, true);
     }
     plii_context_unlock(rigid->context, was_locked);
@@ -359,8 +354,7 @@ void plii_rigid_start_touch(pli_rigid* rigid) {
 void plii_rigid_end_path(pli_rigid* rigid, float dt) {
     plii_rigid_path* path = &rigid->path;
     if (!rigid->needs_reintegration || !path->has_begun) { return; }
-    const plii_twist start = {rigid->start_linear_velocity, rigid->start_angular_velocity};
-    const plii_twist change = plii_twist_sub(plii_rigid_velocity(rigid), start);
+    const plii_twist change = plii_twist_sub(plii_rigid_velocity(rigid), rigid->start);
     path->shift = plii_twist_add(path->shift, plii_twist_scale(plii_twist_sub(change, path->carried), dt));
     path->carried = change;
 }
@@ -428,9 +422,7 @@ static plii_twist rigid_with_shift(const plii_rigid_path* path, plii_twist veloc
 
 plii_twist plii_rigid_end_velocity(const pli_rigid* rigid, float dt) {
     plii_twist velocity = plii_rigid_velocity(rigid);
-    if (plii_rigid_is_moved_by_host(rigid)) {
-        velocity = plii_twist_sub(velocity, (plii_twist){rigid->given_linear_velocity, rigid->given_angular_velocity});
-    }
+    if (plii_rigid_is_moved_by_host(rigid)) { velocity = plii_twist_sub(velocity, rigid->given); }
     return rigid_with_shift(&rigid->path, velocity, dt);
 }
 
@@ -493,8 +485,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
         pli_mat3_mul(pli_mat3_mul(rotation, state.inverse_inertia_world), pli_mat3_transpose(rotation));
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
     rigid->state = state;
-    rigid->given_linear_velocity = state.linear_velocity;
-    rigid->given_angular_velocity = state.angular_velocity;
+    rigid->given = plii_rigid_velocity(rigid);
     rigid->pull = waits ? pull : pli_vec3_make(0, 0, 0);
     rigid->is_in_step = true;
     if (ends_step) { rigid->path.has_begun = false; }

@@ -431,18 +431,14 @@ static void world_end_trouble(pli_world* world, int events_before) {
     }
     for (int i = 0; i < world->rigid_count; ++i) {
         pli_rigid* rigid = world->rigids[i];
-        pli_rigid_state* state = &rigid->state;
         if (!rigid->was_touched) { continue; }
         if (plii_rigid_is_slow(rigid) && !has_frozen) {
             plii_rigid_end_path(rigid, world->dt);
             continue;
         }
-        const bool has_changed =
-            memcmp(&state->linear_velocity, &rigid->start_linear_velocity, sizeof state->linear_velocity) != 0 ||
-            memcmp(&state->angular_velocity, &rigid->start_angular_velocity, sizeof state->angular_velocity) != 0;
-        if (!has_changed) { continue; }
-        state->linear_velocity = rigid->start_linear_velocity;
-        state->angular_velocity = rigid->start_angular_velocity;
+        const plii_twist velocity = plii_rigid_velocity(rigid);
+        if (memcmp(&velocity, &rigid->start, sizeof velocity) == 0) { continue; }
+        plii_rigid_set_velocity(rigid, rigid->start);
         rigid->path.has_begun = false;
         plii_world_add_event(world,
                              (pli_event){.kind = PLI_EVENT_RIGID_RESTORED, .rigid = rigid, .node = PLI_NULL_INDEX});
