@@ -376,10 +376,8 @@ static pli_bounds rigid_bounds_at(const pli_rigid* rigid, pli_transform pose) {
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_shape* shape = rigid->shapes[i];
-        const pli_bounds bounds =
-            plii_bounds_transform(shape->def.bounds(shape->def.user), pli_transform_mul(pose, rigid->shape_poses[i]));
-        all.min = plii_vec3_min(all.min, bounds.min);
-        all.max = plii_vec3_max(all.max, bounds.max);
+        const pli_transform place = pli_transform_mul(pose, rigid->shape_poses[i]);
+        all = plii_bounds_join(all, plii_bounds_transform(shape->def.bounds(shape->def.user), place));
     }
     return all;
 }
@@ -434,8 +432,7 @@ pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt) {
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
     const pli_rigid_state* state = &rigid->state;
     const pli_transform end = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
-    const pli_bounds here = plii_rigid_bounds(rigid), there = rigid_bounds_at(rigid, end);
-    return (pli_bounds){plii_vec3_min(here.min, there.min), plii_vec3_max(here.max, there.max)};
+    return plii_bounds_join(plii_rigid_bounds(rigid), rigid_bounds_at(rigid, end));
 }
 
 // ---------------------------------------------------------------------------------------------- free motion
