@@ -111,20 +111,18 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     return world_collide_pairs(world, pairs, count, __func__);
 }
 
-static bool world_overlaps_rigid(const pli_body* body, const pli_rigid* rigid) {
+static bool world_overlaps_rigid(pli_body* body, const pli_rigid* rigid) {
     const bool is_swept = body->sweeping_features > 0;
-    return plii_bounds_overlap(body->bounds,
-                               is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds);
+    const pli_bounds bounds = is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds;
+    return plii_bounds_overlap(body->bounds, bounds) && world_meets_rigid(body, rigid);
 }
 
 static void world_collide_range_of_bodies(int begin, int end, void* data) {
     pli_world* world = data;
     for (int b = begin; b < end; ++b) {
-        pli_body* body = world->bodies[b];
-        for (int r = 0; r < world->rigid_count && !plii_body_is_stopped(body); ++r) {
-            pli_rigid* rigid = world->rigids[r];
-            if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
-            world_run_collide_rigid(world, body, rigid);
+        for (int r = 0; r < world->rigid_count && !plii_body_is_stopped(world->bodies[b]); ++r) {
+            if (!world_overlaps_rigid(world->bodies[b], world->rigids[r])) { continue; }
+            world_run_collide_rigid(world, world->bodies[b], world->rigids[r]);
         }
     }
 }
@@ -135,9 +133,8 @@ static int64_t world_join_rigids(pli_world* world) {
     for (int b = 0; b < world->body_count; ++b) {
         pli_body* body = world->bodies[b];
         for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
-            pli_rigid* rigid = world->rigids[r];
-            if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
-            plii_groups_join_rigid(world, body, rigid);
+            if (!world_overlaps_rigid(body, world->rigids[r])) { continue; }
+            plii_groups_join_rigid(world, body, world->rigids[r]);
             nodes += body->node_count;
         }
     }
