@@ -89,7 +89,8 @@ static int world_join_pairs(pli_world* world, const pli_rigid_pair* pairs, int c
     return comes_twice ? count : plii_groups_grain(count, nodes);
 }
 
-static pli_status world_collide_pairs(pli_world* world, const pli_rigid_pair* pairs, int count, const char* function) {
+static pli_status world_collide_rigid_pairs(pli_world* world, const pli_rigid_pair* pairs, int count,
+                                            const char* function) {
     PLII_TRY(world_check_pairs(world, pairs, count, function));
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
@@ -103,12 +104,12 @@ static pli_status world_collide_pairs(pli_world* world, const pli_rigid_pair* pa
 
 pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     PLII_TRY(plii_check_world_change(world, __func__));
-    return world_collide_pairs(world, &(const pli_rigid_pair){body, rigid}, 1, __func__);
+    return world_collide_rigid_pairs(world, &(const pli_rigid_pair){body, rigid}, 1, __func__);
 }
 
 pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
     PLII_TRY(plii_check_world_change(world, __func__));
-    return world_collide_pairs(world, pairs, count, __func__);
+    return world_collide_rigid_pairs(world, pairs, count, __func__);
 }
 
 static bool world_overlaps_rigid(pli_body* body, const pli_rigid* rigid) {
