@@ -180,7 +180,7 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
     rigid->shape_count = count;
     rigid->world->needs_reserve = true;
     rigid->has_changed = true;
-    rigid->are_shapes_placed = rigid->are_shapes_measured = false;
+    rigid->are_shapes_placed = false;
     for (int i = 0; i < count; ++i) {
         rigid->shapes[i] = shapes[i];
         rigid->shape_poses[i] = poses != NULL ? poses[i] : pli_transform_identity();
@@ -386,25 +386,17 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
     return rigid->are_shapes_placed ? rigid->bounds : rigid_bounds_at(rigid, rigid->state.pose);
 }
 
-static void rigid_measure_shapes(pli_rigid* rigid) {
+void plii_rigid_find_places(pli_rigid* rigid) {
+    plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_shape_def* def = &rigid->shapes[i]->def;
         plii_shape_place* place = &rigid->shape_places[i];
-        place->own_bounds = def->bounds(def->user);
-        const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(place->own_bounds.max, place->own_bounds.min), 0.5f);
+        const pli_bounds own = def->bounds(def->user);
+        const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(own.max, own.min), 0.5f);
         place->least_extent = plii_min(half.x, plii_min(half.y, half.z));
         place->radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
-    }
-    rigid->are_shapes_measured = true;
-}
-
-void plii_rigid_find_places(pli_rigid* rigid) {
-    if (!rigid->are_shapes_measured) { rigid_measure_shapes(rigid); }
-    plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
-    for (int i = 0; i < rigid->shape_count; ++i) {
-        plii_shape_place* place = &rigid->shape_places[i];
         place->pose = plii_lanes_rigid_shape_pose(rigid, i);
-        place->bounds = plii_lanes_bounds_transform(&place->own_bounds, &place->pose.rotation, place->pose.origin);
+        place->bounds = plii_lanes_bounds_transform(&own, &place->pose.rotation, place->pose.origin);
         all.low = plii_lanes_min(all.low, place->bounds.low);
         all.high = plii_lanes_max(all.high, place->bounds.high);
     }

@@ -84,7 +84,6 @@ struct pli_rigid {
     struct plii_shape_place* shape_places; /* [shape_count] in the world, see plii_rigid_place_shapes */
     pli_bounds bounds;                     /* of all shapes, likewise */
     bool are_shapes_placed;                /* since the pose or the shapes were changed */
-    bool are_shapes_measured;              /* since the shapes were */
 };
 
 /* PLI_OK, or the error of a null or wrong handle. */
