@@ -134,8 +134,7 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
     }
     for (int i = 0; i < body->link_count; ++i) {
         const pli_link* link = &mesh->links[i];
-        const float rest_length =
-            pli_vec3_length(pli_vec3_sub(mesh->positions[link->nodes[0]], mesh->positions[link->nodes[1]]));
+        const float rest_length = (float)mesh_distance(mesh, link->nodes[0], link->nodes[1]);
         body->links[i] = (plii_link){{link->nodes[0], link->nodes[1]}, rest_length * rest_length};
         if (body->link_tags != NULL) {
             body->link_tags[i] = (plii_link_tag)(link->material | (link->is_bending ? PLII_LINK_TAG_BENDING : 0));
@@ -311,9 +310,8 @@ float pli_body_get_rest_length(const pli_body* body, int link) {
     return body_check_link(body, link, __func__) == PLI_OK ? sqrtf(body->links[link].rest_length_squared) : 0.0f;
 }
 
-/* As plii_check_between, of a value that is named by its index too: "position of node 3". */
-static pli_status body_check_between(const pli_body* body, const char* what, int index, float value, float low,
-                                     float high, const char* function) {
+pli_status plii_body_check_between(const pli_body* body, const char* what, int index, float value, float low,
+                                   float high, const char* function) {
     if (value >= low && value <= high) { return PLI_OK; }
     char name[40];
     snprintf(name, sizeof name, "%s %d", what, index);
@@ -330,7 +328,8 @@ static pli_status body_check_vec3(const pli_body* body, const char* what, int in
 pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_link(body, link, __func__));
-    PLII_TRY(body_check_between(body, "rest length of link", link, rest_length, 0.0f, PLI_MAX_COORDINATE, __func__));
+    PLII_TRY(
+        plii_body_check_between(body, "rest length of link", link, rest_length, 0.0f, PLI_MAX_COORDINATE, __func__));
     body->links[link].rest_length_squared = rest_length * rest_length;
     body->link_revision += 1;
     body->length_revision += 1;
@@ -386,7 +385,7 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
     if (mass != 0.0f) {
-        PLII_TRY(body_check_between(body, "mass of node", node, mass, PLI_MIN_MASS, PLI_MAX_MASS, __func__));
+        PLII_TRY(plii_body_check_between(body, "mass of node", node, mass, PLI_MIN_MASS, PLI_MAX_MASS, __func__));
     }
     body->positions[node].w = mass > 0.0f ? 1.0f / mass : 0.0f;
     body->link_revision += 1;

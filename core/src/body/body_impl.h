@@ -240,6 +240,9 @@ pli_status plii_check_body_idle(pli_body* body, const char* function);
 /* The same for a call that leaves the body as it is, and asleep. */
 pli_status plii_check_body_between_steps(const pli_body* body, const char* function);
 pli_status plii_check_node(const pli_body* body, int node, const char* function);
+/* As plii_check_between, of a value that is named by its index too: "position of node 3". */
+pli_status plii_body_check_between(const pli_body* body, const char* what, int index, float value, float low,
+                                   float high, const char* function);
 /* PLI_OK, or the error of a body without faces, for something that needs them: "pressure acts on faces". */
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function);
 

@@ -1,7 +1,6 @@
 /* What hosts see and set of sleep; the rest is a feature (features/sleep.c). */
 
-#include "body/world_sleep.h"
-#include "body/world_state.h"
+#include "body/pipeline.h"
 
 #include <string.h>
 
@@ -43,18 +42,7 @@ static void held_rigids_add(pli_body* body, pli_rigid* rigid, void* user) {
 int pli_body_get_held_rigids(const pli_body* body, int capacity, pli_rigid** rigids) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
     held_rigids held = {rigids, 0, rigids != NULL ? capacity : 0};
-    for (int k = 0; k < body->pipeline.feature_count; ++k) {
-        const plii_feature* feature = &body->pipeline.features[k];
-        if (feature->klass->visit_joined != NULL) {
-            feature->klass->visit_joined(feature->state, held_rigids_add, &held);
-        }
-        pli_rigid* rigid = NULL;
-        for (int n = 0;
-             feature->klass->held_rigid != NULL && (rigid = feature->klass->held_rigid(feature->state, n)) != NULL;
-             ++n) {
-            held_rigids_add(NULL, rigid, &held);
-        }
-    }
+    plii_features_visit_joined(body, held_rigids_add, &held);
     return held.count;
 }
 

@@ -58,6 +58,7 @@ struct plii_node_spring;
 struct plii_contact_report;
 
 typedef void plii_run_fn(pli_body* body, void* state);
+typedef void plii_joined_fn(pli_body* body, pli_rigid* rigid, void* user);
 
 /* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
    `b` may be new nodes themselves, of smaller index. */
@@ -156,12 +157,11 @@ typedef struct plii_state_part {
     plii_snapshot_share snapshot;
     /* For files, of what they hold (file/file_stream.h): letters for the numbers in a struct, in the order of its
        members, each with how often it comes:
-       f float, d double, i int, u unsigned, U uint64_t, B bool, eN enum from 0 to N; g as f, may be not a number;
-       n N node, F H face, L link; N, H, L -1 for none;
-       R rigid body or NULL, S the same, not NULL, P body or NULL, Q a body that may be gone,
-       O rigid body, body, shape of a rigid body or NULL, that is compared only, J class of a joint;
-       | where a struct with pointers begins or ends, X a pointer that is not kept, * the rest is not kept. They are
-       zero in what is read. */
+       f float, d double, i int, u unsigned, U uint64_t, h uint16_t, B bool, eN enum from 0 to N; g as f, may be not a
+       number; n N node, F H face, L link; N, H, L -1 for none; R rigid body or NULL, S the same, not NULL, P body or
+       NULL, Q a body that may be gone, O rigid body, body, shape of a rigid body or NULL, that is compared only, J
+       class of a joint; | where a struct with pointers begins or ends, X a pointer that is not kept, * the rest is not
+       kept. They are zero in what is read. */
     const char* fields;
 } plii_state_part;
 #define PLII_STATE_OF(type, member, snapshot, fields)                                                                  \
@@ -219,11 +219,9 @@ typedef struct plii_feature_class {
     /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
     void (*visit_contacts)(const pli_body* body, const void* state,
                            void (*visit)(const struct plii_contact_report* report, void* user), void* user);
-    /* Rigid body `index` that it pushes without having met it in the step, or NULL: there are no more. Bodies that push
-       the same one are solved by one thread. */
-    pli_rigid* (*held_rigid)(const void* state, int index);
-    /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. */
-    void (*visit_joined)(const void* state, void (*visit)(pli_body* body, pli_rigid* rigid, void* user), void* user);
+    /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. Bodies that are joined
+       to the same rigid body are solved by one thread. */
+    void (*visit_joined)(const void* state, plii_joined_fn* visit, void* user);
     const struct plii_solver_class* solver; /* that it brings: steps the body while it is enabled */
     bool meets_sensors;                     /* its collide_rigid is for them too */
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
@@ -275,10 +273,8 @@ typedef struct plii_pipeline_entry {
 typedef struct plii_pipeline {
     plii_feature* features; /* in the order of enabling */
     int feature_count, feature_capacity;
-    /* Sorted by stage and order; after them what takes part in substeps, by its order, and what meets rigid bodies. */
-    plii_pipeline_entry* entries;
+    plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
     int begin[PLII_STAGE_COUNT + 1];
-    int substepped_count, colliding_count;
     uint32_t revision; /* counts features that come and go */
 } plii_pipeline;

@@ -42,10 +42,10 @@ static size_t feature_array_size(const plii_feature_array* array, const feature_
     return (counts->of[array->length] * times / per + (size_t)array->more) * array->element_size;
 }
 
-static size_t feature_array_held(const pli_body* body, const plii_feature_array* array, const void* state,
-                                 const feature_counts* counts) {
+size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* array, const void* state) {
+    const feature_counts counts = feature_counts_now(body);
     if (plii_feature_array_address(body, array, state) == NULL) { return 0; }
-    if (array->length != PLII_LIST) { return feature_array_size(array, counts); }
+    if (array->length != PLII_LIST) { return feature_array_size(array, &counts); }
     const int* capacity = (const int*)((const char*)state + array->capacity);
     return (size_t)*capacity * array->element_size;
 }
@@ -70,9 +70,8 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
 }
 
 static void feature_array_release(pli_body* body, const plii_feature_array* array, void* state) {
-    const feature_counts counts = feature_counts_now(body);
     plii_release(body->context, plii_feature_array_address(body, array, state),
-                 feature_array_held(body, array, state, &counts));
+                 plii_feature_array_bytes(body, array, state));
     feature_array_set(body, array, state, NULL);
 }
 
@@ -89,17 +88,11 @@ void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_clas
 }
 
 size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state) {
-    const feature_counts counts = feature_counts_now(body);
     size_t bytes = 0;
     for (EACH_ARRAY(array, klass)) {
-        bytes += feature_array_held(body, array, state, &counts);
+        bytes += plii_feature_array_bytes(body, array, state);
     }
     return bytes;
-}
-
-size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* array, const void* state) {
-    const feature_counts counts = feature_counts_now(body);
-    return feature_array_held(body, array, state, &counts);
 }
 
 bool plii_feature_array_add(pli_body* body, const plii_feature_array* array, void* state) {

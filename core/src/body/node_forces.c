@@ -1,7 +1,6 @@
 /* Service: the force accumulator of the nodes. Bodies that feel nothing but gravity do without it. */
 
 #include "body/body_impl.h"
-#include "math/simd_float4.h"
 
 const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,
                                                               &plii_areas_class, NULL};
@@ -20,22 +19,8 @@ float plii_forces_volume_response(const pli_body* body, float dt) {
 }
 
 void plii_forces_add_along_normals(pli_body* body, float scale) {
-    const pli_vec4* restrict positions = body->positions;
-    const pli_vec3* restrict normals = body->normals;
-    const float* restrict areas = body->areas;
-    pli_vec3* restrict forces = body->forces;
-    const int count = body->node_count;
-    int i = 0;
-    for (; i + PLII_LANES <= count; i += PLII_LANES) {
-        const plii_vec3x4 force = plii_vec3x4_from(&forces[i]);
-        const plii_float4 scaled_areas = plii_float4_load(&areas[i]) * scale;
-        const plii_vec3x4 added = plii_vec3x4_scale(plii_vec3x4_from(&normals[i]), scaled_areas);
-        const plii_mask4 is_free =
-            plii_lanes_xyzw(positions[i].w, positions[i + 1].w, positions[i + 2].w, positions[i + 3].w) > 0.0f;
-        plii_vec3x4_to(&forces[i], plii_vec3x4_select(is_free, plii_vec3x4_add(force, added), force));
-    }
-    for (; i < count; ++i) {
-        if (!(positions[i].w > 0.0f)) { continue; }
-        forces[i] = pli_vec3_add(forces[i], pli_vec3_scale(normals[i], areas[i] * scale));
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        body->forces[i] = pli_vec3_add(body->forces[i], pli_vec3_scale(body->normals[i], body->areas[i] * scale));
     }
 }

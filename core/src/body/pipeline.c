@@ -33,34 +33,6 @@ void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) 
     return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;
 }
 
-/* By order of substeps. */
-static void feature_rebuild_substepped(plii_pipeline* pipeline) {
-    plii_pipeline_entry* entries = plii_entries_from(pipeline, pipeline->begin[PLII_STAGE_COUNT]);
-    pipeline->substepped_count = 0;
-    for (int i = 0; i < pipeline->feature_count; ++i) {
-        const plii_feature* feature = &pipeline->features[i];
-        const plii_substep_class* kind = feature->klass->substepped;
-        if (kind == NULL) { continue; }
-        int at = pipeline->substepped_count++;
-        for (; at > 0 && entries[at - 1].klass->substepped->order > kind->order; --at) {
-            entries[at] = entries[at - 1];
-        }
-        entries[at] = (plii_pipeline_entry){NULL, feature->state, feature->klass};
-    }
-}
-
-/* In the order of enabling. */
-static void feature_rebuild_colliding(plii_pipeline* pipeline) {
-    const int first = pipeline->begin[PLII_STAGE_COUNT] + pipeline->substepped_count;
-    plii_pipeline_entry* entries = plii_entries_from(pipeline, first);
-    pipeline->colliding_count = 0;
-    for (int i = 0; i < pipeline->feature_count; ++i) {
-        const plii_feature* feature = &pipeline->features[i];
-        if (feature->klass->collide_rigid == NULL) { continue; }
-        entries[pipeline->colliding_count++] = (plii_pipeline_entry){NULL, feature->state, feature->klass};
-    }
-}
-
 /* Equal orders run in the order of enabling. Room was made before. */
 static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
@@ -85,8 +57,6 @@ static void feature_rebuild_pipeline(pli_body* body) {
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
     pipeline->revision += 1;
-    feature_rebuild_substepped(pipeline);
-    feature_rebuild_colliding(pipeline);
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
@@ -123,9 +93,7 @@ static int feature_count_stages(const plii_feature_class* klass) {
 
 static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     plii_pipeline* pipeline = &body->pipeline;
-    const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass) +
-                            pipeline->substepped_count + (klass->substepped != NULL) + pipeline->colliding_count +
-                            (klass->collide_rigid != NULL);
+    const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass);
     if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, pipeline->feature_count + 1) ||
         !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -211,6 +179,13 @@ void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
 pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass) {
     if (check == PLI_OK) { plii_feature_disable(body, klass); }
     return check;
+}
+
+void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->visit_joined != NULL) { feature->klass->visit_joined(feature->state, visit, user); }
+    }
 }
 
 void plii_features_notify(const pli_body* about, plii_body_notice notice) {

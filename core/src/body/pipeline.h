@@ -17,6 +17,8 @@ bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* kla
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);
 /* NULL when not enabled, or without state. */
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
+/* What its features join it to. */
+void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user);
 /* Tells the features of all bodies in its world. */
 void plii_features_notify(const pli_body* about, plii_body_notice notice);
 void plii_feature_disable_all(pli_body* body);
@@ -26,15 +28,6 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 static inline bool plii_stage_is_empty(const pli_body* body, plii_stage stage) {
     return body->pipeline.begin[stage] == body->pipeline.begin[stage + 1];
-}
-static inline plii_pipeline_entry* plii_entries_from(const plii_pipeline* pipeline, int index) {
-    return pipeline->entries != NULL ? pipeline->entries + index : NULL;
-}
-static inline const plii_pipeline_entry* plii_substepped_entries(const plii_pipeline* pipeline) {
-    return plii_entries_from(pipeline, pipeline->begin[PLII_STAGE_COUNT]);
-}
-static inline const plii_pipeline_entry* plii_colliding_entries(const plii_pipeline* pipeline) {
-    return plii_entries_from(pipeline, pipeline->begin[PLII_STAGE_COUNT] + pipeline->substepped_count);
 }
 void plii_run_stage_profiled(pli_body* body, plii_stage stage);
 /* Inline: bodies of a few nodes would notice. */

@@ -89,19 +89,9 @@ static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind 
     return is_good ? PLI_OK : rigid_judge_state(context, kind, state, function);
 }
 
-/* Bit for bit. Word by word from where they are: copies of both in one go go through memory. */
-static inline bool rigid_is_same_pose(const pli_transform* a, const pli_transform* b) {
-    enum { WORDS = sizeof *a / sizeof(uint64_t) };
-    _Static_assert(sizeof *a == WORDS * sizeof(uint64_t), "a pose is a number of words");
-    uint64_t difference = 0;
-#pragma GCC unroll 6
-    for (size_t i = 0; i < WORDS; ++i) {
-        uint64_t word_a, word_b;
-        memcpy(&word_a, (const char*)a + i * sizeof word_a, sizeof word_a);
-        memcpy(&word_b, (const char*)b + i * sizeof word_b, sizeof word_b);
-        difference |= word_a ^ word_b;
-    }
-    return difference == 0;
+/* Bit for bit. */
+static bool rigid_is_same_pose(const pli_transform* a, const pli_transform* b) {
+    return memcmp(a, b, sizeof *a) == 0;
 }
 
 static void rigid_note_pose(pli_rigid* rigid) {
@@ -116,21 +106,16 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
                        plii_vec3_is_zero(state->angular_velocity);
     rigid->state = *state;
     /* From where they came: reading a part of what was stored as a whole has to wait. */
-    rigid->given_linear_velocity = state->linear_velocity;
-    rigid->given_angular_velocity = state->angular_velocity;
+    rigid->given = plii_twist_make(state->linear_velocity, state->angular_velocity);
     if (rigid->kind != PLI_RIGID_DYNAMIC) {
         rigid->state.inverse_mass = 0.0f;
         rigid->state.inverse_inertia_world = plii_mat3_diagonal(0, 0, 0);
     }
     if (rigid->kind == PLI_RIGID_STATIC) {
-        const pli_vec3 zero = pli_vec3_make(0, 0, 0);
-        rigid->state.linear_velocity = rigid->given_linear_velocity = zero;
-        rigid->state.angular_velocity = rigid->given_angular_velocity = zero;
+        rigid->given = plii_twist_zero();
+        plii_rigid_set_velocity(rigid, rigid->given);
     }
-    if (rigid->was_touched || rigid->kind == PLI_RIGID_STATIC) {
-        rigid->start_linear_velocity = rigid->given_linear_velocity;
-        rigid->start_angular_velocity = rigid->given_angular_velocity;
-    }
+    if (rigid->was_touched || rigid->kind == PLI_RIGID_STATIC) { rigid->start = rigid->given; }
 }
 
 static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
@@ -195,7 +180,7 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
     rigid->shape_count = count;
     rigid->world->needs_reserve = true;
     rigid->has_changed = true;
-    rigid->are_shapes_placed = rigid->are_shapes_measured = false;
+    rigid->are_shapes_placed = false;
     for (int i = 0; i < count; ++i) {
         rigid->shapes[i] = shapes[i];
         rigid->shape_poses[i] = poses != NULL ? poses[i] : pli_transform_identity();
@@ -359,7 +344,7 @@ void plii_rigid_start_path(pli_rigid* rigid) {
 void plii_rigid_start_touch(pli_rigid* rigid) {
     const bool was_locked = rigid_lock(rigid);
     if (!rigid->was_touched) {
-        plii_rigid_keep_velocities(rigid);
+        rigid->start = plii_rigid_velocity(rigid);
         PLII_STORE(&rigid->was_touched, true);
     }
     plii_context_unlock(rigid->context, was_locked);
@@ -369,8 +354,7 @@ void plii_rigid_start_touch(pli_rigid* rigid) {
 void plii_rigid_end_path(pli_rigid* rigid, float dt) {
     plii_rigid_path* path = &rigid->path;
     if (!rigid->needs_reintegration || !path->has_begun) { return; }
-    const plii_twist start = {rigid->start_linear_velocity, rigid->start_angular_velocity};
-    const plii_twist change = plii_twist_sub(plii_rigid_velocity(rigid), start);
+    const plii_twist change = plii_twist_sub(plii_rigid_velocity(rigid), rigid->start);
     path->shift = plii_twist_add(path->shift, plii_twist_scale(plii_twist_sub(change, path->carried), dt));
     path->carried = change;
 }
@@ -392,10 +376,8 @@ static pli_bounds rigid_bounds_at(const pli_rigid* rigid, pli_transform pose) {
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_shape* shape = rigid->shapes[i];
-        const pli_bounds bounds =
-            plii_bounds_transform(shape->def.bounds(shape->def.user), pli_transform_mul(pose, rigid->shape_poses[i]));
-        all.min = plii_vec3_min(all.min, bounds.min);
-        all.max = plii_vec3_max(all.max, bounds.max);
+        const pli_transform place = pli_transform_mul(pose, rigid->shape_poses[i]);
+        all = plii_bounds_join(all, plii_bounds_transform(shape->def.bounds(shape->def.user), place));
     }
     return all;
 }
@@ -404,25 +386,17 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
     return rigid->are_shapes_placed ? rigid->bounds : rigid_bounds_at(rigid, rigid->state.pose);
 }
 
-static void rigid_measure_shapes(pli_rigid* rigid) {
+void plii_rigid_find_places(pli_rigid* rigid) {
+    plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_shape_def* def = &rigid->shapes[i]->def;
         plii_shape_place* place = &rigid->shape_places[i];
-        place->own_bounds = def->bounds(def->user);
-        const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(place->own_bounds.max, place->own_bounds.min), 0.5f);
+        const pli_bounds own = def->bounds(def->user);
+        const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(own.max, own.min), 0.5f);
         place->least_extent = plii_min(half.x, plii_min(half.y, half.z));
         place->radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
-    }
-    rigid->are_shapes_measured = true;
-}
-
-void plii_rigid_find_places(pli_rigid* rigid) {
-    if (!rigid->are_shapes_measured) { rigid_measure_shapes(rigid); }
-    plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
-    for (int i = 0; i < rigid->shape_count; ++i) {
-        plii_shape_place* place = &rigid->shape_places[i];
         place->pose = plii_lanes_rigid_shape_pose(rigid, i);
-        place->bounds = plii_lanes_bounds_transform(&place->own_bounds, &place->pose.rotation, place->pose.origin);
+        place->bounds = plii_lanes_bounds_transform(&own, &place->pose.rotation, place->pose.origin);
         all.low = plii_lanes_min(all.low, place->bounds.low);
         all.high = plii_lanes_max(all.high, place->bounds.high);
     }
@@ -438,9 +412,7 @@ static plii_twist rigid_with_shift(const plii_rigid_path* path, plii_twist veloc
 
 plii_twist plii_rigid_end_velocity(const pli_rigid* rigid, float dt) {
     plii_twist velocity = plii_rigid_velocity(rigid);
-    if (plii_rigid_is_moved_by_host(rigid)) {
-        velocity = plii_twist_sub(velocity, (plii_twist){rigid->given_linear_velocity, rigid->given_angular_velocity});
-    }
+    if (plii_rigid_is_moved_by_host(rigid)) { velocity = plii_twist_sub(velocity, rigid->given); }
     return rigid_with_shift(&rigid->path, velocity, dt);
 }
 
@@ -452,8 +424,7 @@ pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt) {
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
     const pli_rigid_state* state = &rigid->state;
     const pli_transform end = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
-    const pli_bounds here = plii_rigid_bounds(rigid), there = rigid_bounds_at(rigid, end);
-    return (pli_bounds){plii_vec3_min(here.min, there.min), plii_vec3_max(here.max, there.max)};
+    return plii_bounds_join(plii_rigid_bounds(rigid), rigid_bounds_at(rigid, end));
 }
 
 // ---------------------------------------------------------------------------------------------- free motion
@@ -503,8 +474,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
         pli_mat3_mul(pli_mat3_mul(rotation, state.inverse_inertia_world), pli_mat3_transpose(rotation));
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
     rigid->state = state;
-    rigid->given_linear_velocity = state.linear_velocity;
-    rigid->given_angular_velocity = state.angular_velocity;
+    rigid->given = plii_rigid_velocity(rigid);
     rigid->pull = waits ? pull : pli_vec3_make(0, 0, 0);
     rigid->is_in_step = true;
     if (ends_step) { rigid->path.has_begun = false; }

@@ -64,9 +64,9 @@ struct pli_rigid {
     bool is_asleep;
     bool has_changed; /* its shapes, or whether it is there: what sleeps on it wakes */
     bool was_touched, needs_reintegration;
-    unsigned pose_version;                                  /* counts changes of the pose by its host */
-    pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
-    pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
+    unsigned pose_version; /* counts changes of the pose by its host */
+    plii_twist given;      /* velocity of the last pli_rigid_set_state */
+    plii_twist start;      /* velocity before the impulses of this step; of one touched in it */
     plii_rigid_path path;
     pli_bounds step_bounds; /* where pairs of this step were looked for */
     pli_vec3 pull;          /* change of velocity by gravity in the next step */
@@ -84,7 +84,6 @@ struct pli_rigid {
     struct plii_shape_place* shape_places; /* [shape_count] in the world, see plii_rigid_place_shapes */
     pli_bounds bounds;                     /* of all shapes, likewise */
     bool are_shapes_placed;                /* since the pose or the shapes were changed */
-    bool are_shapes_measured;              /* since the shapes were */
 };
 
 /* PLI_OK, or the error of a null or wrong handle. */
@@ -128,14 +127,10 @@ static inline void plii_rigid_begin_step(pli_rigid* rigid) {
     if (!rigid->is_in_step) { return; }
     rigid->was_touched = rigid->needs_reintegration = rigid->path.has_begun = false;
     rigid->state.linear_velocity = pli_vec3_add(rigid->state.linear_velocity, rigid->pull);
-    rigid->given_linear_velocity = pli_vec3_add(rigid->given_linear_velocity, rigid->pull);
+    rigid->given.linear = pli_vec3_add(rigid->given.linear, rigid->pull);
     rigid->path.pull = rigid->pull;
     rigid->is_in_step = !plii_vec3_is_zero(rigid->pull);
     rigid->pull = pli_vec3_make(0, 0, 0);
-}
-static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
-    rigid->start_linear_velocity = rigid->state.linear_velocity;
-    rigid->start_angular_velocity = rigid->state.angular_velocity;
 }
 void plii_rigid_start_path(pli_rigid* rigid);
 void plii_rigid_start_touch(pli_rigid* rigid);

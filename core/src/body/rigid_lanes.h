@@ -35,7 +35,5 @@ PLII_SIMD_INLINE plii_lanes_pose plii_lanes_rigid_shape_pose(const pli_rigid* ri
 typedef struct plii_shape_place {
     plii_lanes_pose pose;
     plii_lanes_bounds bounds;
-    /* Wherever it is. */
-    pli_bounds own_bounds;
-    float radius, least_extent; /* m, of these: half the diagonal, half the shortest side */
+    float radius, least_extent; /* m, of its own bounds: half the diagonal, half the shortest side */
 } plii_shape_place;

@@ -15,25 +15,23 @@ void plii_substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_cla
 }
 
 static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits* limits) {
-    const plii_pipeline* pipeline = &body->pipeline;
-    const plii_pipeline_entry* entries = plii_substepped_entries(pipeline);
     limits->count = 0;
-    for (int i = 0; i < pipeline->substepped_count && limits->count < PLII_MAX_SUBSTEP_LIMITS; ++i) {
-        const plii_substep_class* kind = entries[i].klass->substepped;
-        if (kind->room == NULL) { continue; }
-        if (kind->is_limit != NULL && !kind->is_limit(entries[i].state)) { continue; }
+    for (int i = 0; i < body->pipeline.feature_count && limits->count < PLII_MAX_SUBSTEP_LIMITS; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        const plii_substep_class* kind = feature->klass->substepped;
+        if (kind == NULL || kind->room == NULL) { continue; }
+        if (kind->is_limit != NULL && !kind->is_limit(feature->state)) { continue; }
         limits->rooms[limits->count] = kind->room;
-        limits->states[limits->count++] = entries[i].state;
+        limits->states[limits->count++] = feature->state;
     }
 }
 
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
-    const plii_pipeline* pipeline = &body->pipeline;
-    const plii_pipeline_entry* entries = plii_substepped_entries(pipeline);
-    for (int i = 0; i < pipeline->substepped_count && kinds->count < PLII_MAX_SUBSTEP_KINDS; ++i) {
-        const plii_substep_class* kind = entries[i].klass->substepped;
-        if (in_iterations && !kind->is_in_iterations) { continue; }
-        plii_substep_kinds_insert(kinds, kind, entries[i].state);
+    for (int i = 0; i < body->pipeline.feature_count && kinds->count < PLII_MAX_SUBSTEP_KINDS; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        const plii_substep_class* kind = feature->klass->substepped;
+        if (kind == NULL || (in_iterations && !kind->is_in_iterations)) { continue; }
+        plii_substep_kinds_insert(kinds, kind, feature->state);
     }
     int busy = 0;
     for (int k = 0; k < kinds->count; ++k) {

@@ -37,9 +37,8 @@ static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt
         path->drift.linear = pli_vec3_sub(pli_vec3_scale(motion, rate), path->start.linear);
         return;
     }
-    const plii_twist given = {rigid->given_linear_velocity, rigid->given_angular_velocity};
-    const plii_twist change =
-        is_moved ? plii_twist_sub(given, path->begin_velocity) : plii_twist_make(path->pull, pli_vec3_make(0, 0, 0));
+    const plii_twist change = is_moved ? plii_twist_sub(rigid->given, path->begin_velocity)
+                                       : plii_twist_make(path->pull, pli_vec3_make(0, 0, 0));
     path->gain = plii_twist_scale(change, dt * rate);
     plii_rigid_set_velocity(rigid, plii_twist_sub(path->start, change));
 }

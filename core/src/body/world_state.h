@@ -30,7 +30,6 @@ struct pli_world {
     int* islands; /* [body_count] parents of disjoint sets (union_find.h) of bodies that touch, when there are some */
     int island_capacity;
     bool has_islands;     /* in this step, or the last one */
-    bool have_bodies_met; /* in this step: they may move the nodes of each other */
     /* What is solved by one thread (world/world_impl.h). Not there without threads. */
     bool has_groups;         /* in this step */
     int* group_roots;        /* [body_count] parents of disjoint sets of bodies */

@@ -20,8 +20,7 @@ static plii_joint_end joint_end_of(const pli_joint_end* end) {
     return end->rigid != NULL ? plii_joint_end_of_rigid(end->rigid) : plii_joint_end_of_world();
 }
 
-static void joints_visit_joined(const void* state, void (*visit)(pli_body* body, pli_rigid* rigid, void* user),
-                                void* user) {
+static void joints_visit_joined(const void* state, plii_joined_fn* visit, void* user) {
     const joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         visit(joints->items[i].other.body, joints->items[i].other.rigid, user);

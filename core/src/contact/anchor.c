@@ -160,9 +160,11 @@ static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid
     plii_world_add_anchors_lost(body);
 }
 
-static pli_rigid* anchor_held_rigid(const void* state, int index) {
+static void anchor_visit_joined(const void* state, plii_joined_fn* visit, void* user) {
     const plii_anchors* anchors = state;
-    return index < anchors->item_count ? anchors->items[index].rigid : NULL;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        visit(NULL, anchors->items[i].rigid, user);
+    }
 }
 
 static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigid* rigid) {
@@ -218,7 +220,7 @@ const plii_feature_class plii_anchor_class = {
     .substepped = &plii_anchor_substepped,
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,
-    .held_rigid = anchor_held_rigid,
+    .visit_joined = anchor_visit_joined,
     .on_rigid_removed = anchor_on_rigid_removed,
 };
 

@@ -342,13 +342,10 @@ static bool edit_make_product(const plii_edit* edit, edit_product* product) {
     }
     for (int i = 0; i < edit->link_count; ++i) {
         const plii_edit_link* link = &edit->links[i];
-        plii_link* made = &fresh->links[i];
-        made->nodes[0] = link->nodes[0];
-        made->nodes[1] = link->nodes[1];
-        made->rest_length_squared = link->rest_squared;
+        fresh->links[i] = (plii_link){{link->nodes[0], link->nodes[1]}, link->rest_squared};
         if (edit->takes_rest_shape) {
             const float length = sqrtf(edit_distance_squared(edit, link->nodes[0], link->nodes[1]));
-            made->rest_length_squared = length * length;
+            fresh->links[i].rest_length_squared = length * length;
         }
         if (fresh->link_tags != NULL) { fresh->link_tags[i] = link->tag; }
     }

@@ -17,7 +17,6 @@
 #define CONTACT_EVENTS_SLACK 0.25f
 
 enum {
-    CONTACT_EVENTS_BATCH = 64,  /* nodes whose distances from a sensor are asked in one call */
     CONTACT_EVENTS_ROOM = 1024, /* contacts that there is room for ahead, at most */
     CONTACT_PHASES = PLI_CONTACT_END + 1
 };
@@ -154,53 +153,38 @@ static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* 
     return PLI_OK;
 }
 
-typedef struct contact_sensing {
-    contact_visit visit;
-    pli_rigid* rigid;
-    int shape;
-    pli_transform pose;
-} contact_sensing;
-
-static void contact_events_sense_batch(const contact_sensing* sensing, int count, const int* nodes) {
-    const pli_body* body = sensing->visit.body;
-    const pli_shape* shape = sensing->rigid->shapes[sensing->shape];
-    const float margin = body->collision_margin;
-    pli_vec3 points[CONTACT_EVENTS_BATCH] = {0}, normals[CONTACT_EVENTS_BATCH];
-    float distances[CONTACT_EVENTS_BATCH];
-    for (int i = 0; i < count; ++i) {
-        points[i] = pli_transform_inverse_point(sensing->pose, plii_xyz(body->positions[nodes[i]]));
-    }
-    shape->def.distances(shape->def.user, count, points, margin, distances, normals);
-    for (int i = 0; i < count; ++i) {
-        const pli_vec3 normal = pli_mat3_mul_vec3(sensing->pose.rotation, normals[i]);
-        if (!(distances[i] < margin) || !plii_is_finite(distances[i]) || !plii_vec3_is_finite(normal)) { continue; }
-        plii_contact_report report = plii_contact_report_make(sensing->rigid, NULL);
-        report.shape = sensing->shape;
-        report.node = nodes[i];
-        report.normal = normal;
-        report.point = pli_vec3_sub(plii_xyz(body->positions[nodes[i]]), pli_vec3_scale(normal, distances[i]));
-        report.gap = distances[i] - margin;
-        report.is_sensor = true;
-        contact_visit visit = sensing->visit;
-        contact_events_visit(&report, &visit);
-    }
+static void contact_events_sense_node(contact_visit* visit, pli_rigid* sensor, int shape, pli_transform pose,
+                                      int node) {
+    const pli_shape_def* def = &sensor->shapes[shape]->def;
+    const float margin = visit->body->collision_margin;
+    const pli_vec3 x = plii_xyz(visit->body->positions[node]), point = pli_transform_inverse_point(pose, x);
+    pli_vec3 local;
+    float distance;
+    def->distances(def->user, 1, &point, margin, &distance, &local);
+    const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local);
+    if (!(distance < margin) || !plii_is_finite(distance) || !plii_vec3_is_finite(normal)) { return; }
+    plii_contact_report report = plii_contact_report_make(sensor, NULL);
+    report.shape = shape;
+    report.node = node;
+    report.normal = normal;
+    report.point = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
+    report.gap = distance - margin;
+    report.is_sensor = true;
+    contact_events_visit(&report, visit);
 }
 
-static void contact_events_sense(const contact_sensing* sensing) {
-    const pli_body* body = sensing->visit.body;
-    const pli_shape* shape = sensing->rigid->shapes[sensing->shape];
-    const pli_bounds bounds = plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), sensing->pose),
-                                               body->collision_margin);
-    int nodes[CONTACT_EVENTS_BATCH], count = 0;
+static void contact_events_sense(contact_visit* visit, pli_rigid* sensor, int shape) {
+    const pli_body* body = visit->body;
+    const pli_shape_def* def = &sensor->shapes[shape]->def;
+    const pli_transform pose = plii_rigid_shape_transform(sensor, shape);
+    const pli_bounds bounds =
+        plii_bounds_grow(plii_bounds_transform(def->bounds(def->user), pose), body->collision_margin);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
-        if (!plii_bounds_overlap(bounds, (pli_bounds){x, x})) { continue; }
-        nodes[count++] = i;
-        if (count < CONTACT_EVENTS_BATCH) { continue; }
-        contact_events_sense_batch(sensing, count, nodes);
-        count = 0;
+        if (plii_bounds_overlap(bounds, (pli_bounds){x, x})) {
+            contact_events_sense_node(visit, sensor, shape, pose, i);
+        }
     }
-    if (count > 0) { contact_events_sense_batch(sensing, count, nodes); }
 }
 
 // --------------------------------------------------------------------------------------------------------- the step
@@ -269,8 +253,7 @@ static void contact_events_end(pli_body* body, void* data) {
     for (int i = 0; i < state->sensed_count; ++i) {
         pli_rigid* rigid = state->sensed[i];
         for (int k = 0; k < rigid->shape_count; ++k) {
-            const contact_sensing sensing = {visit, rigid, k, plii_rigid_shape_transform(rigid, k)};
-            contact_events_sense(&sensing);
+            contact_events_sense(&visit, rigid, k);
         }
     }
     for (int i = 0; i < state->present.count; ++i) {

@@ -17,14 +17,10 @@ typedef struct node_motion_state {
     int ended_count, count, capacity;
 } node_motion_state;
 
-static bool node_motion_is_equal(pli_vec3 a, pli_vec3 b) {
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 /* A velocity that somebody else has given since stays. */
 static void node_motion_stop(pli_body* body, const node_motion* motion) {
     const bool is_pinned = !(body->positions[motion->node].w > 0.0f);
-    if (is_pinned && node_motion_is_equal(plii_xyz(body->velocities[motion->node]), motion->velocity)) {
+    if (is_pinned && plii_vec3_compare(plii_xyz(body->velocities[motion->node]), motion->velocity) == 0) {
         body->velocities[motion->node] = (pli_vec4){0};
     }
 }

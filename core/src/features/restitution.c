@@ -5,8 +5,7 @@
 #include "body/all_features.h"
 #include "body/contact_report.h"
 #include "body/pipeline.h"
-#include "body/rigid_impl.h"
-#include "body/substep.h"
+#include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "math/definition.h"
 #include "pliant/contact.h"
@@ -57,17 +56,12 @@ static void restitution_note(const plii_contact_report* report, void* user) {
     }
 }
 
-/* Inverse of the mass that the rigid body shows along the normal, 1/kg. */
-static float restitution_rigid_weight(const plii_contact_report* report, pli_vec3 arm) {
-    const pli_rigid* rigid = report->rigid;
-    const pli_vec3 turn = pli_vec3_cross(arm, report->normal);
-    return rigid->state.inverse_mass + pli_vec3_dot(turn, pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, turn));
-}
-
 static void restitution_push(pli_body* body, const plii_contact_report* report, int k, float lacking) {
     const pli_vec3 arm = pli_vec3_sub(report->point, report->rigid->state.pose.origin);
-    const float own = body->positions[report->nodes[k]].w;
-    const pli_vec3 impulse = pli_vec3_scale(report->normal, lacking / (own + restitution_rigid_weight(report, arm)));
+    const plii_substep_rigid_point touched = {report->rigid, arm};
+    const float own = body->positions[report->nodes[k]].w,
+                weight = own + plii_substep_rigid_point_weight(&touched, report->normal);
+    const pli_vec3 impulse = pli_vec3_scale(report->normal, lacking / weight);
     if (!(lacking > 0.0f) || !plii_vec3_is_finite(impulse)) { return; }
     pli_vec4* velocity = &body->velocities[report->nodes[k]];
     plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), pli_vec3_scale(impulse, own)));

@@ -88,17 +88,7 @@ static void sleep_note_joined(pli_body* body, pli_rigid* rigid, void* user) {
 /* By a joint or an anchor. */
 static bool sleep_holds(const pli_body* body, const pli_body* other, const pli_rigid* rigid) {
     sleep_search search = {.body = other, .rigid = rigid};
-    for (int k = 0; k < body->pipeline.feature_count; ++k) {
-        const plii_feature* feature = &body->pipeline.features[k];
-        if (feature->klass->visit_joined != NULL) {
-            feature->klass->visit_joined(feature->state, sleep_note_joined, &search);
-        }
-        if (rigid == NULL || feature->klass->held_rigid == NULL) { continue; }
-        const pli_rigid* held = NULL;
-        for (int n = 0; (held = feature->klass->held_rigid(feature->state, n)) != NULL; ++n) {
-            sleep_note_joined(NULL, (pli_rigid*)(uintptr_t)held, &search);
-        }
-    }
+    plii_features_visit_joined(body, sleep_note_joined, &search);
     return search.is_found;
 }
 
@@ -295,7 +285,8 @@ static void sleep_put_to_sleep(pli_world* world, int* parents) {
         rigid->is_asleep = true;
         rigid->sleep_group = root->sleep_group;
         plii_rigid_set_velocity(rigid, plii_twist_zero());
-        rigid->given_linear_velocity = rigid->given_angular_velocity = rigid->pull = pli_vec3_make(0, 0, 0);
+        rigid->given = plii_twist_zero();
+        rigid->pull = pli_vec3_make(0, 0, 0);
         rigid->path.has_begun = rigid->was_touched = false;
     }
 }

@@ -8,8 +8,6 @@
 #include "body/substep.h"
 #include "math/definition.h"
 
-#include <stdio.h>
-
 #include <string.h>
 
 /* Where a target is. */
@@ -291,11 +289,10 @@ static bool target_is_sound(const pli_body* body, const void* data) {
     return true;
 }
 
-enum { TARGET_MAX_DISTANCE, TARGET_BACKSTOP_DISTANCE, TARGET_BACKSTOP_RADIUS, TARGET_FIELDS };
-static const plii_field target_fields[TARGET_FIELDS] = {
-    [TARGET_MAX_DISTANCE] = PLII_FIELD(pli_target, max_distance, 0, PLI_MAX_COORDINATE),
-    [TARGET_BACKSTOP_DISTANCE] = PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
-    [TARGET_BACKSTOP_RADIUS] = PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE),
+static const plii_field target_fields[] = {
+    PLII_FIELD(pli_target, max_distance, 0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE),
 };
 
 const plii_feature_class plii_target_class = {
@@ -339,19 +336,11 @@ static pli_status target_check_normal(const pli_body* body, const pli_target* ta
                      index, index);
 }
 
-static pli_status target_check_range(const pli_body* body, int index, int field, float value, float low,
-                                     const char* function) {
-    const plii_field* range = &target_fields[field];
-    if (value >= low && value <= range->highest) { return PLI_OK; }
-    char full[48];
-    snprintf(full, sizeof full, "%s of target %d", range->name, index);
-    return plii_check_between(body->context, value, low, range->highest, full, function);
-}
-
 static pli_status target_check(const pli_body* body, const pli_targets_def* def, int index, int* users,
                                const char* function) {
     const pli_target* target = &def->targets[index];
     const int node = target->node;
+    const float most = PLI_MAX_COORDINATE;
     if (node < 0 || node >= body->node_count) {
         return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
                          "node %d of target %d is out of range, the body has %d nodes", node, index, body->node_count);
@@ -361,10 +350,12 @@ static pli_status target_check(const pli_body* body, const pli_targets_def* def,
                          users[node] - 1, index, node);
     }
     users[node] = index + 1;
-    PLII_TRY(target_check_range(body, index, TARGET_MAX_DISTANCE, target->max_distance, 0.0f, function));
-    PLII_TRY(target_check_range(body, index, TARGET_BACKSTOP_RADIUS, target->backstop_radius, 0.0f, function));
-    PLII_TRY(target_check_range(body, index, TARGET_BACKSTOP_DISTANCE, target->backstop_distance, -target->max_distance,
-                                function));
+    PLII_TRY(
+        plii_body_check_between(body, "max_distance of target", index, target->max_distance, 0.0f, most, function));
+    PLII_TRY(plii_body_check_between(body, "backstop_radius of target", index, target->backstop_radius, 0.0f, most,
+                                     function));
+    PLII_TRY(plii_body_check_between(body, "backstop_distance of target", index, target->backstop_distance,
+                                     -target->max_distance, most, function));
     if (target->backstop_radius > 0.0f && def->normals == NULL) {
         return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "normals is null, target %d has a backstop",
                          index);

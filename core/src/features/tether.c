@@ -250,10 +250,16 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
     }
 }
 
-static tether_landmark_lanes tether_find_landmarks(const pli_body* body, tether_state* state) {
+/* In a substep, or in a whole step (NULL). */
+static pli_vec3 tether_position(const pli_body* body, const plii_substep* substep, int node) {
+    return substep != NULL ? plii_substep_position(body, substep, node) : plii_xyz(body->positions[node]);
+}
+
+static tether_landmark_lanes tether_find_landmarks(const pli_body* body, tether_state* state,
+                                                   const plii_substep* substep) {
     pli_vec3 landmarks[TETHER_LANDMARKS] = {0};
     for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
-        landmarks[k] = plii_xyz(body->positions[state->landmarks[k]]);
+        landmarks[k] = tether_position(body, substep, state->landmarks[k]);
     }
     return tether_landmark_lanes_of(state, landmarks);
 }
@@ -265,8 +271,42 @@ static void tether_begin(pli_body* body, void* data) {
     if (has_changed || state->link_revision != body->link_revision || state->is_loose != tether_is_loose(body)) {
         (void)tether_measure(body, state);
     }
-    (void)tether_find_landmarks(body, state); /* the spread */
+    (void)tether_find_landmarks(body, state, NULL); /* the spread */
     tether_gather_loads(body, state);
+}
+
+// ------------------------------------------------------------------------------------------------------- holding
+
+static void tether_hold(pli_body* body, int node, int origin, float longest, const plii_substep* substep) {
+    const pli_vec3 start = tether_position(body, substep, origin);
+    const pli_vec3 apart = pli_vec3_sub(tether_position(body, substep, node), start);
+    const float distance = pli_vec3_length(apart);
+    if (!(distance > longest) || !plii_is_finite(distance)) { return; }
+    const pli_vec3 before = substep != NULL
+                                ? pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node),
+                                                                   plii_substep_motion(substep, origin)))
+                                : pli_vec3_sub(plii_xyz(body->previous[node]), plii_xyz(body->previous[origin]));
+    const float limit = tether_limit(longest, pli_vec3_length(before), substep != NULL ? substep->dt : body->step.dt);
+    if (!(distance > limit)) { return; }
+    if (substep != NULL) {
+        plii_substep_move(substep, node, apart, (limit - distance) / (distance * substep->displacements[node].w));
+    } else {
+        plii_set_xyz(&body->positions[node], pli_vec3_add(start, pli_vec3_scale(apart, limit / distance)));
+    }
+}
+
+static void tether_hold_nodes(pli_body* body, tether_state* state, const plii_substep* substep) {
+    const tether_landmark_lanes lanes = tether_find_landmarks(body, state, substep);
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_tether* tether = tether_of(body, state, i);
+        if (tether == NULL) { continue; }
+        tether_hold(body, i, tether->origin, tether_longest(state, tether), substep);
+        float longest[TETHER_LANDMARKS];
+        const int too_far = tether_too_far(state, &lanes, i, tether_position(body, substep, i), longest);
+        for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
+            if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest[k], substep); }
+        }
+    }
 }
 
 // ---------------------------------------------------------------------------------------- solving, whole steps
@@ -288,17 +328,6 @@ static void tether_apply_load(const pli_body* body, const tether_state* state, c
     plii_rigid_apply_impulse(load->pivot.point.rigid, pli_vec3_scale(unit, -excess / weight), load->pivot.point.offset);
 }
 
-static void tether_hold(pli_body* body, int node, int origin, float longest) {
-    const pli_vec3 start = plii_xyz(body->positions[origin]);
-    const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->positions[node]), start);
-    const float distance = pli_vec3_length(apart);
-    if (!(distance > longest) || !plii_is_finite(distance)) { return; }
-    const pli_vec3 before = pli_vec3_sub(plii_xyz(body->previous[node]), plii_xyz(body->previous[origin]));
-    const float limit = tether_limit(longest, pli_vec3_length(before), body->step.dt);
-    if (!(distance > limit)) { return; }
-    plii_set_xyz(&body->positions[node], pli_vec3_add(start, pli_vec3_scale(apart, limit / distance)));
-}
-
 static void tether_solve(pli_body* body, void* data) {
     tether_state* state = data;
     /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
@@ -308,17 +337,7 @@ static void tether_solve(pli_body* body, void* data) {
         const tether_origin* origin = &state->origins[i];
         if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
     }
-    const tether_landmark_lanes lanes = tether_find_landmarks(body, state);
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_tether* tether = tether_of(body, state, i);
-        if (tether == NULL) { continue; }
-        tether_hold(body, i, tether->origin, tether_longest(state, tether));
-        float longest[TETHER_LANDMARKS];
-        const int too_far = tether_too_far(state, &lanes, i, plii_xyz(body->positions[i]), longest);
-        for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
-            if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest[k]); }
-        }
-    }
+    tether_hold_nodes(body, state, NULL);
     for (int i = 0; i < state->load_count; ++i) {
         tether_apply_load(body, state, &state->loads[i]);
     }
@@ -350,19 +369,6 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
     }
 }
 
-static void tether_sweep_node(pli_body* body, int node, int origin, float longest, const plii_substep* substep) {
-    const pli_vec3 apart =
-        pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, origin));
-    const float distance = pli_vec3_length(apart);
-    if (!(distance > longest) || !plii_is_finite(distance)) { return; }
-    const pli_vec3 before =
-        pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node), plii_substep_motion(substep, origin)));
-    const float limit = tether_limit(longest, pli_vec3_length(before), substep->dt);
-    if (!(distance > limit)) { return; }
-    const float way = (limit - distance) / (distance * substep->displacements[node].w);
-    plii_substep_move(substep, node, apart, way);
-}
-
 /* To where it is at the end of the substep. */
 static void tether_lead_origin(const pli_body* body, const tether_origin* origin, const plii_substep* substep) {
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
@@ -375,21 +381,7 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
     for (int i = 0; i < state->origin_count; ++i) {
         if (state->origins[i].is_led) { tether_lead_origin(body, &state->origins[i], substep); }
     }
-    pli_vec3 landmarks[TETHER_LANDMARKS] = {0};
-    for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
-        landmarks[k] = plii_substep_position(body, substep, state->landmarks[k]);
-    }
-    const tether_landmark_lanes lanes = tether_landmark_lanes_of(state, landmarks);
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_tether* tether = tether_of(body, state, i);
-        if (tether == NULL) { continue; }
-        tether_sweep_node(body, i, tether->origin, tether_longest(state, tether), substep);
-        float longest[TETHER_LANDMARKS];
-        const int too_far = tether_too_far(state, &lanes, i, plii_substep_position(body, substep, i), longest);
-        for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
-            if ((too_far >> k & 1) != 0) { tether_sweep_node(body, i, state->landmarks[k], longest[k], substep); }
-        }
-    }
+    tether_hold_nodes(body, state, substep);
     for (int i = 0; i < state->load_count; ++i) {
         const tether_load* load = &state->loads[i];
         const pli_vec3 place =

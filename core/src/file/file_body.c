@@ -97,24 +97,19 @@ static bool file_is_within(const pli_body* body) {
     return plii_body_find_lost_node(body) == PLI_NULL_INDEX;
 }
 
-/* Uint16 are two bytes, whatever they mean. */
-static void file_uint16s(plii_file* file, uint16_t* numbers, int count) {
-    for (int i = 0; i < count && numbers != NULL; ++i) {
-        plii_file_number(file, &numbers[i], sizeof numbers[i]);
-    }
-}
-
 static void file_body_mesh(plii_file* file, pli_body* body) {
     const size_t nodes = (size_t)body->node_count;
     plii_topology* topology = body->topology;
+    const size_t tags = body->link_tags != NULL ? (size_t)body->link_count : 0,
+                 face_materials = topology->face_materials != NULL ? (size_t)topology->face_count : 0;
     plii_file_elements(file, "4f", body->positions, nodes, sizeof *body->positions);
     plii_file_elements(file, "4f", body->previous, nodes, sizeof *body->previous);
     plii_file_elements(file, "4f", body->velocities, nodes, sizeof *body->velocities);
     plii_file_elements(file, "2nf", body->links, (size_t)body->link_count, sizeof *body->links);
-    file_uint16s(file, body->link_tags, body->link_count);
+    plii_file_elements(file, "h", body->link_tags, tags, sizeof *body->link_tags);
     plii_file_elements(file, "f", body->materials, (size_t)body->material_count, sizeof *body->materials);
     plii_file_elements(file, "3n", topology->faces, (size_t)topology->face_count, sizeof *topology->faces);
-    file_uint16s(file, topology->face_materials, topology->face_count);
+    plii_file_elements(file, "h", topology->face_materials, face_materials, sizeof *topology->face_materials);
     plii_file_elements(file, "4n", topology->tetras, (size_t)topology->tetra_count, sizeof *topology->tetras);
 }
 

@@ -166,8 +166,7 @@ static void file_array(plii_file* file, pli_body* body, const plii_feature_array
 }
 
 /* Of lists with a common count. */
-static bool file_lists_have_room(pli_body* body, const plii_feature_class* klass, void* state) {
-    (void)body;
+static bool file_lists_have_room(const plii_feature_class* klass, void* state) {
     for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
         if (array->length != PLII_LIST || array->count == 0) { continue; }
         if (file_get_int(state, array->count) > file_get_int(state, array->capacity)) { return false; }
@@ -202,7 +201,7 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
             file_array(file, body, array, state);
         }
     }
-    if (file->mode == PLII_FILE_READ && file->status == PLI_OK && !file_lists_have_room(body, klass, state)) {
+    if (file->mode == PLII_FILE_READ && file->status == PLI_OK && !file_lists_have_room(klass, state)) {
         plii_file_refuse(file, "two lists have different lengths");
     }
 }

@@ -9,6 +9,17 @@
 
 enum { FILE_SHAPE_NUMBERS = 8 }; /* of the kinds that a file has whole */
 
+/* What it is made from. */
+static const plii_state_part file_rigid_first_parts[] = {
+    PLII_STATE_OF(pli_rigid, kind, PLII_SAVED, "e2"),
+    PLII_STATE_OF(pli_rigid, state, PLII_SAVED, "28f"),
+    PLII_STATE_OF(pli_rigid, friction, PLII_SAVED, "f"),
+    PLII_STATE_OF(pli_rigid, restitution, PLII_SAVED, "f"),
+    PLII_STATE_OF(pli_rigid, linear_factor, PLII_SAVED, "3f"),
+    PLII_STATE_OF(pli_rigid, angular_factor, PLII_SAVED, "3f"),
+    {0},
+};
+
 static const plii_state_part file_rigid_parts[] = {
     PLII_STATE_OF(pli_rigid, is_absent, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_rigid, is_sensor, PLII_SAVED, "B"),
@@ -16,10 +27,8 @@ static const plii_state_part file_rigid_parts[] = {
     PLII_STATE_OF(pli_rigid, was_touched, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_rigid, needs_reintegration, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_rigid, pose_version, PLII_SAVED, "u"),
-    PLII_STATE_OF(pli_rigid, given_linear_velocity, PLII_SAVED, "3f"),
-    PLII_STATE_OF(pli_rigid, given_angular_velocity, PLII_SAVED, "3f"),
-    PLII_STATE_OF(pli_rigid, start_linear_velocity, PLII_SAVED, "3f"),
-    PLII_STATE_OF(pli_rigid, start_angular_velocity, PLII_SAVED, "3f"),
+    PLII_STATE_OF(pli_rigid, given, PLII_SAVED, "6f"),
+    PLII_STATE_OF(pli_rigid, start, PLII_SAVED, "6f"),
     PLII_STATE_OF(pli_rigid, path, PLII_SAVED, "18fuB15f2BX24f"),
     PLII_STATE_OF(pli_rigid, step_bounds, PLII_SAVED, "6f"),
     PLII_STATE_OF(pli_rigid, pull, PLII_SAVED, "3f"),
@@ -129,36 +138,32 @@ static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, 
 
 // -------------------------------------------------------------------------------------------------------- rigid bodies
 
-/* What a rigid body is made from. */
-static void file_rigid_def(plii_file* file, pli_rigid_def* def) {
-    int kind = (int)def->kind;
-    plii_file_fields(file, "e2", &kind);
-    def->kind = (pli_rigid_kind)kind;
-    plii_file_fields(file, "28f", &def->state);
-    plii_file_fields(file, "f", &def->friction);
-    plii_file_fields(file, "f", &def->restitution);
-    plii_file_fields(file, "3f", &def->linear_factor);
-    plii_file_fields(file, "3f", &def->angular_factor);
+static void file_copy_parts(const plii_state_part* parts, pli_rigid* to, const pli_rigid* from) {
+    for (const plii_state_part* part = parts; part->size > 0; ++part) {
+        memcpy((unsigned char*)to + part->offset, (const unsigned char*)from + part->offset, part->size);
+    }
 }
 
 /* Kept as it is: what is made of a definition is not always its bits. */
-static void file_rigid_set(pli_rigid* rigid, const pli_rigid_def* def) {
-    rigid->state = def->state;
-    rigid->friction = def->friction;
-    rigid->restitution = def->restitution;
-    rigid->linear_factor = def->linear_factor;
-    rigid->angular_factor = def->angular_factor;
-}
-
-static pli_rigid* file_make_rigid(plii_file* file, pli_world* world, const pli_rigid_def* def) {
+static pli_rigid* file_make_rigid(plii_file* file, pli_world* world, const pli_rigid* read) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = read->kind;
+    def.state = read->state;
+    def.friction = read->friction;
+    def.restitution = read->restitution;
+    def.linear_factor = read->linear_factor;
+    def.angular_factor = read->angular_factor;
+    def.shape_count = read->shape_count;
+    def.shapes = read->shapes;
+    def.shape_poses = read->shape_poses;
     pli_rigid* made = NULL;
-    const pli_status status = pli_rigid_create(world, def, &made);
+    const pli_status status = pli_rigid_create(world, &def, &made);
     if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
     if (status != PLI_OK) {
         plii_file_refuse(file, "a rigid body cannot be made of its numbers");
         return NULL;
     }
-    file_rigid_set(made, def);
+    file_copy_parts(file_rigid_first_parts, made, read);
     return made;
 }
 
@@ -174,8 +179,8 @@ static void file_rigid_shapes(plii_file* file, const pli_world_file_def* def, co
 
 static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,
                             const pli_rigid* source) {
-    pli_rigid_def made = pli_rigid_def_default();
-    file_rigid_def(file, &made);
+    pli_rigid read = {0};
+    plii_file_parts(file, file_rigid_first_parts, &read);
     const int count = plii_file_count(file, 0, 8 + 48);
     const bool is_wanted = source == NULL;
     pli_shape** shapes = NULL;
@@ -191,10 +196,10 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
                                  "the world does not fit the file: rigid body %d has %d shapes, %d in the file", index,
                                  source->shape_count, count);
     }
-    made.shape_count = count;
-    made.shapes = is_wanted ? shapes : source->shapes;
-    made.shape_poses = is_wanted ? poses : source->shape_poses;
-    pli_rigid* rigid = file->status == PLI_OK ? file_make_rigid(file, world, &made) : NULL;
+    read.shape_count = count;
+    read.shapes = is_wanted ? shapes : source->shapes;
+    read.shape_poses = is_wanted ? poses : source->shape_poses;
+    pli_rigid* rigid = file->status == PLI_OK ? file_make_rigid(file, world, &read) : NULL;
     if (rigid != NULL) {
         plii_file_parts(file, file_rigid_parts, rigid);
         rigid->is_in_step = true;
@@ -208,13 +213,7 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
 
 static void file_write_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index) {
     pli_rigid* rigid = world->rigids[index];
-    pli_rigid_def written = {.kind = rigid->kind,
-                             .state = rigid->state,
-                             .friction = rigid->friction,
-                             .restitution = rigid->restitution,
-                             .linear_factor = rigid->linear_factor,
-                             .angular_factor = rigid->angular_factor};
-    file_rigid_def(file, &written);
+    plii_file_parts(file, file_rigid_first_parts, rigid);
     (void)plii_file_count(file, rigid->shape_count, 1);
     file_rigid_shapes(file, def, world, index, rigid->shape_count, rigid->shapes, rigid->shape_poses, false);
     plii_file_parts(file, file_rigid_parts, rigid);
@@ -239,15 +238,8 @@ void plii_file_rigid_end(plii_file* file, pli_rigid* rigid) {
 }
 
 void plii_file_copy_rigid(pli_rigid* to, const pli_rigid* from) {
-    to->kind = from->kind;
-    to->state = from->state;
-    to->friction = from->friction;
-    to->restitution = from->restitution;
-    to->linear_factor = from->linear_factor;
-    to->angular_factor = from->angular_factor;
-    for (const plii_state_part* part = file_rigid_parts; part->size > 0; ++part) {
-        memcpy((unsigned char*)to + part->offset, (const unsigned char*)from + part->offset, part->size);
-    }
+    file_copy_parts(file_rigid_first_parts, to, from);
+    file_copy_parts(file_rigid_parts, to, from);
     to->has_changed = from->has_changed;
     to->seen_version = from->seen_version;
     to->path.next = NULL;

@@ -25,13 +25,13 @@ void plii_file_begin_part(plii_file* file, const char* part) {
 // -------------------------------------------------------------------------------------------------------- numbers
 
 static void file_copy_number(unsigned char* to, const unsigned char* from, size_t size) {
-    const uint16_t one = 1;
-    unsigned char is_little_endian;
-    memcpy(&is_little_endian, &one, 1);
-    memcpy(to, from, size);
-    for (size_t i = 0; i < size && is_little_endian == 0; ++i) {
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    for (size_t i = 0; i < size; ++i) {
         to[i] = from[size - 1 - i];
     }
+#else
+    memcpy(to, from, size);
+#endif
 }
 
 void plii_file_number(plii_file* file, void* number, size_t size) {
@@ -126,20 +126,16 @@ static file_identity file_identify(const plii_file* file, const void* pointer) {
 
 static const void* file_find_identity(plii_file* file, file_identity identity, pli_body* const* bodies,
                                       pli_rigid* const* rigids) {
-    const bool is_body = identity.kind == FILE_BODY;
+    const pli_rigid* rigid = NULL;
     if (identity.kind == FILE_NOTHING) { return NULL; }
-    if (identity.kind > FILE_SHAPE || identity.index >= (uint32_t)(is_body ? file->body_count : file->rigid_count)) {
-        plii_file_refuse(file, "an index is out of range");
-        return NULL;
+    if (identity.kind == FILE_BODY && identity.index < (uint32_t)file->body_count) { return bodies[identity.index]; }
+    if (identity.kind != FILE_BODY && identity.index < (uint32_t)file->rigid_count) { rigid = rigids[identity.index]; }
+    if (identity.kind == FILE_RIGID && rigid != NULL) { return rigid; }
+    if (identity.kind == FILE_SHAPE && rigid != NULL && identity.shape < (uint32_t)rigid->shape_count) {
+        return rigid->shapes[identity.shape];
     }
-    if (is_body) { return bodies[identity.index]; }
-    const pli_rigid* rigid = rigids[identity.index];
-    if (identity.kind == FILE_RIGID) { return rigid; }
-    if (identity.shape >= (uint32_t)rigid->shape_count) {
-        plii_file_refuse(file, "an index is out of range");
-        return NULL;
-    }
-    return rigid->shapes[identity.shape];
+    plii_file_refuse(file, "an index is out of range");
+    return NULL;
 }
 
 static const void* file_compared_pointer(plii_file* file, const void* pointer) {
@@ -198,6 +194,7 @@ static const file_letter_kind letter_kinds[128] = {
     ['e'] = {4, 4, false},
     ['d'] = {8, 8, false},
     ['U'] = {8, 8, false},
+    ['h'] = {2, 2, false},
     ['B'] = {sizeof(bool), sizeof(bool), false},
     ['O'] = {sizeof(void*), 12, true},
     ['P'] = {sizeof(void*), 4, true},
@@ -271,35 +268,19 @@ static void file_check_int(plii_file* file, char letter, int largest, int value)
 }
 
 static void file_check(plii_file* file, const file_letter* letter, const void* at) {
-    float number;
-    double precise;
-    unsigned char truth;
-    int index;
-    switch (letter->letter) {
-    case 'f':
-        memcpy(&number, at, sizeof number);
-        if (!(number == number)) { plii_file_refuse(file, "something is not a number"); }
-        break;
-    case 'd':
-        memcpy(&precise, at, sizeof precise);
-        if (!(precise == precise)) { plii_file_refuse(file, "something is not a number"); }
-        break;
-    case 'B':
-        memcpy(&truth, at, 1);
-        if (truth > 1) { plii_file_refuse(file, "something is neither true nor false"); }
-        break;
-    case 'n':
-    case 'N':
-    case 'F':
-    case 'H':
-    case 'L':
-    case 'e':
-        memcpy(&index, at, sizeof index);
-        file_check_int(file, letter->letter, letter->largest, index);
-        break;
-    default:
-        break;
+    union {
+        float f;
+        double d;
+        unsigned char truth;
+        int index;
+    } value;
+    memcpy(&value, at, letter->kind.size);
+    const char which = letter->letter;
+    if ((which == 'f' && !(value.f == value.f)) || (which == 'd' && !(value.d == value.d))) {
+        plii_file_refuse(file, "something is not a number");
     }
+    if (which == 'B' && value.truth > 1) { plii_file_refuse(file, "something is neither true nor false"); }
+    if (strchr("nNFHLe", which) != NULL) { file_check_int(file, which, letter->largest, value.index); }
 }
 
 /* What is wrong becomes zero, which fits everything, so that nothing wrong is ever there. */

@@ -25,33 +25,15 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     plii_world_begin_body(body);
-    const plii_pipeline_entry* entries = plii_colliding_entries(&body->pipeline);
-    for (int i = 0; i < body->pipeline.colliding_count; ++i) {
-        const plii_feature_class* klass = entries[i].klass;
-        if (rigid->is_sensor && !klass->meets_sensors) { continue; }
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        const plii_feature_class* klass = feature->klass;
+        if (klass->collide_rigid == NULL || (rigid->is_sensor && !klass->meets_sensors)) { continue; }
         plii_thread.pass.feature = klass;
         plii_world_profile(world, "collide", klass->name, true);
-        (void)klass->collide_rigid(body, entries[i].state, rigid);
+        (void)klass->collide_rigid(body, feature->state, rigid);
         plii_world_profile(world, "collide", klass->name, false);
     }
-}
-
-static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    if (!world_meets_rigid(body, rigid)) { return; }
-    plii_groups_join_rigid(world, body, rigid);
-    world_run_collide_rigid(world, body, rigid);
-}
-
-pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
-    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
-    PLII_TRY(plii_check_pair(world, body->world, rigid->world, __func__));
-    plii_walk walk;
-    const uint64_t before = plii_world_begin_call(world, &walk);
-    plii_rigid_place_shapes(rigid);
-    world_collide_rigid(world, body, rigid);
-    return plii_world_end_call(world, &walk, before, __func__);
 }
 
 typedef struct world_pairs_task {
@@ -108,9 +90,9 @@ static int world_join_pairs(pli_world* world, const pli_rigid_pair* pairs, int c
     return comes_twice ? count : plii_groups_grain(count, nodes);
 }
 
-pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(world_check_pairs(world, pairs, count, __func__));
+static pli_status world_collide_rigid_pairs(pli_world* world, const pli_rigid_pair* pairs, int count,
+                                            const char* function) {
+    PLII_TRY(world_check_pairs(world, pairs, count, function));
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
     for (int i = 0; i < count; ++i) {
@@ -118,23 +100,31 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     }
     world_pairs_task task = {world, pairs, count};
     plii_parallel_for(world->context, world_collide_range, &task, count, world_join_pairs(world, pairs, count));
-    return plii_world_end_call(world, &walk, before, __func__);
+    return plii_world_end_call(world, &walk, before, function);
 }
 
-static bool world_overlaps_rigid(const pli_body* body, const pli_rigid* rigid) {
+pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    return world_collide_rigid_pairs(world, &(const pli_rigid_pair){body, rigid}, 1, __func__);
+}
+
+pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    return world_collide_rigid_pairs(world, pairs, count, __func__);
+}
+
+static bool world_overlaps_rigid(pli_body* body, const pli_rigid* rigid) {
     const bool is_swept = body->sweeping_features > 0;
-    return plii_bounds_overlap(body->bounds,
-                               is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds);
+    const pli_bounds bounds = is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds;
+    return plii_bounds_overlap(body->bounds, bounds) && world_meets_rigid(body, rigid);
 }
 
 static void world_collide_range_of_bodies(int begin, int end, void* data) {
     pli_world* world = data;
     for (int b = begin; b < end; ++b) {
-        pli_body* body = world->bodies[b];
-        for (int r = 0; r < world->rigid_count && !plii_body_is_stopped(body); ++r) {
-            pli_rigid* rigid = world->rigids[r];
-            if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
-            world_run_collide_rigid(world, body, rigid);
+        for (int r = 0; r < world->rigid_count && !plii_body_is_stopped(world->bodies[b]); ++r) {
+            if (!world_overlaps_rigid(world->bodies[b], world->rigids[r])) { continue; }
+            world_run_collide_rigid(world, world->bodies[b], world->rigids[r]);
         }
     }
 }
@@ -145,9 +135,8 @@ static int64_t world_join_rigids(pli_world* world) {
     for (int b = 0; b < world->body_count; ++b) {
         pli_body* body = world->bodies[b];
         for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
-            pli_rigid* rigid = world->rigids[r];
-            if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
-            plii_groups_join_rigid(world, body, rigid);
+            if (!world_overlaps_rigid(body, world->rigids[r])) { continue; }
+            plii_groups_join_rigid(world, body, world->rigids[r]);
             nodes += body->node_count;
         }
     }

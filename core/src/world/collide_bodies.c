@@ -29,10 +29,7 @@ static bool world_join_pair(pli_world* world, const pli_body_pair* pair, bool* i
         is_shared = true;
         *is_ordered = *is_ordered || !klass->keeps_pairs_with_first;
     }
-    if (is_shared) {
-        world->have_bodies_met = true;
-        plii_groups_join_bodies(world, pair->body_a, pair->body_b);
-    }
+    if (is_shared) { plii_groups_join_bodies(world, pair->body_a, pair->body_b); }
     return is_shared;
 }
 
@@ -160,27 +157,26 @@ static pli_status world_check_body_pair(const pli_world* world, const pli_body_p
     return PLI_OK;
 }
 
-pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    const pli_body_pair pair = {body_a, body_b};
-    PLII_TRY(world_check_body_pair(world, &pair, __func__));
+static pli_status world_collide_checked(pli_world* world, const pli_body_pair* pairs, int count, const char* function) {
+    for (int i = 0; i < count; ++i) {
+        PLII_TRY(world_check_body_pair(world, &pairs[i], function));
+    }
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
-    world_collide_pair(world, &pair);
-    return plii_world_end_call(world, &walk, before, __func__);
+    world_collide_pairs(world, pairs, count);
+    return plii_world_end_call(world, &walk, before, function);
+}
+
+pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    return world_collide_checked(world, &(const pli_body_pair){body_a, body_b}, 1, __func__);
 }
 
 pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* pairs, int count) {
     PLII_TRY(plii_check_world_change(world, __func__));
     if (count < 0) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "count = %d", count); }
     if (pairs == NULL && count > 0) { return PLII_FAIL(world->context, PLI_ERROR_NULL_ARGUMENT, "pairs is null"); }
-    for (int i = 0; i < count; ++i) {
-        PLII_TRY(world_check_body_pair(world, &pairs[i], __func__));
-    }
-    plii_walk walk;
-    const uint64_t before = plii_world_begin_call(world, &walk);
-    world_collide_pairs(world, pairs, count);
-    return plii_world_end_call(world, &walk, before, __func__);
+    return world_collide_checked(world, pairs, count, __func__);
 }
 
 /* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */

@@ -1,5 +1,6 @@
 #include "world/world_impl.h"
 
+#include "base/csr.h"
 #include "base/union_find.h"
 #include "body/pipeline.h"
 
@@ -66,19 +67,10 @@ void plii_groups_join_bodies(pli_world* world, const pli_body* body, const pli_b
     plii_union_join(world->group_roots, body->world_index, other->world_index);
 }
 
-/* Beyond the pairs that have met: anchors. Joints are solved before. */
-static void groups_join_held(pli_world* world) {
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
-        for (int k = 0; k < body->pipeline.feature_count && !plii_body_is_idle(body); ++k) {
-            const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->held_rigid == NULL) { continue; }
-            pli_rigid* rigid = NULL;
-            for (int n = 0; (rigid = feature->klass->held_rigid(feature->state, n)) != NULL; ++n) {
-                plii_groups_join_rigid(world, body, rigid);
-            }
-        }
-    }
+/* Beyond the pairs that have met: by anchors and joints. */
+static void groups_join_held(pli_body* other, pli_rigid* rigid, void* user) {
+    const pli_body* body = user;
+    if (rigid != NULL) { plii_groups_join_rigid(body->world, body, rigid); }
 }
 
 /* Groups in the order of their first bodies, and bodies in their order. A root is the first body of its group. */
@@ -97,19 +89,10 @@ static void groups_list(pli_world* world) {
         ++begin[-1 - roots[i]];
     }
     world->group_count = count;
-    int end = 0;
-    for (int g = 0; g < count; ++g) {
-        const int size = begin[g];
-        begin[g] = end;
-        end += size;
+    (void)plii_csr_sum(count, begin);
+    for (int i = world->body_count - 1; i >= 0; --i) {
+        world->group_bodies[--begin[-1 - roots[i]]] = world->bodies[i];
     }
-    for (int i = 0; i < world->body_count; ++i) {
-        world->group_bodies[begin[-1 - roots[i]]++] = world->bodies[i];
-    }
-    for (int g = count; g > 0; --g) {
-        begin[g] = begin[g - 1];
-    }
-    begin[0] = 0;
 }
 
 static int64_t groups_nodes(pli_body* const* bodies, int count) {
@@ -123,9 +106,18 @@ static int64_t groups_nodes(pli_body* const* bodies, int count) {
 bool plii_groups_find(pli_world* world) {
     if (!world->has_groups) { return false; }
     if (groups_nodes(world->bodies, world->body_count) < 2 * (int64_t)GROUPS_SOLVE_NODES) { return false; }
-    groups_join_held(world);
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (!plii_body_is_idle(body)) { plii_features_visit_joined(body, groups_join_held, body); }
+    }
     groups_list(world);
     return world->group_count > 1;
+}
+
+/* How many of `count` items with so many nodes make a part that has `worth` nodes. */
+static int groups_part(int count, int64_t nodes, int worth) {
+    const int64_t part = nodes > 0 ? (int64_t)worth * count / nodes : count;
+    return part > 1 ? (int)(part < count ? part : count) : 1;
 }
 
 typedef struct groups_task {
@@ -149,55 +141,44 @@ static void groups_range(int begin, int end, void* data) {
     }
 }
 
-/* Items of about `nodes / count` nodes. One that has more than half of them all runs before the others, and parts its
-   own ranges. */
-static void groups_run(groups_task* task, int count, int64_t nodes, int64_t largest, int largest_item, int worth) {
+/* One item that has more than half of all nodes runs before the others, and parts its own ranges. False: there are too
+   few nodes, nothing was done. */
+static bool groups_run(groups_task* task, int count, int64_t least, int worth) {
+    const pli_world* world = task->world;
+    int64_t nodes = 0, largest = -1;
+    int largest_item = PLI_NULL_INDEX;
+    for (int i = 0; i < count; ++i) {
+        const int first = world->group_begin[i];
+        const int64_t size = task->run_body != NULL
+                                 ? groups_prediction(world->bodies[i])
+                                 : groups_nodes(&world->group_bodies[first], world->group_begin[i + 1] - first);
+        nodes += size;
+        if (size > largest) {
+            largest = size;
+            largest_item = i;
+        }
+    }
+    if (nodes < least) { return false; }
     task->alone = PLI_NULL_INDEX;
     if (2 * largest > nodes) {
         groups_range(largest_item, largest_item + 1, task);
         task->alone = largest_item;
         nodes -= largest;
     }
-    const int64_t grain = nodes > 0 ? (int64_t)worth * count / nodes : count;
-    plii_parallel_for(task->world->context, groups_range, task, count,
-                      grain > 1 ? (int)(grain < count ? grain : count) : 1);
+    plii_parallel_for(world->context, groups_range, task, count, groups_part(count, nodes, worth));
+    return true;
 }
 
 void plii_groups_run(pli_world* world, plii_groups_fn* run) {
     groups_task task = {.world = world, .run_group = run};
-    int64_t nodes = 0, largest = -1;
-    int largest_group = 0;
-    for (int g = 0; g < world->group_count; ++g) {
-        const int first = world->group_begin[g];
-        const int64_t size = groups_nodes(&world->group_bodies[first], world->group_begin[g + 1] - first);
-        nodes += size;
-        if (size > largest) {
-            largest = size;
-            largest_group = g;
-        }
-    }
-    groups_run(&task, world->group_count, nodes, largest, largest_group, GROUPS_SOLVE_NODES);
-}
-
-int plii_groups_grain(int count, int64_t nodes) {
-    nodes += (int64_t)GROUPS_BODY_NODES * (nodes > 0 ? count : 0);
-    const int64_t grain = nodes > 0 ? (int64_t)GROUPS_PREDICT_NODES * count / nodes : count;
-    return grain > 1 ? (int)(grain < count ? grain : count) : 1;
+    (void)groups_run(&task, world->group_count, 0, GROUPS_SOLVE_NODES);
 }
 
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
     groups_task task = {.world = world, .run_body = run};
-    int64_t nodes = 0, largest = -1;
-    int largest_body = 0;
-    for (int i = 0; i < world->body_count; ++i) {
-        const int64_t size = groups_prediction(world->bodies[i]);
-        nodes += size;
-        if (size > largest) {
-            largest = size;
-            largest_body = i;
-        }
-    }
-    if (nodes < 2 * (int64_t)GROUPS_PREDICT_NODES) { return false; }
-    groups_run(&task, world->body_count, nodes, largest, largest_body, GROUPS_PREDICT_NODES);
-    return true;
+    return groups_run(&task, world->body_count, 2 * (int64_t)GROUPS_PREDICT_NODES, GROUPS_PREDICT_NODES);
+}
+
+int plii_groups_grain(int count, int64_t nodes) {
+    return groups_part(count, nodes + (int64_t)GROUPS_BODY_NODES * (nodes > 0 ? count : 0), GROUPS_PREDICT_NODES);
 }

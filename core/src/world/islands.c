@@ -4,7 +4,6 @@
 #include "body/pipeline.h"
 
 void plii_islands_start(pli_world* world) {
-    world->have_bodies_met = false;
     if (!world->has_islands) { return; }
     for (int i = 0; i < world->body_count; ++i) {
         world->bodies[i]->island = world->bodies[i]->island_next = NULL;
@@ -44,12 +43,7 @@ void plii_islands_find(pli_world* world) {
     }
 }
 
-/* Most bodies are alone, and begun already. */
 static inline void islands_run(pli_body* first, void (*run)(pli_body* body)) {
-    if (first->island_next == NULL) {
-        run(first);
-        return;
-    }
     for (pli_body* body = first; body != NULL; body = body->island_next) {
         plii_world_begin_body(body);
         run(body);
@@ -63,7 +57,6 @@ static void islands_settle(pli_body* body) {
 static void islands_solve(pli_body* first) {
     const plii_solver_class* solver = first->solver_class;
     const plii_solver_pace pace = solver->pace(first);
-    plii_world_begin_body(first);
     islands_run(first, solver->begin);
     for (int substep = 0; substep < pace.substeps; ++substep) {
         for (int sweep = 0; sweep < pace.sweeps; ++sweep) {

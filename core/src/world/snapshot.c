@@ -252,19 +252,12 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
 
 // ---------------------------------------------------------------------------------------------------------- calls
 
-/* What a snapshot is of: a world, or a body. */
+/* What a snapshot is of: a world, or a body; the other one is NULL. Walks write only where they restore. */
 typedef struct snapshot_subject {
-    pli_world* world;
-    pli_body* body;
+    const pli_world* world;
+    const pli_body* body;
 } snapshot_subject;
 
-/* Walks write only where they restore. */
-static snapshot_subject snapshot_of_world(const pli_world* world) {
-    return (snapshot_subject){.world = (pli_world*)(uintptr_t)world};
-}
-static snapshot_subject snapshot_of_body(const pli_body* body) {
-    return (snapshot_subject){.body = (pli_body*)(uintptr_t)body};
-}
 static uint64_t snapshot_handle(snapshot_subject subject) {
     return subject.world != NULL ? SNAPSHOT_POINTER(subject.world) : SNAPSHOT_POINTER(subject.body);
 }
@@ -273,9 +266,9 @@ static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
     walk->at = sizeof(snapshot_header);
     walk->body = subject.body != NULL ? subject.body->world_index : PLI_NULL_INDEX;
     if (subject.world != NULL) {
-        snapshot_world(walk, subject.world);
+        snapshot_world(walk, (pli_world*)(uintptr_t)subject.world);
     } else {
-        snapshot_body(walk, subject.body);
+        snapshot_body(walk, (pli_body*)(uintptr_t)subject.body);
     }
     return walk->status;
 }
@@ -354,30 +347,30 @@ static pli_status snapshot_restore(snapshot_subject subject, pli_context* contex
 
 size_t pli_world_snapshot_size(const pli_world* world) {
     if (plii_check_world(world, __func__) != PLI_OK) { return 0; }
-    return snapshot_size(snapshot_of_world(world), world->context, __func__);
+    return snapshot_size((snapshot_subject){.world = world}, world->context, __func__);
 }
 
 pli_status pli_world_save(const pli_world* world, void* buffer, size_t capacity, size_t* size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
-    return snapshot_save(snapshot_of_world(world), world->context, buffer, capacity, size, __func__);
+    return snapshot_save((snapshot_subject){.world = world}, world->context, buffer, capacity, size, __func__);
 }
 
 pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
-    return snapshot_restore(snapshot_of_world(world), world->context, buffer, size, __func__);
+    return snapshot_restore((snapshot_subject){.world = world}, world->context, buffer, size, __func__);
 }
 
 size_t pli_body_snapshot_size(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    return snapshot_size(snapshot_of_body(body), body->context, __func__);
+    return snapshot_size((snapshot_subject){.body = body}, body->context, __func__);
 }
 
 pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
-    return snapshot_save(snapshot_of_body(body), body->context, buffer, capacity, size, __func__);
+    return snapshot_save((snapshot_subject){.body = body}, body->context, buffer, capacity, size, __func__);
 }
 
 pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
-    return snapshot_restore(snapshot_of_body(body), body->context, buffer, size, __func__);
+    return snapshot_restore((snapshot_subject){.body = body}, body->context, buffer, size, __func__);
 }

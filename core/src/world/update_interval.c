@@ -9,21 +9,16 @@
 
 enum { UPDATE_INTERVAL_MOST = 60 };
 
-static bool update_interval_holds_rigid(const pli_body* body) {
-    for (int k = 0; k < body->pipeline.feature_count; ++k) {
-        const plii_feature* feature = &body->pipeline.features[k];
-        if (feature->klass->held_rigid == NULL) { continue; }
-        const pli_rigid* rigid = NULL;
-        for (int n = 0; (rigid = feature->klass->held_rigid(feature->state, n)) != NULL; ++n) {
-            if (rigid->kind == PLI_RIGID_DYNAMIC) { return true; }
-        }
-    }
-    return false;
+static void update_interval_note_rigid(pli_body* other, pli_rigid* rigid, void* user) {
+    bool* holds_dynamic = user;
+    *holds_dynamic = *holds_dynamic || (rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC);
 }
 
 static int update_interval_steps(const pli_body* body) {
     const plii_update_interval* interval = &body->interval;
-    if (interval->is_near || body->joint_iterations > 0 || update_interval_holds_rigid(body)) { return 1; }
+    bool holds_dynamic = false;
+    plii_features_visit_joined(body, update_interval_note_rigid, &holds_dynamic);
+    if (interval->is_near || body->joint_iterations > 0 || holds_dynamic) { return 1; }
     return interval->first_steps > 0 ? interval->first_steps : interval->steps;
 }
 

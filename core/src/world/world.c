@@ -411,26 +411,7 @@ static void world_solve_group(pli_body* const* bodies, int count) {
     world_refresh_bodies(bodies, count);
 }
 
-/* Bodies that do not move each other are refreshed while they are in the caches; but reports of contacts wait for what
-   all do to rigid bodies. */
-static void world_solve_each(pli_world* world) {
-    bool has_reports = false;
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body** body = &world->bodies[i];
-        plii_islands_solve(body, 1);
-        has_reports = has_reports || (*body)->records_contacts;
-        if (!(*body)->records_contacts) { world_refresh_bodies(body, 1); }
-    }
-    for (int i = 0; i < world->body_count && has_reports; ++i) {
-        if (world->bodies[i]->records_contacts) { world_refresh_bodies(&world->bodies[i], 1); }
-    }
-}
-
 static void world_solve_all(pli_world* world) {
-    if (!world->have_bodies_met && world->profile == NULL) {
-        world_solve_each(world);
-        return;
-    }
     plii_world_profile(world, "solve", NULL, true);
     plii_islands_solve(world->bodies, world->body_count);
     plii_world_profile(world, "solve", NULL, false);
@@ -450,18 +431,14 @@ static void world_end_trouble(pli_world* world, int events_before) {
     }
     for (int i = 0; i < world->rigid_count; ++i) {
         pli_rigid* rigid = world->rigids[i];
-        pli_rigid_state* state = &rigid->state;
         if (!rigid->was_touched) { continue; }
         if (plii_rigid_is_slow(rigid) && !has_frozen) {
             plii_rigid_end_path(rigid, world->dt);
             continue;
         }
-        const bool has_changed =
-            memcmp(&state->linear_velocity, &rigid->start_linear_velocity, sizeof state->linear_velocity) != 0 ||
-            memcmp(&state->angular_velocity, &rigid->start_angular_velocity, sizeof state->angular_velocity) != 0;
-        if (!has_changed) { continue; }
-        state->linear_velocity = rigid->start_linear_velocity;
-        state->angular_velocity = rigid->start_angular_velocity;
+        const plii_twist velocity = plii_rigid_velocity(rigid);
+        if (memcmp(&velocity, &rigid->start, sizeof velocity) == 0) { continue; }
+        plii_rigid_set_velocity(rigid, rigid->start);
         rigid->path.has_begun = false;
         plii_world_add_event(world,
                              (pli_event){.kind = PLI_EVENT_RIGID_RESTORED, .rigid = rigid, .node = PLI_NULL_INDEX});
