@@ -892,6 +892,31 @@ static void test_large_grounds_give_no_energy(void** state) {
     }
 }
 
+/* A carpet whose corners are pinned within its margin of the floor: those stay, the rest of it comes to lie. */
+static void test_faces_with_pinned_nodes_inside_the_margin_stay_calm(void** state) {
+    fixture* f = *state;
+    assert_int_equal(pli_world_set_gravity(f->world, gravity), PLI_OK);
+    (void)make_rigid(f->world, make_large_box(f->context, 5), 0, pli_vec3_make(1, 1, 1), at(0, -5.02f, 0),
+                     pli_vec3_make(0, 0, 0));
+    for (int i = 0; i < 3; ++i) {
+        pli_body* cloth = make_cloth(f->world, PLI_PATCH_PIN_CORNERS, 0.03f, 10);
+        enable_nodes(cloth);
+        enable_faces(cloth);
+        enable_solver(cloth, (solver_kind)i);
+        double most = 0;
+        for (int k = 0; k < 240; ++k) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60.0f), PLI_OK);
+            most = fmax(most, (double)pli_body_kinetic_energy(cloth));
+        }
+        const double last = (double)pli_body_kinetic_energy(cloth), stretch = (double)pli_body_max_stretch(cloth);
+        print_message("solver %d: at most %.2g J, %.2g J in the end, stretch %.2g\n", i, most, last, stretch);
+        check_at_most(most, 0.02);
+        check_at_most(last, 2e-3);
+        check_at_most(stretch, 0.06);
+        pli_body_destroy(cloth);
+    }
+}
+
 static void check_refused(fixture* f, pli_body* body, pli_rigid_face_contacts_def def, pli_status status,
                           const char* message) {
     assert_int_equal(pli_body_enable_rigid_face_contacts(body, &def), status);
@@ -953,6 +978,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_planes_have_no_face_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_a_broken_support_makes_no_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_large_grounds_give_no_energy, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_faces_with_pinned_nodes_inside_the_margin_stay_calm, setup_fixture,
+                                        teardown_fixture),
         cmocka_unit_test_setup_teardown(test_face_contacts_refuse_bad_input, setup_fixture, teardown_fixture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

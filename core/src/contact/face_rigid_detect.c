@@ -194,6 +194,21 @@ static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigi
     return sticks ? 0.0f : 1.0f - friction;
 }
 
+/* What pinned nodes have of the gap where they are inside of a body that cannot move. The other nodes cannot take that
+   back: near a pinned one they would be thrown away by many times the depth. */
+static float rigid_faces_pinned_part(const pli_body* body, const plii_rigid_face_contact* contact) {
+    const pli_vec3 point = plii_rigid_faces_point(body->positions, contact);
+    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+    float part = 0.0f;
+    for (int k = 0; k < 3 && !(contact->rigid->state.inverse_mass > 0.0f); ++k) {
+        const pli_vec4* x = &body->positions[contact->nodes[k]];
+        if (x->w > 0.0f) { continue; }
+        const float height = pli_vec3_dot(contact->normal, pli_vec3_sub(plii_xyz(*x), point));
+        part += weights[k] * plii_min(contact->distance + height, 0.0f);
+    }
+    return part;
+}
+
 static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
                                   const plii_face_moment* moment, float end_gap, float target_gap) {
     pli_body* body = pass->body;
@@ -208,8 +223,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
                                        .normal = moment->normal,
                                        .core_point = moment->core_point,
                                        .excess = plii_face_sweep_excess(sweep, moment),
-                                       .distance = end_gap,
-                                       .target = target_gap};
+                                       .distance = end_gap};
     contact.is_triangle = pass->triangle != NULL;
     for (int k = 0; k < 3 && contact.is_triangle; ++k) {
         contact.triangle[k] = pass->triangle->corners[k];
@@ -219,6 +233,8 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
                           body->positions[contact.nodes[2]].w * moment->weights.z > 0.0f;
     if (!can_move && !(rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
+    contact.pinned = rigid_faces_pinned_part(body, &contact);
+    contact.target = plii_min(target_gap, contact.pinned);
     plii_rigid_faces_prepare_contact(body, pass->candidate, pass->end, &contact);
     contact.slip = rigid_faces_slip(pass, &contact);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1) ||

@@ -26,6 +26,7 @@ typedef struct plii_rigid_face_contact {
     pli_vec3 triangle[3];
     float excess; /* m, see plii_face_sweep_excess */
     float target; /* of the gap at the end of the step; m, <= 0 */
+    float pinned; /* of the gap: the part of pinned nodes that are inside; m, <= 0 */
     float distance;
     float slip; /* share of the tangential displacement that stays */
     float push; /* impulse along the normal in this step; N s */
