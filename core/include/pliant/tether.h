@@ -3,8 +3,9 @@
 
 /// Tethers: no node gets farther from the nodes that are pinned or anchored to a static or kinematic body, its origins,
 /// than the body reaches from there to it. For ropes, cloth and capes that hang from these and are not meant to
-/// stretch: what links carry only from one to the next, iteration by iteration, tethers see at once. A node is held by
-/// the nearest origin and by up to four that are far from each other. Work with each solver, whichever comes first.
+/// stretch: what links carry only from one to the next, iteration by iteration, tethers see at once. They bound the
+/// distance to the origins, not the length of each link: at speed some links stretch, others get slack. A node is held
+/// by the nearest origin and by up to four that are far from each other. Work with each solver, whichever comes first.
 /// Source: Kim, Chentanez, Müller, "Long Range Attachments"; distances after Novotni and Klein, "Computing Geodesic
 /// Distances on Triangular Meshes".
 

@@ -452,10 +452,6 @@ pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, p
 
 pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     PLII_TRY(rigid_check_change(rigid, __func__));
-    if (!plii_vec3_is_finite(gravity) || !(dt > 0.0f) || !plii_is_finite(dt)) {
-        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "gravity is not finite or dt = %g is not positive",
-                         (double)dt);
-    }
     PLII_TRY(plii_check_vec3_within(rigid->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
     PLII_TRY(plii_check_between(rigid->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", __func__));
     if (rigid->kind == PLI_RIGID_STATIC || rigid->is_asleep) { return PLI_OK; }

@@ -324,10 +324,6 @@ static void world_predict_body(pli_body* body) {
 }
 
 static PLII_COLD pli_status world_refuse_dt(const pli_world* world, float dt, const char* function) {
-    if (!(dt > 0.0f) || !plii_is_finite(dt)) {
-        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "dt = %g is not positive and finite",
-                         (double)dt);
-    }
     return plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function);
 }
 
