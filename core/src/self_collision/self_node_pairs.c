@@ -188,7 +188,6 @@ typedef struct self_nodes_search_task {
     bool is_apart;
     int first;
     float share;
-    int begin[PLII_SELF_SEARCH_PARTS]; /* of the pairs of each block */
 } self_nodes_search_task;
 
 static void self_nodes_find_some(const self_nodes_search_task* task, int begin, int end, self_nodes_finder* finder) {
@@ -212,13 +211,6 @@ static void self_nodes_find_block(int begin, int end, int block, void* data) {
     part->is_truncated = finder.is_truncated;
 }
 
-static void self_nodes_gather_block(int begin, int end, int block, void* data) {
-    const self_nodes_search_task* task = data;
-    const plii_self_pair_list* found = &task->state->parts[block].found;
-    if (found->count == 0) { return; }
-    memcpy(&task->state->found.items[task->begin[block]], found->items, (size_t)found->count * sizeof *found->items);
-}
-
 enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
 
 /* Adds the pairs of so many nodes, in their order, whatever the threads. */
@@ -234,19 +226,15 @@ static void self_nodes_find(self_nodes_search_task* task, int count) {
         return;
     }
     plii_run_blocks(body->context, blocks, count, self_nodes_find_block, task);
-    int more = 0;
     for (int b = 0; b < blocks.count; ++b) {
         const plii_self_search_part* part = &state->parts[b];
-        task->begin[b] = state->found.count + more;
-        more += part->found.count;
-        state->is_truncated = state->is_truncated || part->is_truncated;
+        const int more = part->found.count;
+        const bool has_memory = self_nodes_reserve(body->context, &state->found, more);
+        state->is_truncated = state->is_truncated || part->is_truncated || !has_memory;
+        if (!has_memory || more == 0) { continue; }
+        memcpy(&state->found.items[state->found.count], part->found.items, (size_t)more * sizeof *part->found.items);
+        state->found.count += more;
     }
-    if (!self_nodes_reserve(body->context, &state->found, more)) {
-        state->is_truncated = true;
-        return;
-    }
-    plii_run_blocks(body->context, blocks, count, self_nodes_gather_block, task);
-    state->found.count += more;
 }
 
 // ------------------------------------------------------------------------------------------------------ the search
