@@ -50,19 +50,10 @@ static void self_faces_run_finish(pli_body* body, void* data) {
     }
 }
 
-static double self_faces_motion_block(int begin, int end, const void* data) {
-    const plii_self_faces_motions* motions = data;
-    float squared = 0.0f;
-    for (int i = begin; i < end; ++i) {
-        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(motions->nodes, i)));
-    }
-    return (double)squared;
-}
-
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
     plii_self_faces_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    const float largest = plii_self_faces_largest(body, state, &nodes, self_faces_motion_block);
+    const float largest = plii_self_faces_largest_motion(body, state, &nodes);
     const float motion = 1.25f * largest + SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
     plii_self_faces_restart(body, state, &nodes, plii_min(motion, state->travel));
 }

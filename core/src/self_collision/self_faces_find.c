@@ -112,7 +112,6 @@ typedef struct self_faces_search {
     pli_body* body;
     plii_self_faces_state* state;
     bool is_edges;
-    int begin[PLII_MOST_BLOCKS]; /* of its pairs */
 } self_faces_search;
 
 /* Of one item. */
@@ -137,18 +136,15 @@ static void self_faces_hit(int other, void* user) {
     const self_faces_search* search = query->search;
     const plii_self_faces_state* state = search->state;
     const pli_body* body = search->body;
+    if (search->is_edges && other <= query->item) { return; }
     int nodes[4];
-    if (search->is_edges) {
-        if (other <= query->item) { return; }
-        const int *a = state->edges[query->item], *b = state->edges[other];
-        if (a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]) { return; }
-    } else {
-        const int* face = body->topology->faces[other];
-        if (face[0] == query->item || face[1] == query->item || face[2] == query->item) { return; }
+    self_faces_set_nodes(search, query->item, other, nodes);
+    const int second = search->is_edges ? 2 : 1; /* where that side begins */
+    for (int k = second; k < 4; ++k) {
+        if (nodes[k] == nodes[0] || nodes[k] == nodes[second - 1]) { return; }
     }
     const float distance = self_faces_box_distance(&query->box, &state->boxes[other]);
     if (!(distance <= state->reach)) { return; }
-    self_faces_set_nodes(search, query->item, other, nodes);
     float mobility = 0.0f;
     for (int k = 0; k < 4; ++k) {
         mobility += body->positions[nodes[k]].w;
@@ -162,86 +158,55 @@ static void self_faces_hit(int other, void* user) {
     hits->items[hits->count++] = (plii_self_faces_hit){query->item, other, distance};
 }
 
-static void self_faces_search_items(const self_faces_search* search, int begin, int end, plii_self_faces_hits* hits) {
-    const pli_body* body = search->body;
+static void self_faces_search_block(int begin, int end, int block, void* data) {
+    const self_faces_search* search = data;
     const plii_self_faces_state* state = search->state;
-    self_faces_query query = {.search = search, .hits = hits};
-    hits->count = 0;
-    hits->is_truncated = false;
+    self_faces_query query = {.search = search, .hits = &search->state->hits[block]};
+    query.hits->count = 0;
+    query.hits->is_truncated = false;
     for (int i = begin; i < end; ++i) {
         query.item = i;
-        query.box = search->is_edges ? state->boxes[i] : self_faces_box(body, &i, 1);
+        query.box = search->is_edges ? state->boxes[i] : self_faces_box(search->body, &i, 1);
         plii_bvh_overlaps(&state->tree, plii_bounds_grow(query.box, state->reach), self_faces_hit, &query);
     }
 }
 
-static bool self_faces_reserve_pairs(const self_faces_search* search, int more) {
+/* Adds what was found to the pairs; false without memory for all of it. */
+static bool self_faces_take_hits(const self_faces_search* search, const plii_self_faces_hits* hits) {
     plii_self_faces_state* state = search->state;
     pli_context* context = search->body->context;
-    return state->pair_count <= INT32_MAX - more &&
-           PLII_RESERVE(context, &state->pairs, &state->pair_capacity, state->pair_count + more) &&
-           PLII_RESERVE(context, &state->due, &state->due_capacity, state->pair_count + more);
-}
-
-/* There is room. */
-static void self_faces_put_pairs(const self_faces_search* search, const plii_self_faces_hits* hits, int begin) {
-    plii_self_faces_state* state = search->state;
+    if (state->pair_count > INT32_MAX - hits->count ||
+        !PLII_RESERVE(context, &state->pairs, &state->pair_capacity, state->pair_count + hits->count) ||
+        !PLII_RESERVE(context, &state->due, &state->due_capacity, state->pair_count + hits->count)) {
+        return false;
+    }
     for (int k = 0; k < hits->count; ++k) {
         const plii_self_faces_hit hit = hits->items[k];
         plii_self_faces_pair pair = {.is_edges = search->is_edges, .target = -1.0f};
         self_faces_set_nodes(search, hit.item, hit.other, pair.nodes);
-        state->due[begin + k] = 0.5f * (hit.distance - state->def.thickness);
-        state->pairs[begin + k] = pair;
+        state->due[state->pair_count] = 0.5f * (hit.distance - state->def.thickness);
+        state->pairs[state->pair_count++] = pair;
     }
-}
-
-/* Adds what was found to the pairs; false without memory for all of it. */
-static bool self_faces_take_hits(self_faces_search* search, const plii_self_faces_hits* hits) {
-    plii_self_faces_state* state = search->state;
-    if (!self_faces_reserve_pairs(search, hits->count)) { return false; }
-    self_faces_put_pairs(search, hits, state->pair_count);
-    state->pair_count += hits->count;
     return !hits->is_truncated;
-}
-
-static void self_faces_search_block(int begin, int end, int block, void* data) {
-    const self_faces_search* search = data;
-    self_faces_search_items(search, begin, end, &search->state->hits[block]);
-}
-
-static void self_faces_put_block(int begin, int end, int block, void* data) {
-    const self_faces_search* search = data;
-    self_faces_put_pairs(search, &search->state->hits[block], search->begin[block]);
 }
 
 enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_BOX_NS = 10, SELF_FACES_PAIR_NS = 10, SELF_FACES_NODE_NS = 3 };
 
 /* In the order of items, whatever the threads. */
 static bool self_faces_find_pairs(self_faces_search* search, int count) {
-    plii_self_faces_state* state = search->state;
     pli_context* context = search->body->context;
     const plii_blocks blocks = plii_blocks_of(count, plii_grain(SELF_FACES_ITEM_NS), PLII_MOST_BLOCKS);
+    const bool has_threads = plii_has_threads(context);
+    if (has_threads) { plii_run_blocks(context, blocks, count, self_faces_search_block, search); }
     bool has_memory = true;
-    if (!plii_has_threads(context)) {
-        for (int b = 0; b < blocks.count; ++b) {
-            const int begin = b * blocks.size, left = count - begin;
-            self_faces_search_items(search, begin, begin + (left < blocks.size ? left : blocks.size), &state->hits[0]);
-            has_memory = self_faces_take_hits(search, &state->hits[0]) && has_memory;
+    for (int b = 0; b < blocks.count; ++b) {
+        const int begin = b * blocks.size, left = count - begin;
+        if (!has_threads) {
+            self_faces_search_block(begin, begin + (left < blocks.size ? left : blocks.size), 0, search);
         }
-        return has_memory;
+        has_memory = self_faces_take_hits(search, &search->state->hits[has_threads ? b : 0]) && has_memory;
     }
-    plii_run_blocks(context, blocks, count, self_faces_search_block, search);
-    int more = 0;
-    for (int b = 0; b < blocks.count && has_memory; ++b) {
-        const plii_self_faces_hits* hits = &state->hits[b];
-        search->begin[b] = state->pair_count + more;
-        has_memory = !hits->is_truncated && more <= INT32_MAX - state->pair_count - hits->count;
-        more += has_memory ? hits->count : 0;
-    }
-    if (!has_memory || !self_faces_reserve_pairs(search, more)) { return false; }
-    plii_run_blocks(context, blocks, count, self_faces_put_block, search);
-    state->pair_count += more;
-    return true;
+    return has_memory;
 }
 
 static void self_faces_box_range(int begin, int end, void* data) {
@@ -282,34 +247,44 @@ size_t plii_self_faces_hit_bytes(const void* data) {
 
 // ------------------------------------------------------------------------------------------------------------- motions
 
-float plii_self_faces_largest(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes,
-                              plii_block_value_fn* squared) {
-    const plii_self_faces_motions motions = {body, state, nodes};
+typedef struct self_faces_motions {
+    const plii_self_nodes* nodes;
+    pli_vec3* last;
+} self_faces_motions;
+
+/* The most that a node moves, m; `squared` of a block, of self_faces_motions. */
+static float self_faces_largest(const pli_body* body, const plii_self_faces_state* state, const plii_self_nodes* nodes,
+                                plii_block_value_fn* squared) {
+    const self_faces_motions motions = {nodes, state->last};
     return sqrtf((float)plii_largest_of_blocks(body->context, body->node_count, plii_grain(SELF_FACES_NODE_NS), squared,
                                                &motions));
 }
 
-static double self_faces_predicted_block(int begin, int end, const void* data) {
-    const plii_self_faces_motions* motions = data;
-    const pli_body* body = motions->body;
+static double self_faces_motion_block(int begin, int end, const void* data) {
+    const self_faces_motions* motions = data;
     float squared = 0.0f;
     for (int i = begin; i < end; ++i) {
-        const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
-        squared = plii_max(squared, pli_vec3_length_squared(motion));
+        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(motions->nodes, i)));
     }
     return (double)squared;
 }
 
+float plii_self_faces_largest_motion(const pli_body* body, const plii_self_faces_state* state,
+                                     const plii_self_nodes* nodes) {
+    return self_faces_largest(body, state, nodes, self_faces_motion_block);
+}
+
 /* How far nodes are about to move in this step, with some room for constraints. */
-static float self_faces_wanted_travel(const pli_body* body, plii_self_faces_state* state) {
-    const float motion = plii_self_faces_largest(body, state, NULL, self_faces_predicted_block);
+static float self_faces_wanted_travel(pli_body* body, const plii_self_faces_state* state) {
+    const plii_self_nodes predicted = plii_self_nodes_of_body(body);
+    const float motion = plii_self_faces_largest_motion(body, state, &predicted);
     const float most = state->def.max_travel > 0.0f ? state->def.max_travel : 0.5f * state->mean_edge_length;
     return plii_min(most, 1.25f * motion + 0.5f * state->def.thickness);
 }
 
 static double self_faces_count_block(int begin, int end, const void* data) {
-    const plii_self_faces_motions* motions = data;
-    pli_vec3* last = motions->state->last;
+    const self_faces_motions* motions = data;
+    pli_vec3* last = motions->last;
     float squared = 0.0f;
     for (int i = begin; i < end; ++i) {
         const pli_vec3 x = plii_self_start(motions->nodes, i);
@@ -321,7 +296,7 @@ static double self_faces_count_block(int begin, int end, const void* data) {
 
 /* Counts how far nodes have got. What is not finite goes on being so, and is caught elsewhere. */
 static void self_faces_count_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    state->moved += plii_self_faces_largest(body, state, nodes, self_faces_count_block) * (1.0f + 1e-5f);
+    state->moved += self_faces_largest(body, state, nodes, self_faces_count_block) * (1.0f + 1e-5f);
 }
 
 void plii_self_faces_begin(pli_body* body, void* data) {

@@ -57,14 +57,9 @@ typedef struct plii_self_faces_state {
 void plii_self_faces_release_hits(pli_body* body, void* data);
 size_t plii_self_faces_hit_bytes(const void* data);
 
-typedef struct plii_self_faces_motions {
-    const pli_body* body;
-    plii_self_faces_state* state;
-    const plii_self_nodes* nodes;
-} plii_self_faces_motions;
-/* The most that a node moves, m; `squared` of a block, of plii_self_faces_motions. */
-float plii_self_faces_largest(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes,
-                              plii_block_value_fn* squared);
+/* The most that a node has moved, m. */
+float plii_self_faces_largest_motion(const pli_body* body, const plii_self_faces_state* state,
+                                     const plii_self_nodes* nodes);
 
 /* Edges of all faces, each once. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);
