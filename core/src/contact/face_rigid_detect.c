@@ -56,17 +56,18 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
     return pass;
 }
 
-static bool rigid_faces_is_anchored(const pli_body* body, const int* nodes, const pli_rigid* rigid) {
-    if (body->anchored == NULL) { return false; }
-    for (int k = 0; k < 3; ++k) {
-        if (body->anchored[nodes[k]] != 0 && body->is_anchored_to(body, nodes[k], rigid)) { return true; }
+static bool rigid_faces_is_anchored(const plii_rigid_faces_pass* pass) {
+    const pli_body* body = pass->body;
+    for (int k = 0; body->anchored != NULL && k < 3; ++k) {
+        const int node = pass->nodes[k];
+        if (body->anchored[node] != 0 && body->is_anchored_to(body, node, pass->candidate->rigid)) { return true; }
     }
     return false;
 }
 
-plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element) {
+plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass) {
     const int part = pass->triangle != NULL ? pass->triangle->index : 0;
-    return (plii_pair_key){element, pass->candidate->shape_index, pass->candidate->rigid, part};
+    return (plii_pair_key){pass->element, pass->candidate->shape_index, pass->candidate->rigid, part};
 }
 
 static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* end) {
@@ -77,18 +78,16 @@ static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* e
     return all;
 }
 
-static pli_status rigid_faces_visit_sweep(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                          plii_face_sweep* sweep, plii_rigid_faces_visit_fn* visit) {
-    const plii_convex_cache* side = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
+static pli_status rigid_faces_visit_sweep(const plii_rigid_faces_pass* pass, plii_face_sweep* sweep,
+                                          plii_rigid_faces_visit_fn* visit) {
+    const plii_convex_cache* side = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass));
     sweep->has_side = side != NULL && side->has_normal;
     if (sweep->has_side) { sweep->side = side->normal; }
-    return visit(pass, element, nodes, sweep);
+    return visit(pass, sweep);
 }
 
 typedef struct rigid_faces_triangles {
     const plii_rigid_faces_pass* pass;
-    int element;
-    const int* nodes;
     const plii_face_sweep* sweep;
     plii_rigid_faces_visit_fn* visit;
     pli_status status;
@@ -107,7 +106,7 @@ static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void
     }
     plii_face_sweep sweep = *all->sweep;
     sweep.core = &pass.core;
-    all->status = rigid_faces_visit_sweep(&pass, all->element, all->nodes, &sweep, all->visit);
+    all->status = rigid_faces_visit_sweep(&pass, &sweep, all->visit);
 }
 
 static pli_vec3 rigid_faces_from_centre(const plii_face_sweep* sweep, pli_vec3 point) {
@@ -115,9 +114,8 @@ static pli_vec3 rigid_faces_from_centre(const plii_face_sweep* sweep, pli_vec3 p
 }
 
 /* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
-static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach, int element,
-                                              const int* nodes, const plii_face_sweep* sweep,
-                                              plii_rigid_faces_visit_fn* visit) {
+static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach,
+                                              const plii_face_sweep* sweep, plii_rigid_faces_visit_fn* visit) {
     const pli_transform before = pli_transform_mul((pli_transform){pass->begin.rotation, {0, 0, 0}}, pass->core.pose);
     const pli_transform after = pli_transform_mul((pli_transform){pass->end.rotation, {0, 0, 0}}, pass->core.pose);
     pli_vec3 begin[3], end[3];
@@ -131,7 +129,7 @@ static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass,
     }
     const float bulge = rigid_faces_bulge(farthest, pli_vec3_length(pass->core.rotation_vector));
     const pli_shape* shape = pass->candidate->shape;
-    rigid_faces_triangles all = {pass, element, nodes, sweep, visit, PLI_OK};
+    rigid_faces_triangles all = {pass, sweep, visit, PLI_OK};
     shape->triangles(shape->def.user, plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach + bulge),
                      rigid_faces_visit_triangle, &all);
     return all.status;
@@ -142,13 +140,13 @@ static pli_vec3 rigid_faces_relative(pli_vec3 point, pli_vec3 centre_of_mass, pl
     return plii_dvec3_to_float(plii_dvec3_sub(offset, origin));
 }
 
-static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, float reach, int element,
-                                            const int* nodes, plii_rigid_faces_visit_fn* visit) {
+static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, float reach,
+                                            plii_rigid_faces_visit_fn* visit) {
     const pli_body* body = pass->body;
     pli_vec3 begin[3], end[3];
     for (int k = 0; k < 3; ++k) {
-        begin[k] = plii_xyz(body->previous[nodes[k]]);
-        end[k] = plii_xyz(body->positions[nodes[k]]);
+        begin[k] = plii_xyz(body->previous[pass->nodes[k]]);
+        end[k] = plii_xyz(body->positions[pass->nodes[k]]);
     }
     if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
         return PLI_OK;
@@ -159,24 +157,22 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
         sweep.begin[k] = rigid_faces_relative(begin[k], pass->begin.origin, sweep.origin);
         sweep.end[k] = rigid_faces_relative(end[k], pass->end.origin, sweep.origin);
     }
-    if (rigid_faces_is_anchored(body, nodes, pass->candidate->rigid)) { return PLI_OK; }
-    if (pass->candidate->shape->triangles != NULL) {
-        return rigid_faces_visit_triangles(pass, reach, element, nodes, &sweep, visit);
-    }
-    return rigid_faces_visit_sweep(pass, element, nodes, &sweep, visit);
+    if (rigid_faces_is_anchored(pass)) { return PLI_OK; }
+    if (pass->candidate->shape->triangles != NULL) { return rigid_faces_visit_triangles(pass, reach, &sweep, visit); }
+    return rigid_faces_visit_sweep(pass, &sweep, visit);
 }
 
-pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit) {
+pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit) {
     const pli_body* body = pass->body;
-    if (!pass->has_links) {
-        for (int i = 0; i < body->topology->face_count; ++i) {
-            PLII_TRY(rigid_faces_visit_element(pass, reach, i, body->topology->faces[i], visit));
-        }
-        return PLI_OK;
-    }
-    for (int i = 0; i < body->link_count; ++i) {
-        const int nodes[3] = {body->links[i].nodes[0], body->links[i].nodes[1], body->links[i].nodes[1]};
-        if (!plii_link_is_bending(body, i)) { PLII_TRY(rigid_faces_visit_element(pass, reach, i, nodes, visit)); }
+    const int count = pass->has_links ? body->link_count : body->topology->face_count;
+    for (int i = 0; i < count; ++i) {
+        if (pass->has_links && plii_link_is_bending(body, i)) { continue; }
+        const int* nodes = pass->has_links ? body->links[i].nodes : body->topology->faces[i];
+        pass->element = i;
+        pass->nodes[0] = nodes[0];
+        pass->nodes[1] = nodes[1];
+        pass->nodes[2] = nodes[pass->has_links ? 1 : 2];
+        PLII_TRY(rigid_faces_visit_element(pass, reach, visit));
     }
     return PLI_OK;
 }
@@ -196,17 +192,16 @@ static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigi
     return sticks ? 0.0f : 1.0f - friction;
 }
 
-static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                  const plii_face_sweep* sweep, const plii_face_moment* moment, float end_gap,
-                                  float target_gap) {
+static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
+                                  const plii_face_moment* moment, float end_gap, float target_gap) {
     pli_body* body = pass->body;
     plii_rigid_faces* state = pass->state;
     pli_rigid* rigid = pass->candidate->rigid;
     plii_rigid_face_contact contact = {.rigid = rigid,
                                        .candidate = pass->candidate_index,
                                        .shape = pass->candidate->shape_index,
-                                       .element = element,
-                                       .nodes = {nodes[0], nodes[1], nodes[2]},
+                                       .element = pass->element,
+                                       .nodes = {pass->nodes[0], pass->nodes[1], pass->nodes[2]},
                                        .weights = moment->weights,
                                        .normal = moment->normal,
                                        .core_point = moment->core_point,
@@ -217,9 +212,9 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
     for (int k = 0; k < 3 && contact.is_triangle; ++k) {
         contact.triangle[k] = pass->triangle->corners[k];
     }
-    const bool can_move = body->positions[nodes[0]].w * moment->weights.x > 0.0f ||
-                          body->positions[nodes[1]].w * moment->weights.y > 0.0f ||
-                          body->positions[nodes[2]].w * moment->weights.z > 0.0f;
+    const bool can_move = body->positions[contact.nodes[0]].w * moment->weights.x > 0.0f ||
+                          body->positions[contact.nodes[1]].w * moment->weights.y > 0.0f ||
+                          body->positions[contact.nodes[2]].w * moment->weights.z > 0.0f;
     if (!can_move && !(rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
     plii_rigid_faces_prepare_contact(body, pass->candidate, pass->end, &contact);
@@ -302,9 +297,9 @@ static plii_face_moment rigid_faces_measure_point(const plii_rigid_faces_pass* p
 
 /* Contacts at the points that were some in the step before, as long as they are near: the nearest point of a face alone
    goes to and fro, and the face rocks. `nearest` becomes the least distance of theirs. */
-static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                   const plii_face_sweep* sweep, float target, float* nearest) {
-    const plii_convex_cache* before = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
+static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float target,
+                                   float* nearest) {
+    const plii_convex_cache* before = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass));
     for (int i = 0; before != NULL && i < before->count; ++i) {
         const plii_face_moment moment = rigid_faces_measure_point(pass, sweep, before->points[i]);
         const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
@@ -312,20 +307,19 @@ static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, int elemen
         *nearest = plii_min(*nearest, moment.distance);
         const float begin_gap = moment.distance - pass->radius - pass->body->collision_margin;
         const float target_gap = rigid_faces_target_gap(pass, begin_gap);
-        PLII_TRY(rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap));
+        PLII_TRY(rigid_faces_add(pass, sweep, &moment, end_gap, target_gap));
     }
     return PLI_OK;
 }
 
 /* The first moment at which face and shape are near. */
-static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                              const plii_face_sweep* sweep) {
+static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, sweep);
     const float target = pass->radius + margin + slack;
     plii_face_moment moment;
     if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
     float kept = INFINITY;
-    if (!moment.is_overlapping) { PLII_TRY(rigid_faces_keep(pass, element, nodes, sweep, target, &kept)); }
+    if (!moment.is_overlapping) { PLII_TRY(rigid_faces_keep(pass, sweep, target, &kept)); }
     if (moment.distance > kept - RIGID_FACES_NEW_POINT * margin) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
     if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
@@ -334,7 +328,7 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     if (rigid_faces_is_covered(pass, sweep, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!plii_is_finite(end_gap)) { return PLI_OK; }
-    return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
+    return rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
 }
 
 /* Substeps and systems have solved the contacts already, but for what their planes do not know: only what is about to
@@ -344,8 +338,8 @@ static float rigid_faces_tolerance(const pli_body* body) {
 }
 
 /* A face that passed the core where no point told so on its way. */
-static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                         const plii_face_sweep* sweep, pli_vec3 side, float target_gap) {
+static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, pli_vec3 side,
+                                         float target_gap) {
     plii_face_sweep end = *sweep;
     end.has_side = true;
     end.side = side;
@@ -354,12 +348,11 @@ static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int 
     if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!(end_gap < target_gap - rigid_faces_tolerance(pass->body))) { return PLI_OK; }
-    return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
+    return rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
 }
 
 /* Only what is too near at the end counts, and what is near from the start must come nearer. */
-static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                             const plii_face_sweep* sweep) {
+static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, sweep);
     float target = pass->radius + margin + slack;
     plii_face_moment moment;
@@ -375,14 +368,14 @@ static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, 
             if (rigid_faces_is_covered(pass, sweep, &touch)) { return PLI_OK; }
             const float end_gap = rigid_faces_end_gap(pass, sweep, &touch);
             if (end_gap < target_gap - rigid_faces_tolerance(pass->body)) {
-                return rigid_faces_add(pass, element, nodes, sweep, &touch, end_gap, target_gap);
+                return rigid_faces_add(pass, sweep, &touch, end_gap, target_gap);
             }
             /* This point of the face gets out of the way in time, others may not. */
             target *= 0.5f;
             tolerance = 0.25f * target;
         }
     }
-    return rigid_faces_review_end(pass, element, nodes, sweep, moment.normal, target_gap);
+    return rigid_faces_review_end(pass, sweep, moment.normal, target_gap);
 }
 
 static float rigid_faces_reach(const pli_body* body) {
@@ -392,7 +385,7 @@ static float rigid_faces_reach(const pli_body* body) {
 int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state) {
     const int before = state->count;
     for (int i = 0; i < state->candidate_count; ++i) {
-        const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
+        plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         if (plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_review_element) != PLI_OK) { break; }
     }
     return state->count - before;
@@ -416,7 +409,7 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
                                                             .shape_pose = rigid->shape_poses[index],
                                                             .begin = rigid->state.pose};
     plii_rigid_begin_path(rigid);
-    const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
+    plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
     plii_shape_retain(rigid->shapes[index]);
     ++state->candidate_count;

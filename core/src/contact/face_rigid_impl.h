@@ -68,19 +68,20 @@ typedef struct plii_rigid_faces_pass {
     float radius;
     const plii_shape_triangle* triangle; /* the piece that the core is; NULL when the shape is convex */
     pli_bounds bounds;                   /* of the shape on its way */
+    int element;                         /* that is visited, and its nodes */
+    int nodes[3];
 } plii_rigid_faces_pass;
 
 plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int candidate_index);
 
 /* What is done with elements whose ways come within `reach` of the shape, or of a triangle that it consists of. */
-typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                             const plii_face_sweep* sweep);
-pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
+typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep);
+pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
 
 /* Contacts that the motion before the solve did not foresee. Returns how many there are. */
 int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
 
-plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element);
+plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass);
 
 /* By the solver itself, which leaves only what its contacts do not know. */
 static inline bool plii_rigid_faces_are_solved(const pli_body* body) {

@@ -124,9 +124,7 @@ static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 nor
 }
 
 /* The side at the end of the step; a face that overlaps keeps the one that it had. */
-static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                               const plii_face_sweep* sweep) {
-    (void)nodes;
+static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     plii_face_sweep free = *sweep;
     free.has_side = false;
     plii_face_moment moment;
@@ -137,7 +135,7 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
     }
     if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
     plii_convex_cache* cache =
-        plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass, element));
+        plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass));
     if (cache == NULL) { return PLI_OK; }
     if (!(moment.is_overlapping && sweep->has_side)) { cache->normal = moment.normal; }
     cache->has_normal = true;
@@ -147,7 +145,7 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
 
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
     for (int i = 0; i < state->candidate_count; ++i) {
-        const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
+        plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
     }
 }
