@@ -5,7 +5,6 @@
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
-#include "body/rigid_lanes.h"
 #include "body/world_state.h"
 #include "contact/anchor_impl.h"
 #include "math/definition.h"
@@ -24,10 +23,6 @@ pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anch
     return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
 }
 
-PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const plii_anchor* anchor, plii_float4 offset, float dt) {
-    return plii_lanes_rigid_velocity_at(anchor->rigid, offset) * plii_float4_all(dt);
-}
-
 static void anchor_prepare(pli_body* body, void* state) {
     plii_anchors* anchors = state;
     for (int i = 0; i < anchors->item_count; ++i) {
@@ -36,20 +31,15 @@ static void anchor_prepare(pli_body* body, void* state) {
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
         const pli_rigid_state* rigid_state = &rigid->state;
-        const float inverse_mass = body->positions[anchor->node].w;
-        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&rigid_state->pose.rotation);
-        const plii_float4 offset = plii_lanes_mat3_mul(&rotation, plii_lanes_from_vec3(&anchor->pivot));
-        plii_float4_to(&anchor->step.offset, offset);
-        anchor->step.offset.w = body->step.dt * inverse_mass;
-        plii_float4_to(&anchor->step.goal, offset + plii_lanes_from_vec3(&rigid_state->pose.origin));
-        plii_float4_to(&anchor->step.goal_motion, anchor_goal_motion(anchor, offset, body->step.dt));
-        const plii_lanes_mat3 matrix = plii_lanes_effective_mass(body->step.dt, inverse_mass, rigid_state->inverse_mass,
-                                                                 &rigid_state->inverse_inertia_world, offset);
-        plii_float4_to(&anchor->step.matrix[0], matrix.columns[0]);
-        plii_float4_to(&anchor->step.matrix[1], matrix.columns[1]);
-        plii_float4_to(&anchor->step.matrix[2], matrix.columns[2]);
+        const float dt = body->step.dt, inverse_mass = body->positions[anchor->node].w;
+        const pli_vec3 offset = pli_mat3_mul_vec3(rigid_state->pose.rotation, anchor->pivot);
+        anchor->step.offset = offset;
+        anchor->step.goal = pli_vec3_add(offset, rigid_state->pose.origin);
+        anchor->step.goal_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, offset), dt);
+        anchor->step.matrix = plii_effective_mass(dt, inverse_mass, rigid_state->inverse_mass,
+                                                  rigid_state->inverse_inertia_world, offset);
         if (plii_anchor_is_exact(body, anchor)) {
-            plii_set_xyz(&anchor->step.goal, pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot));
+            anchor->step.goal = pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot);
         }
         plii_rigid_touch(rigid);
     }
@@ -70,36 +60,30 @@ static void anchor_note_starts(pli_body* body, void* state) {
 
 static void anchor_solve(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
-    const plii_float4 hardness = plii_float4_all(anchors->hardness);
+    const float dt = body->step.dt;
     if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < anchors->item_count; ++i) {
         const plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
+        pli_vec4* position = &body->positions[anchor->node];
         if (plii_anchor_is_exact(body, anchor)) {
-            if (body->positions[anchor->node].w > 0.0f) {
-                plii_set_xyz(&body->positions[anchor->node], plii_xyz(anchor->step.goal));
-            }
+            if (position->w > 0.0f) { plii_set_xyz(position, anchor->step.goal); }
             continue;
         }
         const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
-        const plii_float4 node = plii_float4_from(&body->positions[anchor->node]);
-        const plii_float4 offset = plii_float4_from(&anchor->step.offset);
-        const plii_float4 goal_motion =
-            is_fixed ? plii_float4_from(&anchor->step.goal_motion) : anchor_goal_motion(anchor, offset, body->step.dt);
-        const plii_float4 moved = node - plii_float4_from(&body->previous[anchor->node]);
-        const plii_float4 way = plii_float4_from(&anchor->step.goal) - node;
-        const plii_float4 error = goal_motion - moved + way * hardness;
-        const plii_lanes_mat3 matrix = {{plii_float4_from(&anchor->step.matrix[0]),
-                                         plii_float4_from(&anchor->step.matrix[1]),
-                                         plii_float4_from(&anchor->step.matrix[2])}};
-        const plii_float4 impulse = plii_lanes_mat3_mul(&matrix, error) * plii_float4_all(anchor->influence);
+        const pli_vec3 node = plii_xyz(*position), offset = anchor->step.offset;
+        const pli_vec3 goal_motion =
+            is_fixed ? anchor->step.goal_motion : pli_vec3_scale(plii_rigid_velocity_at(anchor->rigid, offset), dt);
+        const pli_vec3 moved = pli_vec3_sub(node, plii_xyz(body->previous[anchor->node]));
+        const pli_vec3 way = pli_vec3_scale(pli_vec3_sub(anchor->step.goal, node), anchors->hardness);
+        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(goal_motion, moved), way);
+        const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
         /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
            numbers and must not take the rigid body along. */
-        if (!plii_lanes_xyz_finite(impulse)) { continue; }
-        const plii_float4 pushed = plii_lanes_xyz(impulse * plii_lanes_all_w(offset));
-        plii_float4_to(&body->positions[anchor->node], node + pushed);
+        if (!plii_vec3_is_finite(impulse)) { continue; }
+        plii_set_xyz(position, pli_vec3_add(node, pli_vec3_scale(impulse, dt * position->w)));
         if (is_fixed) { continue; }
-        plii_lanes_rigid_apply_impulse(anchor->rigid, -impulse, offset);
+        plii_rigid_apply_impulse(anchor->rigid, pli_vec3_neg(impulse), offset);
         anchor->rigid->path.is_pushed = true;
     }
 }
@@ -275,14 +259,13 @@ static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
 /* Room in the lists and marks is there. */
 static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const pli_anchor_def* def) {
     plii_anchor* anchor = &anchors->items[anchors->item_count];
-    memset(anchor, 0, sizeof *anchor);
-    anchor->node = def->node;
-    anchor->slot = plii_id_pool_alloc(&anchors->ids, anchors->item_count);
-    anchor->rigid = def->rigid;
+    *anchor = (plii_anchor){.node = def->node,
+                            .slot = plii_id_pool_alloc(&anchors->ids, anchors->item_count),
+                            .rigid = def->rigid,
+                            .influence = def->influence,
+                            .compliance = def->compliance};
     anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
                                              : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
-    anchor->influence = def->influence;
-    anchor->compliance = def->compliance;
     anchor_note_start(anchor);
     anchors->item_count += 1;
     body->anchored[def->node] = 1;

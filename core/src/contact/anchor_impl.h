@@ -18,10 +18,10 @@ typedef struct plii_anchor {
     unsigned pose_version;
     union { /* for one step */
         struct {
-            pli_vec4 offset;      /* from the centre of the rigid body, world axes; w: of the node per impulse */
-            pli_vec4 goal;        /* of the node */
-            pli_vec4 goal_motion; /* of a rigid body that takes no impulses */
-            pli_vec4 matrix[3];   /* columns of the impulse matrix */
+            pli_vec3 offset;      /* from the centre of the rigid body, world axes */
+            pli_vec3 goal;        /* of the node */
+            pli_vec3 goal_motion; /* of a rigid body that takes no impulses */
+            pli_mat3 matrix;      /* from the change of displacement that is wanted to an impulse */
         } step;
         struct {
             plii_substep_rigid_pivot pivot;
