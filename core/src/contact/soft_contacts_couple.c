@@ -148,16 +148,10 @@ PLII_SIMD_INLINE void soft_couple_push(const soft_couple_pair* pair, const plii_
     effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), pair->time);
 }
 
-PLII_SIMD_INLINE pli_vec3 soft_couple_vec3(plii_float4 lanes) {
-    pli_vec3 v;
-    plii_lanes_to_vec3(&v, lanes);
-    return v;
-}
-
 static void soft_couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push,
                                soft_couple_time time) {
     if (index >= state->impulse_count) { return; }
-    plii_contact_impulses_push(&state->impulses, index, soft_couple_vec3(push * time.inverse_dt));
+    plii_contact_impulses_push(&state->impulses, index, plii_lanes_vec3(push * time.inverse_dt));
 }
 
 /* s; overlaps go as if a spring with a dashpot drew them out. A few sweeps leave nodes of a pile a little too deep in
@@ -208,7 +202,7 @@ static void soft_couple_solve(const soft_couple_pair* pair, const plii_soft_cont
     const float wanted =
         plii_contact_multiplier(gap - plii_min(gap - along, 0.0f), contact->weight, alpha, contact->multiplier);
     const float multiplier = plii_max(0.0f, contact->multiplier + contact->hardness * wanted);
-    const pli_vec3 friction = plii_contact_friction(contact->friction_push, soft_couple_vec3(sliding), contact->weight,
+    const pli_vec3 friction = plii_contact_friction(contact->friction_push, plii_lanes_vec3(sliding), contact->weight,
                                                     contact->friction * multiplier);
     const plii_float4 push = n * (multiplier - contact->multiplier) +
                              (plii_lanes_from_vec3(&friction) - plii_lanes_from_vec3(&contact->friction_push)) + shift;

@@ -160,8 +160,7 @@ static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
         const plii_mask4 is_near = (from <= high) & (low <= to);
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         search->faces[search->face_count] = face_index;
-        plii_lanes_to_vec3(&search->boxes[search->face_count].min, from);
-        plii_lanes_to_vec3(&search->boxes[search->face_count++].max, to);
+        search->boxes[search->face_count++] = (pli_bounds){plii_lanes_vec3(from), plii_lanes_vec3(to)};
     }
 }
 
@@ -309,12 +308,9 @@ static void soft_contacts_measure_motion(plii_soft_contacts_pass* pass) {
         low = plii_lanes_min(motion, low);
         high = plii_lanes_max(motion, high);
     }
-    plii_lanes_to_vec3(&pass->common_motion, sum);
-    pass->common_motion = pli_vec3_scale(pass->common_motion, 1.0f / (float)body->node_count);
-    const plii_float4 mean = plii_lanes_from_vec3(&pass->common_motion);
-    pli_vec3 most;
-    plii_lanes_to_vec3(&most, plii_lanes_max(high - mean, mean - low));
-    pass->other_motion = pli_vec3_length(most);
+    const plii_float4 mean = sum * (1.0f / (float)body->node_count);
+    pass->common_motion = plii_lanes_vec3(mean);
+    pass->other_motion = pli_vec3_length(plii_lanes_vec3(plii_lanes_max(high - mean, mean - low)));
 }
 
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {

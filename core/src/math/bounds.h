@@ -32,10 +32,7 @@ static inline bool plii_bounds_contain(pli_bounds outer, pli_bounds inner) {
 static inline pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose) {
     const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&pose.rotation);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &rotation, plii_lanes_from_vec3(&pose.origin));
-    pli_bounds world;
-    plii_lanes_to_vec3(&world.min, bounds.low);
-    plii_lanes_to_vec3(&world.max, bounds.high);
-    return world;
+    return (pli_bounds){plii_lanes_vec3(bounds.low), plii_lanes_vec3(bounds.high)};
 }
 
 /* Of boxes that are kept from step to step, for those who must find the same pairs as Bullet (btDbvt::update): a stored

@@ -187,6 +187,12 @@ PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
 }
 #endif
 
+PLII_SIMD_INLINE pli_vec3 plii_lanes_vec3(plii_float4 a) {
+    pli_vec3 v;
+    plii_lanes_to_vec3(&v, a);
+    return v;
+}
+
 /* Of all lanes. */
 PLII_SIMD_INLINE float plii_lanes_least(plii_float4 a) {
     a = plii_lanes_min(a, plii_lanes_all_w(a));
