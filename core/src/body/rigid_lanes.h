@@ -40,25 +40,6 @@ typedef struct plii_shape_place {
     float radius, least_extent; /* m, of these: half the diagonal, half the shortest side */
 } plii_shape_place;
 
-/* plii_rigid_velocity_at */
-PLII_SIMD_INLINE plii_float4 plii_lanes_rigid_velocity_at(const pli_rigid* rigid, plii_float4 offset) {
-    return plii_lanes_from_vec3(&rigid->state.linear_velocity) +
-           plii_lanes_cross(plii_lanes_from_vec3(&rigid->state.angular_velocity), offset);
-}
-
-/* plii_rigid_apply_impulse; w of the impulse is left out. */
-PLII_SIMD_INLINE void plii_lanes_rigid_apply_impulse(pli_rigid* rigid, plii_float4 impulse, plii_float4 offset) {
-    pli_rigid_state* state = &rigid->state;
-    if (state->inverse_mass == 0.0f) { return; }
-    const plii_float4 scaled = impulse * plii_lanes_from_vec3(&rigid->linear_factor);
-    const plii_float4 push = scaled * state->inverse_mass;
-    plii_lanes_to_vec3(&state->linear_velocity, plii_lanes_from_vec3(&state->linear_velocity) + push);
-    const plii_lanes_mat3 inverse_inertia = plii_lanes_from_mat3(&state->inverse_inertia_world);
-    const plii_float4 spin = plii_lanes_mat3_mul(&inverse_inertia, plii_lanes_cross(offset, scaled));
-    const plii_float4 angular_change = spin * plii_lanes_from_vec3(&rigid->angular_factor);
-    plii_lanes_to_vec3(&state->angular_velocity, plii_lanes_from_vec3(&state->angular_velocity) + angular_change);
-}
-
 /* A row of -[offset]x times `turned`, with the inverse masses of both on the diagonal: in the lane where `unit` is 1.
  */
 PLII_SIMD_INLINE plii_float4 plii_lanes_impulse_row(plii_float4 offset, plii_float4 turned, plii_float4 point_mass,

@@ -49,31 +49,24 @@ typedef struct rigid_contacts_candidate {
 } rigid_contacts_candidate;
 
 /* Response to impulses and friction, for solvers of whole steps. */
-static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, plii_rigid_contact* contact,
-                                   plii_float4 x, plii_float4 normal) {
+static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, plii_rigid_contact* contact, pli_vec3 x) {
     const pli_body* body = candidate->body;
     const plii_rigid_contacts* state = candidate->state;
     const pli_rigid* rigid = candidate->rigid;
-    const float dt = body->step.dt, node_inverse_mass = body->positions[contact->node].w;
-    const plii_float4 arm = x - plii_lanes_from_vec3(&rigid->state.pose.origin);
-    plii_float4_to(&contact->arm, arm);
-    contact->arm.w = node_inverse_mass * dt;
-
-    const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, arm);
-    const plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]) - velocity * plii_float4_all(dt);
-    const plii_lanes_mat3 matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid->state.inverse_mass,
-                                                             &rigid->state.inverse_inertia_world, arm);
-    plii_float4_to(&contact->matrix[0], matrix.columns[0]);
-    plii_float4_to(&contact->matrix[1], matrix.columns[1]);
-    plii_float4_to(&contact->matrix[2], matrix.columns[2]);
+    const pli_vec3 normal = plii_xyz(contact->normal);
+    const float dt = body->step.dt;
+    contact->arm = pli_vec3_sub(x, rigid->state.pose.origin);
+    contact->matrix = plii_effective_mass(dt, body->positions[contact->node].w, rigid->state.inverse_mass,
+                                          rigid->state.inverse_inertia_world, contact->arm);
     /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
        may exceed 1, as in Bullet; the sliding is then reversed. */
-    const float along_normal = plii_lanes_dot(motion, normal), friction = state->def.friction * rigid->friction;
-    const plii_float4 sliding = motion - normal * plii_float4_all(along_normal);
-    const bool sticks = plii_lanes_dot(sliding, sliding) < along_normal * friction * along_normal * friction;
-    contact->matrix[PLII_RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
-    contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w =
-        rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
+    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt);
+    const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), rigid_motion);
+    const float along_normal = pli_vec3_dot(motion, normal), friction = state->def.friction * rigid->friction;
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(normal, along_normal));
+    const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
+    contact->slip = sticks ? 0.0f : 1.0f - friction;
+    contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
 }
 
 /* One node closer than the margin. */
@@ -99,7 +92,7 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     plii_float4_to(&contact->normal, normal);
     contact->normal.w = -plii_lanes_dot(normal, x - normal * plii_float4_all(distance));
     contact->distance = distance;
-    if (!candidate->is_swept) { rigid_contacts_prepare(candidate, contact, x, normal); }
+    if (!candidate->is_swept) { rigid_contacts_prepare(candidate, contact, plii_xyz(body->positions[node])); }
     return PLI_OK;
 }
 
@@ -114,9 +107,9 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
     if (!(before < -RIGID_CONTACTS_BEHIND * body->collision_margin)) { return; }
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
-    pli_vec3 point, first_normal;
+    const pli_vec3 point = plii_lanes_vec3(plii_lanes_mat3_mul(&pose.inverse, start - pose.origin));
+    pli_vec3 first_normal;
     float first = 0.0f;
-    plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, start - pose.origin));
     shape->def.distances(shape->def.user, 1, &point, PLI_MAX_COORDINATE, &first, &first_normal);
     const plii_float4 local = plii_lanes_from_vec3(&first_normal);
     first -= body->collision_margin;
@@ -156,16 +149,13 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
     const plii_lanes_pose pose = candidate->rigid->shape_places[candidate->shape].pose;
     const pli_bounds local = plii_shape_source_bounds(candidate->rigid->shapes[candidate->shape]);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
-    pli_bounds search;
-    plii_lanes_to_vec3(&search.min, bounds.low);
-    plii_lanes_to_vec3(&search.max, bounds.high);
-    search = plii_bounds_grow(search, body->collision_margin);
+    const pli_bounds search = plii_bounds_grow((pli_bounds){plii_lanes_vec3(bounds.low), plii_lanes_vec3(bounds.high)},
+                                               body->collision_margin);
     for (int i = 0; i < body->node_count; ++i) {
         if (!plii_bounds_overlap(candidate->boxes[i], search)) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         const plii_float4 x = plii_float4_from(&body->positions[i]);
-        pli_vec3 point;
-        plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, x - pose.origin));
+        const pli_vec3 point = plii_lanes_vec3(plii_lanes_mat3_mul(&pose.inverse, x - pose.origin));
         PLII_TRY(rigid_contacts_batch(candidate, &pose.rotation, 1, &i, &point));
     }
     return PLI_OK;
@@ -247,43 +237,30 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
 
 // -------------------------------------------------------------------------------------------------------- solving
 
-/* What the contact asks of a node at `x` that has moved by `motion`, as an impulse; false: nothing. */
-PLII_SIMD_INLINE bool rigid_contacts_impulse(const plii_rigid_contact* contact, float margin, plii_float4 x,
-                                             plii_float4 motion, plii_float4* impulse) {
-    const plii_float4 normal = plii_float4_from(&contact->normal);
-    const float along_normal = plii_lanes_dot(motion, normal);
-    if (!(along_normal <= PLII_EPSILON)) { return false; }
-    const float gap = plii_min(plii_lanes_dot(x, normal) + contact->normal.w, margin);
-    const plii_float4 sliding = motion - normal * plii_float4_all(along_normal);
-    const plii_float4 slip = plii_float4_all(contact->matrix[PLII_RIGID_CONTACT_SLIP].w);
-    const plii_float4 pull = plii_float4_all(gap * contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w);
-    const plii_float4 error = motion - sliding * slip + normal * pull;
-    const plii_lanes_mat3 matrix = {{plii_float4_from(&contact->matrix[0]), plii_float4_from(&contact->matrix[1]),
-                                     plii_float4_from(&contact->matrix[2])}};
-    *impulse = plii_lanes_xyz(plii_lanes_mat3_mul(&matrix, error));
-    return true;
+static void rigid_contacts_solve_one(pli_body* body, const plii_rigid_contacts* state, int index) {
+    const plii_rigid_contact* contact = &state->contacts[index];
+    const pli_vec3 normal = plii_xyz(contact->normal);
+    pli_vec4* position = &body->positions[contact->node];
+    const pli_vec3 x = plii_xyz(*position), moved = pli_vec3_sub(x, plii_xyz(body->previous[contact->node]));
+    const pli_vec3 velocity = plii_rigid_velocity_at(contact->rigid, contact->arm);
+    const pli_vec3 motion = pli_vec3_sub(moved, pli_vec3_scale(velocity, body->step.dt));
+    const float along_normal = pli_vec3_dot(motion, normal);
+    if (!(along_normal <= PLII_EPSILON)) { return; }
+    const float gap = plii_min(pli_vec3_dot(x, normal) + contact->normal.w, body->collision_margin);
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(normal, along_normal));
+    const pli_vec3 error = pli_vec3_add(pli_vec3_sub(motion, pli_vec3_scale(sliding, contact->slip)),
+                                        pli_vec3_scale(normal, gap * contact->hardness));
+    const pli_vec3 impulse = pli_mat3_mul_vec3(contact->matrix, error);
+    plii_set_xyz(position, pli_vec3_sub(x, pli_vec3_scale(impulse, position->w * body->step.dt)));
+    plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
+    if (body->records_contacts) { plii_contact_impulses_push(&state->impulses, index, pli_vec3_neg(impulse)); }
 }
 
 static void rigid_contacts_solve(pli_body* body, void* data) {
     const plii_rigid_contacts* state = data;
     if (body->solver_class->solves_constraints || plii_follows_rigids(body)) { return; }
     for (int i = 0; i < state->count; ++i) {
-        const plii_rigid_contact* contact = &state->contacts[i];
-        const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
-        const plii_float4 arm = plii_float4_from(&contact->arm);
-        const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, arm);
-        const plii_float4 moved = x - plii_float4_from(&body->previous[contact->node]);
-        const plii_float4 motion = moved - velocity * plii_float4_all(body->step.dt);
-        plii_float4 impulse;
-        if (!rigid_contacts_impulse(contact, body->collision_margin, x, motion, &impulse)) { continue; }
-        const plii_float4 pushed = impulse * plii_lanes_all_w(arm);
-        plii_float4_to(&body->positions[contact->node], x - pushed);
-        plii_lanes_rigid_apply_impulse(contact->rigid, impulse, arm);
-        if (body->records_contacts) {
-            pli_vec3 taken;
-            plii_lanes_to_vec3(&taken, impulse);
-            plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(taken));
-        }
+        rigid_contacts_solve_one(body, state, i);
     }
 }
 
@@ -296,7 +273,7 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
             (plii_node_constraint){.node = contact->node, .rigid = contact->rigid, .normal = plii_xyz(contact->normal)};
         constraints[i].offset = contact->normal.w;
         constraints[i].friction = state->def.friction * contact->rigid->friction;
-        constraints[i].hardness = contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w;
+        constraints[i].hardness = contact->hardness;
         constraints[i].recovery_speed = plii_contact_recovery_speed(state->def.recovery_speed);
         constraints[i].influence = 1.0f;
         if (body->records_contacts) { constraints[i].impulse = &state->impulses.items[i]; }

@@ -15,15 +15,11 @@ typedef struct plii_rigid_contact {
     float distance;
     bool is_still; /* the rigid body neither moves nor takes impulses */
     /* For solvers of whole steps. */
-    pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
-    pli_vec4 arm; /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
+    pli_mat3 matrix; /* from the change of displacement that is wanted to an impulse. Bullet: c0 */
+    pli_vec3 arm;    /* from the rigid body's centre of mass to the node. Bullet: c1 */
+    float slip;      /* share of the tangential displacement that stays. Bullet: c3 */
+    float hardness;  /* Bullet: c4 */
 } plii_rigid_contact;
-
-/* In w of the columns. */
-enum {
-    PLII_RIGID_CONTACT_SLIP,    /* share of the tangential displacement that stays. Bullet: c3 */
-    PLII_RIGID_CONTACT_HARDNESS /* Bullet: c4 */
-};
 
 /* The contacts of a step as substeps solve them; empty while another solver steps the body. */
 typedef struct plii_rigid_substeps {
