@@ -16,14 +16,11 @@
 
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    plii_float4 sum = plii_float4_all(0.0f);
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
-        const plii_float4 x = plii_float4_from(&body->positions[members[i].node]);
-        sum += x * members[i].rest.w;
+        sum = pli_vec3_add(sum, pli_vec3_scale(plii_xyz(body->positions[members[i].node]), members[i].rest.w));
     }
-    pli_vec3 centre;
-    plii_lanes_to_vec3(&centre, sum);
-    return pli_vec3_scale(centre, cluster->inverse_mass);
+    return pli_vec3_scale(sum, cluster->inverse_mass);
 }
 
 /* In reference mode; others sum up in one pass. */
@@ -31,39 +28,26 @@ static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* cl
                                    pli_vec3 centre) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     const float epsilon = 1e-4f;
-    const pli_mat3 start = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
-    plii_float4 rows[3];
-    for (int k = 0; k < 3; ++k) {
-        rows[k] = plii_lanes_from_vec3(&start.rows[k]);
-    }
+    pli_mat3 covariance = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
         const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
-        const plii_float4 rest = plii_float4_from(&members[i].rest);
-        rows[0] += rest * now.x;
-        rows[1] += rest * now.y;
-        rows[2] += rest * now.z;
-    }
-    pli_mat3 covariance;
-    for (int k = 0; k < 3; ++k) {
-        plii_lanes_to_vec3(&covariance.rows[k], rows[k]);
+        const pli_vec3 rest = plii_xyz(members[i].rest);
+        covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
+        covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
+        covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(rest, now.z));
     }
     return covariance;
 }
 
 static void cluster_update_velocities(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
-    plii_float4 momentum_sum = plii_float4_all(0.0f), spin_sum = momentum_sum;
+    pli_vec3 momentum = pli_vec3_make(0, 0, 0), spin = momentum;
     for (int i = 0; i < cluster->member_count; ++i) {
-        const plii_float4 mass = plii_float4_all(members[i].rest.w);
-        const plii_float4 share = plii_float4_from(&body->velocities[members[i].node]) * mass;
-        const plii_float4 arm = plii_float4_from(&body->positions[members[i].node]) - centre;
-        momentum_sum += share;
-        spin_sum += plii_lanes_cross(arm, share);
+        const pli_vec3 share = pli_vec3_scale(plii_xyz(body->velocities[members[i].node]), members[i].rest.w);
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), cluster->frame.origin);
+        momentum = pli_vec3_add(momentum, share);
+        spin = pli_vec3_add(spin, pli_vec3_cross(arm, share));
     }
-    pli_vec3 momentum, spin;
-    plii_lanes_to_vec3(&momentum, momentum_sum);
-    plii_lanes_to_vec3(&spin, spin_sum);
     const pli_cluster_settings* settings = &cluster->settings;
     plii_set_xyz(&cluster->linear_velocity,
                  pli_vec3_scale(pli_vec3_scale(momentum, cluster->inverse_mass), 1.0f - settings->linear_damping));
@@ -71,17 +55,10 @@ static void cluster_update_velocities(const pli_body* body, const plii_clusters*
                  pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin), 1.0f - settings->angular_damping));
 }
 
-/* Turned to where the frame is: two products of matrices, row by row. */
+/* Turned to where the frame is. */
 static void cluster_update_inertia(plii_cluster* cluster) {
-    const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&cluster->frame.rotation);
-    const pli_mat3* local = &cluster->inverse_inertia_local;
-    const plii_lanes_mat3 local_rows = {{plii_lanes_from_vec3(&local->rows[0]), plii_lanes_from_vec3(&local->rows[1]),
-                                         plii_lanes_from_vec3(&local->rows[2])}};
-    for (int i = 0; i < 3; ++i) {
-        const plii_float4 turned =
-            plii_lanes_mat3_mul(&local_rows, plii_lanes_from_vec3(&cluster->frame.rotation.rows[i]));
-        plii_lanes_to_vec3(&cluster->inverse_inertia.rows[i], plii_lanes_mat3_mul(&rotation, turned));
-    }
+    const pli_mat3 rotation = cluster->frame.rotation, turned = pli_mat3_mul(rotation, cluster->inverse_inertia_local);
+    cluster->inverse_inertia = pli_mat3_mul(turned, pli_mat3_transpose(rotation));
 }
 
 static void cluster_match(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
@@ -102,9 +79,7 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
         low = plii_lanes_min(low, x);
         high = plii_lanes_max(high, x);
     }
-    pli_bounds bounds;
-    plii_lanes_to_vec3(&bounds.min, low);
-    plii_lanes_to_vec3(&bounds.max, high);
+    const pli_bounds bounds = {plii_lanes_vec3(low), plii_lanes_vec3(high)};
     if (clusters->def.reference_mode && cluster->has_bounds) {
         const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(plii_xyz(cluster->linear_velocity), body->step.dt), 3.0f);
         plii_fat_aabb_update(&cluster->bounds, bounds, motion, body->collision_margin);
