@@ -96,7 +96,6 @@ static void cluster_contacts_clear(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     state->count = 0;
     state->has_tree = false;
-    plii_cluster_contacts_follow_clusters(body, state);
     plii_cluster_contacts_begin_step(body, state);
 }
 
@@ -226,13 +225,12 @@ const plii_feature_class plii_cluster_contacts_class = {
     .settings = PLII_LIMITS(plii_cluster_contacts, def, cluster_contacts_fields),
     .state_parts =
         PLII_STATE_PARTS(PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
-                         PLII_STATE_SPAN(plii_cluster_contacts, clusters, cluster_count, PLII_LEFT, NULL),
                          PLII_STATE_SPAN(plii_cluster_contacts, leads, groups, PLII_LEFT, NULL),
                          PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
                          PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
                          PLII_STATE_SPAN(plii_cluster_contacts, tree, has_tree, PLII_LEFT, NULL),
                          PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
-                         PLII_STATE_SPAN(plii_cluster_contacts, has_neighbours, neighbours, PLII_LEFT, NULL)),
+                         PLII_STATE_SPAN(plii_cluster_contacts, neighbours_revision, neighbours, PLII_LEFT, NULL)),
     .is_sound = cluster_contacts_is_sound,
     .keep_callbacks = cluster_contacts_keep_callbacks,
     .needs = PLII_NEEDS(&plii_clusters_class),

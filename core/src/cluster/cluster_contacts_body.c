@@ -50,10 +50,8 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_c
 static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_cluster_contact info,
                                                 const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
-    plii_cluster_contacts *state = pair->state, *other_state = pair->other_state;
-    if (!plii_cluster_contacts_measure_cluster(body, state, other_state, cache, terms->margin, &info)) {
-        return PLI_OK;
-    }
+    plii_cluster_contacts* state = pair->state;
+    if (!plii_cluster_contacts_measure_cluster(body, state, cache, terms->margin, &info)) { return PLI_OK; }
     PLII_TRY(plii_cluster_contacts_add(pair, &info, terms));
     pli_body* other = info.other;
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
@@ -67,8 +65,8 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
     const pli_vec3 origin = cluster->frame.origin;
     plii_near_nodes found;
     plii_near_nodes_start(&found, &info);
-    cluster_contacts_find_nodes_over(
-        body, &info, plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin), terms->margin, &found);
+    cluster_contacts_find_nodes_over(body, &info, plii_cluster_hull_of(other, info.other_cluster, origin),
+                                     terms->margin, &found);
     PLII_TRY(plii_cluster_contacts_add_nodes(pair, info, &found, 1, terms));
     /* The same seen from the other side. */
     const pli_cluster_contact reverse = {.cluster = info.other_cluster,
@@ -78,8 +76,8 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
                                          .distance = info.distance};
     plii_near_nodes found_other;
     plii_near_nodes_start(&found_other, &reverse);
-    cluster_contacts_find_nodes_over(other, &reverse, plii_cluster_contacts_hull(body, state, info.cluster, origin),
-                                     terms->margin, &found_other);
+    cluster_contacts_find_nodes_over(other, &reverse, plii_cluster_hull_of(body, info.cluster, origin), terms->margin,
+                                     &found_other);
     for (int i = 1; i < found_other.count; ++i) {
         const plii_near_node* node = &found_other.kept[i];
         pli_cluster_contact turned = info;
@@ -93,7 +91,7 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
 
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
     plii_key_table_free(&state->neighbours);
-    state->has_neighbours = state->has_tree = false;
+    state->neighbours_revision = 0;
 }
 
 /* Pairs that share a node, or lie within reach of each other as the body is now, never meet: the cloth would push
@@ -102,6 +100,7 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     const plii_clusters* clusters = plii_body_clusters(body);
     const float margin = 2.0f * body->collision_margin;
     if (!cluster_contacts_update_tree(body, state)) { return false; }
+    plii_cluster_contacts_drop_neighbours(state);
     state->neighbours.context = body->context;
     for (int i = 0; i < clusters->count; ++i) {
         const pli_bounds near = plii_bounds_grow(state->boxes[i], margin);
@@ -110,14 +109,14 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
             const int other = state->candidates[k];
             if (other <= i) { continue; }
             const pli_vec3 origin = clusters->items[i].frame.origin;
-            const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, i, origin);
-            const plii_cluster_hull hull_b = plii_cluster_contacts_hull(body, state, other, origin);
+            const plii_cluster_hull hull_a = plii_cluster_hull_of(body, i, origin);
+            const plii_cluster_hull hull_b = plii_cluster_hull_of(body, other, origin);
             const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
             if (!plii_cluster_contacts_are_near(&a, &b, margin)) { continue; }
             if (plii_key_table_add(&state->neighbours, plii_edge_key(i, other), 0) == PLI_NULL_INDEX) { return false; }
         }
     }
-    state->has_neighbours = true;
+    state->neighbours_revision = clusters->revision;
     return true;
 }
 
@@ -136,7 +135,7 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
         .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
     };
     const plii_contact_terms terms[2] = {both, both};
-    const plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
+    const plii_clusters *clusters = plii_body_clusters(body), *other_clusters = plii_body_clusters(other);
     const int before = state->count;
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
@@ -149,8 +148,8 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
-            const pli_status status = plii_cluster_contacts_collide_pair(body, state, other_state, &pair, terms,
-                                                                         cluster_contacts_measure_pair);
+            const pli_status status =
+                plii_cluster_contacts_collide_pair(body, state, &pair, terms, cluster_contacts_measure_pair);
             if (status != PLI_OK) {
                 state->count = before;
                 return status;
@@ -163,22 +162,21 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
-    plii_cluster_contacts_follow_clusters(body, state);
-    plii_cluster_contacts_follow_clusters(other, other_state);
     if (!cluster_contacts_update_tree(other, other_state)) { return PLI_ERROR_OUT_OF_MEMORY; }
     /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
-    const float reach = state->clusters->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
-    plii_clusters_update_frames(body, state->clusters, plii_bounds_grow(other->bounds, reach));
-    plii_clusters_update_frames(other, other_state->clusters, plii_bounds_grow(body->bounds, reach));
+    plii_clusters *clusters = plii_body_clusters(body), *other_clusters = plii_body_clusters(other);
+    const float reach = clusters->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
+    plii_clusters_update_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
+    plii_clusters_update_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
     return cluster_contacts_collide(body, state, other, other_state, reach);
 }
 
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
-    plii_cluster_contacts_follow_clusters(body, state);
+    plii_clusters* clusters = plii_body_clusters(body);
     if (!cluster_contacts_update_tree(body, state) ||
-        (!state->has_neighbours && !cluster_contacts_find_neighbours(body, state))) {
+        (state->neighbours_revision != clusters->revision && !cluster_contacts_find_neighbours(body, state))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    plii_clusters_update_frames(body, state->clusters, body->bounds);
+    plii_clusters_update_frames(body, clusters, body->bounds);
     return cluster_contacts_collide(body, state, body, state, 2.0f * body->collision_margin);
 }

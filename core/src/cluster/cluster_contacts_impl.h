@@ -64,8 +64,6 @@ typedef struct plii_nearest_surface_point {
 
 typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
-    plii_clusters* clusters; /* of the body, as of the last search */
-    int cluster_count;       /* so many then */
     plii_cluster_contact* contacts;
     int count, capacity;
     bool leads;                  /* solves the contacts of all bodies, but for those in reference mode */
@@ -81,8 +79,8 @@ typedef struct plii_cluster_contacts {
     int box_capacity, candidate_capacity, candidate_count;
     plii_nearest_surface_point* surface; /* [surface_capacity] of the nodes, at the shape that is met */
     int surface_capacity;
-    bool has_neighbours;
-    plii_key_table neighbours; /* pairs of clusters of this body that never meet */
+    unsigned neighbours_revision; /* of the clusters that these are of; 0: not known */
+    plii_key_table neighbours;    /* pairs of clusters of this body that never meet */
 } plii_cluster_contacts;
 
 extern const plii_feature_class plii_cluster_contacts_class;
@@ -107,10 +105,7 @@ typedef struct plii_cluster_hull {
     pli_vec3 origin;
 } plii_cluster_hull;
 
-/* Before searches: there may be more clusters than before. */
-void plii_cluster_contacts_follow_clusters(const pli_body* body, plii_cluster_contacts* state);
-plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, const plii_cluster_contacts* state, int cluster,
-                                             pli_vec3 origin);
+plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_vec3 origin);
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
 /* How far along a direction it reaches from its origin. */
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
@@ -131,12 +126,11 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
                                          plii_measured_nodes* nodes);
 
 /* `cache` may be NULL. Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than
-   `max_distance` or when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other.
-   `nodes` becomes what had to be measured of them, from the first on; `count` is 0 before, and where nothing was. */
+   `max_distance` or when there is no answer. Ask def.distance when it is set. `nodes` becomes what had to be measured
+   of them, from the first on; `count` is 0 before, and where nothing was. */
 bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
                                          float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes);
-bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
-                                           plii_cluster_contacts* other_state, plii_convex_cache* cache,
+bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
                                            float max_distance, pli_cluster_contact* info);
 
 /* The farthest point of the core of the rigid shape that `info` names, along a unit direction; world. */

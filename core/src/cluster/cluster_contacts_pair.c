@@ -48,13 +48,13 @@ static void cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, 
 }
 
 pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
-                                              plii_cluster_contacts* other_state, const pli_cluster_contact* info,
-                                              const plii_contact_terms terms[2], plii_measure_pair_fn* measure) {
+                                              const pli_cluster_contact* info, const plii_contact_terms terms[2],
+                                              plii_measure_pair_fn* measure) {
     const bool has_rigid = info->rigid != NULL;
     const pli_shape* shape = has_rigid ? info->rigid->shapes[info->shape] : NULL;
     /* Clusters of one body deform against each other too much for their contacts to be followed. */
     const bool is_followed =
-        !state->clusters->def.reference_mode && !state->def.disable_contact_cache && info->other != body;
+        !plii_body_clusters(body)->def.reference_mode && !state->def.disable_contact_cache && info->other != body;
     const plii_pair_key key = {info->cluster, has_rigid ? info->shape : info->other_cluster,
                                has_rigid ? (const void*)info->rigid : (const void*)info->other, 0};
     plii_pair_record* record = cluster_contacts_recall(body, state, key, is_followed);
@@ -63,7 +63,7 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
         plii_cluster_manifold_update(body, info, terms, shape, &state->manifolds[record->slot - 1], state)) {
         return PLI_OK;
     }
-    plii_pair_context pair = {.body = body, .state = state, .other_state = other_state};
+    plii_pair_context pair = {.body = body, .state = state};
     const int first = state->count;
     PLII_TRY(measure(&pair, *info, terms, record != NULL ? &record->cache : NULL));
     if (is_followed && record != NULL) { cluster_contacts_keep(body, state, record, first, shape, terms[0].margin); }

@@ -69,7 +69,7 @@ static inline bool plii_cluster_contacts_are_as_reference(const pli_body* body, 
 /* A pair as its contacts are made. Its sides are looked up for the first of them: most pairs have none. */
 typedef struct plii_pair_context {
     pli_body* body;
-    plii_cluster_contacts *state, *other_state; /* the second of a pair of clusters */
+    plii_cluster_contacts* state;
     plii_joint_end sides[2];
     bool has_sides;
 } plii_pair_context;
@@ -80,8 +80,8 @@ typedef pli_status plii_measure_pair_fn(plii_pair_context* pair, pli_cluster_con
                                         const plii_contact_terms terms[2], plii_convex_cache* cache);
 /* Adds the contacts of a pair: of one that is followed as they are now, unless they have to be measured. */
 pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
-                                              plii_cluster_contacts* other_state, const pli_cluster_contact* info,
-                                              const plii_contact_terms terms[2], plii_measure_pair_fn* measure);
+                                              const pli_cluster_contact* info, const plii_contact_terms terms[2],
+                                              plii_measure_pair_fn* measure);
 
 pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
                                      const plii_contact_terms* terms);

@@ -78,7 +78,7 @@ static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_c
     cluster_contacts_find_near_nodes(body, &info, &nodes, &found);
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
     if (cluster->member_count >= PLII_CLUSTER_CONTACTS_MIN_NODES) {
-        const plii_cluster_hull hull = plii_cluster_contacts_hull(body, state, info.cluster, cluster->frame.origin);
+        const plii_cluster_hull hull = plii_cluster_hull_of(body, info.cluster, cluster->frame.origin);
         cluster_contacts_find_near_corners(&info, hull, shape->def.radius, body->collision_margin, &found);
     }
     return plii_cluster_contacts_add_nodes(pair, info, &found, 1, &terms[1]);
@@ -89,7 +89,7 @@ static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_c
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
     const plii_contact_terms terms[2] = {cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius),
                                          cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f)};
-    return plii_cluster_contacts_collide_pair(body, state, NULL, pair, terms, cluster_contacts_measure_convex);
+    return plii_cluster_contacts_collide_pair(body, state, pair, terms, cluster_contacts_measure_convex);
 }
 
 /* Clusters share nodes, so all nodes near a shape are measured first, each once. `near` shrinks to the nodes that are
@@ -180,7 +180,6 @@ static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_co
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
     plii_cluster_contacts* state = data;
     if (!state->def.with_rigids) { return PLI_OK; }
-    plii_cluster_contacts_follow_clusters(body, state);
     const int before = state->count;
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_status status = cluster_contacts_collide_shape(body, state, rigid, i);

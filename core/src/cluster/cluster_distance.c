@@ -58,15 +58,9 @@ static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
     return pli_transform_point(hull->pose, hull->shape->def.support(hull->shape->def.user, local));
 }
 
-void plii_cluster_contacts_follow_clusters(const pli_body* body, plii_cluster_contacts* state) {
-    state->clusters = plii_body_clusters(body);
-    if (state->cluster_count != state->clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
-    state->cluster_count = state->clusters->count;
-}
-
-plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, const plii_cluster_contacts* state, int cluster,
-                                             pli_vec3 origin) {
-    return (plii_cluster_hull){body, state->clusters, &state->clusters->items[cluster], origin};
+plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_vec3 origin) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    return (plii_cluster_hull){body, clusters, &clusters->items[cluster], origin};
 }
 
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
@@ -212,8 +206,8 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
                                          float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
     const pli_shape* shape = info->rigid->shapes[info->shape];
-    const pli_vec3 origin = state->clusters->items[info->cluster].frame.origin;
-    const plii_cluster_hull soft = plii_cluster_contacts_hull(body, state, info->cluster, origin);
+    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const plii_cluster_hull soft = plii_cluster_hull_of(body, info->cluster, origin);
     rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
     if (cluster_contacts_were_apart(state, cache)) {
@@ -232,13 +226,12 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }
 
-bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
-                                           plii_cluster_contacts* other_state, plii_convex_cache* cache,
+bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
                                            float max_distance, pli_cluster_contact* info) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
-    const pli_vec3 origin = state->clusters->items[info->cluster].frame.origin;
-    const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
-    const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
+    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const plii_cluster_hull hull_a = plii_cluster_hull_of(body, info->cluster, origin);
+    const plii_cluster_hull hull_b = plii_cluster_hull_of(info->other, info->other_cluster, origin);
     if (cluster_contacts_were_apart(state, cache)) {
         const pli_vec3 n = cache->directions[0];
         const float end = plii_cluster_hull_reach(&hull_b, n);

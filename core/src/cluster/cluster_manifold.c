@@ -69,7 +69,7 @@ bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contac
                                   plii_cluster_contacts* state) {
     const manifold_limits* limits = manifold_limits_of(info);
     if (++manifold->age > limits->age || manifold->key != key || manifold->margin != terms[0].margin) { return false; }
-    plii_cluster* cluster = &state->clusters->items[info->cluster];
+    plii_cluster* cluster = &plii_body_clusters(body)->items[info->cluster];
     plii_cluster* other = info->other != NULL ? &plii_body_clusters(info->other)->items[info->other_cluster] : NULL;
     /* A frozen body takes no impulses. */
     const plii_joint_target targets[2] = {
