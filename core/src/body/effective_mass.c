@@ -1,17 +1,25 @@
 /* The matrix that turns a wanted change of relative displacement into an impulse, for contacts and anchors between a
-   node and a rigid body. Bullet: ImpulseMatrix(dt, ima, imb, iwi, r), in its order of operations. */
+   node and a rigid body. Bullet: ImpulseMatrix(dt, ima, imb, iwi, r) and MassMatrix, in their order of operations. */
 
-#include "body/rigid_lanes.h"
+#include "body/rigid_impl.h"
+
+pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset) {
+    const pli_mat3 cross = plii_mat3_cross(offset);
+    const pli_mat3 turned = pli_mat3_mul(pli_mat3_mul(cross, inverse_inertia), cross);
+    pli_mat3 response = plii_mat3_diagonal(inverse_mass, inverse_mass, inverse_mass);
+    for (int i = 0; i < 3; ++i) {
+        response.rows[i] = pli_vec3_sub(response.rows[i], turned.rows[i]);
+    }
+    return response;
+}
 
 pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
                              pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
-    const plii_lanes_mat3 m = plii_lanes_effective_mass(dt, point_inverse_mass, rigid_inverse_mass,
-                                                        &rigid_inverse_inertia, plii_lanes_from_vec3(&offset));
-    plii_float4 rows[4] = {m.columns[0], m.columns[1], m.columns[2], plii_float4_all(0.0f)};
-    plii_float4_transpose(rows);
-    pli_mat3 matrix;
+    const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
+    const pli_mat3 rigid = plii_point_response(rigid_inverse_mass, rigid_inverse_inertia, offset);
+    pli_mat3 matrix = plii_mat3_inverse(plii_mat3_add(point, rigid));
     for (int i = 0; i < 3; ++i) {
-        plii_lanes_to_vec3(&matrix.rows[i], rows[i]);
+        matrix.rows[i] = pli_vec3_scale(matrix.rows[i], 1.0f / dt);
     }
     return matrix;
 }

@@ -192,6 +192,8 @@ static inline void plii_rigid_apply_torque_impulse(pli_rigid* rigid, pli_vec3 im
         pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
 }
 
+/* Velocity at an offset from the centre of mass per impulse there: inverse_mass * I - [offset]x W [offset]x. */
+pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset);
 /* Impulse that changes the relative displacement of a point mass and a rigid body at `offset` by one unit per step:
    (1/dt) * inverse(inverse_mass * I + inverse_mass_b * I - [offset]x W [offset]x). Bullet: ImpulseMatrix(dt, ...) */
 pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,

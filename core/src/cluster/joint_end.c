@@ -26,23 +26,14 @@ plii_joint_end plii_joint_end_of_world(void) {
     return (plii_joint_end){.frame = pli_transform_identity()};
 }
 
-static pli_mat3 joint_end_response(const plii_joint_end* side, pli_vec3 r) {
-    const pli_mat3 cross = plii_mat3_cross(r);
-    const pli_mat3 angular_change = pli_mat3_mul(pli_mat3_mul(cross, side->inverse_inertia), cross);
-    pli_mat3 response = plii_mat3_diagonal(side->inverse_mass, side->inverse_mass, side->inverse_mass);
-    for (int i = 0; i < 3; ++i) {
-        response.rows[i] = pli_vec3_sub(response.rows[i], angular_change.rows[i]);
-    }
-    return response;
-}
-
 static pli_mat3 joint_finite_inverse(pli_mat3 m) {
     const pli_mat3 inverse = plii_mat3_inverse(m);
     return plii_mat3_is_finite(inverse) ? inverse : plii_mat3_diagonal(0, 0, 0);
 }
 
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b) {
-    return joint_finite_inverse(plii_mat3_add(joint_end_response(a, r_a), joint_end_response(b, r_b)));
+    return joint_finite_inverse(plii_mat3_add(plii_point_response(a->inverse_mass, a->inverse_inertia, r_a),
+                                              plii_point_response(b->inverse_mass, b->inverse_inertia, r_b)));
 }
 
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b) {
