@@ -352,7 +352,6 @@ const plii_feature_class plii_rigid_contacts_class = {
         {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
         {PLII_LIST_OF(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.sums, substeps.groups.sum_capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
          .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,

@@ -8,8 +8,14 @@
 
 enum { PLII_RIGID_GROUP_SIZE = 8 };
 
+/* What a group has moved its nodes by in a substep, m; from sweep to sweep. */
+typedef struct plii_rigid_sum {
+    float push[PLII_RIGID_GROUP_SIZE]; /* along the normal, without what recovers */
+    float friction[3 * PLII_RIGID_GROUP_SIZE];
+} plii_rigid_sum;
+
 /* Of eight nodes, by components: all x, all y, all z. Contact k is in the lane of record k (plii_nodes8). A group
-   that is not full repeats its last contact: both get the same results. */
+   that is not full repeats its first contact: both get the same results. */
 typedef struct plii_rigid_group {
     float normal[3 * PLII_RIGID_GROUP_SIZE];
     float offset[PLII_RIGID_GROUP_SIZE];            /* m: gap = dot(normal, node) + offset, at the start of the step */
@@ -17,23 +23,17 @@ typedef struct plii_rigid_group {
     float friction[PLII_RIGID_GROUP_SIZE];          /* Coulomb's coefficient */
     uint32_t scaled_indices[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
     int surface;                                    /* index of what moves, PLI_NULL_INDEX: all stand still */
+    plii_rigid_sum sum;
 } plii_rigid_group;
 
 typedef struct plii_rigid_surface {
     float velocity[3 * PLII_RIGID_GROUP_SIZE]; /* m/s, where the contacts are */
 } plii_rigid_surface;
 
-/* What a group has moved its nodes by in a substep, m; from sweep to sweep. */
-typedef struct plii_rigid_sum {
-    float push[PLII_RIGID_GROUP_SIZE]; /* along the normal, without what recovers */
-    float friction[3 * PLII_RIGID_GROUP_SIZE];
-} plii_rigid_sum;
-
 typedef struct plii_rigid_groups {
     plii_rigid_group* groups;
     plii_rigid_surface* surfaces;
-    plii_rigid_sum* sums; /* [count] */
-    int count, capacity, surface_count, surface_capacity, sum_capacity;
+    int count, capacity, surface_count, surface_capacity;
     int filled; /* contacts of the last group, while they are added */
 } plii_rigid_groups;
 

@@ -44,7 +44,7 @@ PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indi
 }
 
 PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group,
-                                  const plii_rigid_surface* surface, plii_rigid_sum* sum) {
+                                  const plii_rigid_surface* surface) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_nodes8 start = groups_gather(pass->start_displacements, group->scaled_indices);
     const plii_nodes8 now = groups_gather(pass->displacements, group->scaled_indices);
@@ -69,15 +69,15 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     const plii_float8 along = plii_vec3x8_dot(normal, motion);
     const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
     if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero)) == 0) {
-        if (!pass->is_last) { *sum = (plii_rigid_sum){0}; }
+        if (!pass->is_last) { group->sum = (plii_rigid_sum){0}; }
         return;
     }
 
     plii_float8 pushed_before = zero;
     plii_vec3x8 rubbed_before = {zero, zero, zero};
     if (!pass->is_first) {
-        pushed_before = plii_float8_load(sum->push);
-        rubbed_before = groups_load(sum->friction);
+        pushed_before = plii_float8_load(group->sum.push);
+        rubbed_before = groups_load(group->sum.friction);
     }
     plii_float8 change = plii_float8_sub(zero, c);
     if (pass->alpha > 0.0f) {
@@ -96,8 +96,8 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     rubbed = plii_vec3x8_scale(
         rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
     if (!pass->is_last) {
-        plii_float8_store(sum->push, pushed);
-        groups_store(sum->friction, rubbed);
+        plii_float8_store(group->sum.push, pushed);
+        groups_store(group->sum.friction, rubbed);
     }
 
     plii_vec3x8 moves = plii_vec3x8_add(plii_vec3x8_scale(normal, plii_float8_sub(pushed, pushed_before)),
@@ -117,6 +117,6 @@ static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_pass
     for (int i = 0; i < groups->count; ++i) {
         plii_rigid_group* group = &groups->groups[i];
         const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
-        groups_solve(pass, group, surface, &groups->sums[i]);
+        groups_solve(pass, group, surface);
     }
 }

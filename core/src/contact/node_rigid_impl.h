@@ -14,11 +14,15 @@ typedef struct plii_rigid_contact {
     pli_vec4 normal; /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
     float distance;
     bool is_still; /* the rigid body neither moves nor takes impulses */
-    /* For solvers of whole steps. */
-    pli_mat3 matrix; /* from the change of displacement that is wanted to an impulse. Bullet: c0 */
-    pli_vec3 arm;    /* from the rigid body's centre of mass to the node. Bullet: c1 */
-    float slip;      /* share of the tangential displacement that stays. Bullet: c3 */
-    float hardness;  /* Bullet: c4 */
+    union {
+        struct {             /* for solvers of whole steps */
+            pli_mat3 matrix; /* from the change of displacement that is wanted to an impulse. Bullet: c0 */
+            pli_vec3 arm;    /* from the rigid body's centre of mass to the node. Bullet: c1 */
+            float slip;      /* share of the tangential displacement that stays. Bullet: c3 */
+            float hardness;  /* Bullet: c4 */
+        };
+        int place; /* in substeps: in their lists, group by group or point by point; PLI_NULL_INDEX without memory */
+    };
 } plii_rigid_contact;
 
 /* The contacts of a step as substeps solve them; empty while another solver steps the body. */

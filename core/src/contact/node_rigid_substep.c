@@ -10,7 +10,6 @@
 
 static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
     return PLII_RESERVE(body->context, &groups->groups, &groups->capacity, count) &&
-           PLII_RESERVE(body->context, &groups->sums, &groups->sum_capacity, count) &&
            PLII_RESERVE(body->context, &groups->surfaces, &groups->surface_capacity, surface_count);
 }
 
@@ -44,7 +43,6 @@ static void rigid_substeps_release(pli_body* body, void* data) {
     plii_rigid_groups* groups = &substeps->groups;
     PLII_RELEASE(body->context, substeps->contacts.items, substeps->contacts.capacity);
     PLII_RELEASE(body->context, groups->groups, groups->capacity);
-    PLII_RELEASE(body->context, groups->sums, groups->sum_capacity);
     PLII_RELEASE(body->context, groups->surfaces, groups->surface_capacity);
     PLII_RELEASE(body->context, substeps->fixed_of_node, body->node_count);
     *substeps = (plii_rigid_substeps){0};
@@ -63,26 +61,6 @@ static void rigid_groups_put(float* components, int lane, pli_vec3 value) {
     components[lane + 2 * PLII_RIGID_GROUP_SIZE] = value.z;
 }
 
-/* Fills the last group up. */
-static void rigid_groups_close(plii_rigid_groups* groups) {
-    if (groups->count == 0) { return; }
-    plii_rigid_group* group = &groups->groups[groups->count - 1];
-    const int last = rigid_groups_lane(groups->filled - 1);
-    for (; groups->filled < PLII_RIGID_GROUP_SIZE; ++groups->filled) {
-        const int lane = rigid_groups_lane(groups->filled);
-        for (int k = 0; k < 3; ++k) {
-            group->normal[k * PLII_RIGID_GROUP_SIZE + lane] = group->normal[k * PLII_RIGID_GROUP_SIZE + last];
-            if (group->surface != PLI_NULL_INDEX) {
-                float* velocity = groups->surfaces[group->surface].velocity + k * PLII_RIGID_GROUP_SIZE;
-                velocity[lane] = velocity[last];
-            }
-        }
-        group->offset[lane] = group->offset[last];
-        group->friction[lane] = group->friction[last];
-        group->scaled_indices[groups->filled] = group->scaled_indices[groups->filled - 1];
-    }
-}
-
 static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid_contact* contact) {
     if (groups->count == 0 || groups->filled == PLII_RIGID_GROUP_SIZE) { return false; }
     const plii_rigid_group* group = &groups->groups[groups->count - 1];
@@ -92,7 +70,6 @@ static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid
 
 /* False without memory. */
 static bool rigid_groups_open(pli_body* body, plii_rigid_groups* groups, bool is_still) {
-    rigid_groups_close(groups);
     const int surfaces = groups->surface_count + !is_still;
     if (!rigid_groups_reserve(body, groups, groups->count + 1, surfaces)) { return false; }
     groups->groups[groups->count++].surface = is_still ? PLI_NULL_INDEX : groups->surface_count;
@@ -101,28 +78,34 @@ static bool rigid_groups_open(pli_body* body, plii_rigid_groups* groups, bool is
     return true;
 }
 
-static void rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const plii_rigid_contact* from,
-                             float friction) {
-    if (!rigid_groups_takes(groups, from) && !rigid_groups_open(body, groups, from->is_still)) { return; }
+/* Returns the place of the contact in the groups. */
+static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const plii_rigid_contact* from, float friction) {
+    if (!rigid_groups_takes(groups, from) && !rigid_groups_open(body, groups, from->is_still)) {
+        return PLI_NULL_INDEX;
+    }
     plii_rigid_group* group = &groups->groups[groups->count - 1];
-    const int lane = rigid_groups_lane(groups->filled);
-    rigid_groups_put(group->normal, lane, plii_xyz(from->normal));
-    group->offset[lane] = from->normal.w;
-    group->friction[lane] = friction;
-    group->scaled_indices[groups->filled++] = plii_scaled_index(from->node);
-    if (from->is_still) { return; }
-    const pli_rigid* rigid = from->rigid;
-    const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[from->node]), rigid->state.pose.origin);
-    rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_velocity_at(rigid, offset));
+    const int first = groups->filled++;
+    for (int record = first; record < (first == 0 ? PLII_RIGID_GROUP_SIZE : first + 1); ++record) {
+        const int lane = rigid_groups_lane(record);
+        rigid_groups_put(group->normal, lane, plii_xyz(from->normal));
+        group->offset[lane] = from->normal.w;
+        group->friction[lane] = friction;
+        group->scaled_indices[record] = plii_scaled_index(from->node);
+        if (from->is_still) { continue; }
+        const pli_rigid* rigid = from->rigid;
+        const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[from->node]), rigid->state.pose.origin);
+        rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_velocity_at(rigid, offset));
+    }
+    return (groups->count - 1) * PLII_RIGID_GROUP_SIZE + first;
 }
 
 // ----------------------------------------------------------------------------------------------------------- sweeps
 
-static void rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, const plii_rigid_contact* from,
-                              float friction) {
+static int rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, const plii_rigid_contact* from,
+                             float friction) {
     const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[from->node]), from->rigid->path.begin.origin);
     plii_point_contact* contact = plii_point_contacts_add(body, &substeps->contacts);
-    if (contact == NULL) { return; }
+    if (contact == NULL) { return PLI_NULL_INDEX; }
     contact->normal = plii_xyz(from->normal);
     contact->offset = from->normal.w;
     contact->surface = (plii_substep_rigid_point){from->rigid, arm};
@@ -131,6 +114,7 @@ static void rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, con
     contact->weights[0] = 1.0f;
     contact->coefficient = friction;
     plii_point_contact_begin(body, contact);
+    return substeps->contacts.count - 1;
 }
 
 static void rigid_substep_restart(pli_body* body, void* data, const plii_substep* substep) {
@@ -174,20 +158,16 @@ static void rigid_substep_begin(pli_body* body, void* data) {
     const pli_rigid* rigid = NULL;
     bool is_fixed = false, has_still = false;
     for (int i = 0; i < found->count; ++i) { /* those without memory are left out in this step */
-        const plii_rigid_contact* contact = &found->contacts[i];
+        plii_rigid_contact* contact = &found->contacts[i];
         has_still = has_still || contact->is_still;
         if (contact->rigid != rigid) {
             rigid = contact->rigid;
             is_fixed = rigid_substep_is_fixed(rigid);
         }
         const float friction = found->def.friction * rigid->friction;
-        if (is_fixed) {
-            rigid_groups_add(body, &substeps->groups, contact, friction);
-        } else {
-            rigid_substep_add(body, substeps, contact, friction);
-        }
+        contact->place = is_fixed ? rigid_groups_add(body, &substeps->groups, contact, friction)
+                                  : rigid_substep_add(body, substeps, contact, friction);
     }
-    rigid_groups_close(&substeps->groups);
     substeps->has_fixed_nodes = has_still && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
 }
 
@@ -214,45 +194,28 @@ static pli_vec3 rigid_groups_get(const float* components, int lane) {
                          components[lane + 2 * PLII_RIGID_GROUP_SIZE]);
 }
 
-/* What a record of a group has pushed its node by in a substep, N s. */
-static pli_vec3 rigid_groups_impulse(const plii_rigid_groups* groups, int index, int record,
-                                     const plii_substep* substep, int node) {
-    const plii_rigid_group* group = &groups->groups[index];
-    const plii_rigid_sum* sum = &groups->sums[index];
-    const int lane = rigid_groups_lane(record);
-    const float inverse_mass = substep->displacements[node].w;
+/* What a contact of a group has pushed its node by in a substep, N s. */
+static pli_vec3 rigid_groups_impulse(const plii_rigid_groups* groups, const plii_rigid_contact* contact,
+                                     const plii_substep* substep) {
+    const plii_rigid_group* group = &groups->groups[contact->place / PLII_RIGID_GROUP_SIZE];
+    const int lane = rigid_groups_lane(contact->place % PLII_RIGID_GROUP_SIZE);
+    const float inverse_mass = substep->displacements[contact->node].w;
     if (!(inverse_mass > 0.0f)) { return pli_vec3_make(0, 0, 0); }
-    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(rigid_groups_get(group->normal, lane), sum->push[lane]),
-                                        rigid_groups_get(sum->friction, lane));
+    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(rigid_groups_get(group->normal, lane), group->sum.push[lane]),
+                                        rigid_groups_get(group->sum.friction, lane));
     return pli_vec3_scale(moved, substep->inverse_dt / inverse_mass);
 }
 
-/* After the last sweep. Contacts were distributed in their order, and those without memory left out. */
+/* After the last sweep. */
 static void rigid_substep_record(plii_rigid_contacts* found, const plii_substep* substep) {
-    const plii_rigid_groups* groups = &found->substeps.groups;
-    const plii_point_contacts* points = &found->substeps.contacts;
-    int point = 0, group = 0, record = 0;
+    const plii_rigid_substeps* substeps = &found->substeps;
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
-        if (!rigid_substep_is_fixed(contact->rigid)) {
-            const plii_point_contact* item = &points->items[point];
-            if (point == points->count || item->nodes[0] != contact->node || item->surface.rigid != contact->rigid) {
-                continue;
-            }
-            plii_contact_impulses_push(&found->impulses, i, plii_point_contact_impulse(item, substep));
-            ++point;
-            continue;
-        }
-        const uint32_t scaled = plii_scaled_index(contact->node);
-        const uint32_t* indices = group < groups->count ? groups->groups[group].scaled_indices : NULL;
-        if (record == PLII_RIGID_GROUP_SIZE || (record > 0 && !(indices[record - 1] < scaled)) ||
-            (indices != NULL && indices[record] != scaled)) {
-            group += record > 0;
-            record = 0;
-        }
-        if (group == groups->count || groups->groups[group].scaled_indices[record] != scaled) { continue; }
-        plii_contact_impulses_push(&found->impulses, i,
-                                   rigid_groups_impulse(groups, group, record++, substep, contact->node));
+        if (contact->place == PLI_NULL_INDEX) { continue; }
+        const pli_vec3 impulse = rigid_substep_is_fixed(contact->rigid)
+                                     ? rigid_groups_impulse(&substeps->groups, contact, substep)
+                                     : plii_point_contact_impulse(&substeps->contacts.items[contact->place], substep);
+        plii_contact_impulses_push(&found->impulses, i, impulse);
     }
 }
 
