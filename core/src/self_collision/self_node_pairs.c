@@ -247,17 +247,12 @@ static int self_nodes_max_apart(int node_count) {
 
 enum { SELF_NODES_PATH_NS = 5 }; /* per node */
 
-static double self_nodes_reach_block(int begin, int end, const void* data) {
-    float longest = 0.0f;
-    for (int i = begin; i < end; ++i) {
-        longest = plii_max(longest, self_nodes_reach(data, i));
-    }
-    return (double)longest;
-}
-
 static float self_nodes_longest_reach(const pli_body* body, const plii_self_node_pairs* state) {
-    return (float)plii_largest_of_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS),
-                                         self_nodes_reach_block, state);
+    float longest = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        longest = plii_max(longest, self_nodes_reach(state, i));
+    }
+    return longest;
 }
 
 /* How long the search is good for. */
@@ -284,14 +279,6 @@ void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state) {
     if (state->is_known && !self_nodes_build_hash(body, state)) { state->is_known = false; }
 }
 
-static void self_nodes_start_range(int begin, int end, void* data) {
-    plii_self_node_pairs* state = data;
-    for (int i = begin; i < end; ++i) {
-        state->searched[i] = state->at[i];
-        state->middle[i] = self_nodes_position_at(state, i, 0.5f);
-    }
-}
-
 /* Of all nodes, along `travel`. */
 static void self_nodes_search(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
     const int node_count = body->node_count;
@@ -300,7 +287,10 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     self_nodes_choose_reach(body, state);
     memset(state->is_apart, 0, (size_t)node_count * sizeof *state->is_apart);
     state->apart_count = 0;
-    plii_parallel_for(context, self_nodes_start_range, state, node_count, plii_grain(SELF_NODES_PATH_NS));
+    for (int i = 0; i < node_count; ++i) {
+        state->searched[i] = state->at[i];
+        state->middle[i] = self_nodes_position_at(state, i, 0.5f);
+    }
     state->found.count = 0;
     state->searches += 1;
     state->is_known = false;
