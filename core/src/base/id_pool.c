@@ -2,8 +2,9 @@
 
 #include "base/id_pool.h"
 
-bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool) {
-    return pool->first_free1 != 0 || PLII_RESERVE(context, &pool->slots, &pool->capacity, pool->count + 1);
+bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool, int more) {
+    const int new_slots = pool->first_free1 != 0 ? more - 1 : more;
+    return PLII_RESERVE(context, &pool->slots, &pool->capacity, pool->count + new_slots);
 }
 
 int plii_id_pool_alloc(plii_id_pool* pool, int item) {

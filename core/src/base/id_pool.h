@@ -17,8 +17,8 @@ typedef struct plii_id_pool {
     int first_free1; /* slot + 1; 0: none */
 } plii_id_pool;
 
-/* Room for one more; false when out of memory. */
-bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool);
+/* Room for so many more; false when out of memory. */
+bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool, int more);
 /* A slot for `item`; plii_id_pool_reserve must have succeeded. */
 int plii_id_pool_alloc(plii_id_pool* pool, int item);
 /* Ids of the slot become stale. */

@@ -216,7 +216,7 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
     const bool was_enabled = plii_feature_is_enabled(body, &plii_joints_class);
     joints_state* joints = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_joints_class, (void**)&joints));
-    if (!plii_id_pool_reserve(body->context, &joints->ids) ||
+    if (!plii_id_pool_reserve(body->context, &joints->ids, 1) ||
         !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_joints_class); }
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");

@@ -256,7 +256,13 @@ static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
                         pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
 }
 
-/* Room in the lists and marks is there. */
+static bool anchor_reserve(pli_body* body, plii_anchors* anchors, int more) {
+    return more <= INT_MAX - anchors->item_count &&
+           PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + more) &&
+           plii_id_pool_reserve(body->context, &anchors->ids, more);
+}
+
+/* Room is there. */
 static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const pli_anchor_def* def) {
     plii_anchor* anchor = &anchors->items[anchors->item_count];
     *anchor = (plii_anchor){.node = def->node,
@@ -281,10 +287,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     plii_anchors* anchors = state;
 
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
-        !plii_id_pool_reserve(body->context, &anchors->ids)) {
-        goto fail;
-    }
+    if (!anchor_reserve(body, anchors, 1)) { goto fail; }
     if (def->disable_collision) {
         status = pli_body_ignore_rigid(body, def->rigid, true);
         if (status != PLI_OK) { goto fail; }
@@ -367,28 +370,6 @@ static pli_status anchor_check_list(pli_body* body, const int* nodes, int count,
     return PLI_OK;
 }
 
-/* False when out of memory: then none is added. The nodes are marked. */
-static bool anchor_append_nodes(pli_body* body, plii_anchors* anchors, const int* nodes, int count, pli_rigid* rigid) {
-    const int before = anchors->item_count;
-    bool has_memory = count <= INT_MAX - before && PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity,
-                                                                anchors->item_count + count);
-    pli_anchor_def def = pli_anchor_def_default();
-    def.rigid = rigid;
-    for (int i = 0; i < count && has_memory; ++i) {
-        def.node = nodes[i];
-        has_memory = plii_id_pool_reserve(body->context, &anchors->ids);
-        if (has_memory) { anchor_append(body, anchors, &def); }
-    }
-    if (has_memory) { return true; }
-    for (int i = 0; i < count; ++i) {
-        body->anchored[nodes[i]] = 0;
-    }
-    while (anchors->item_count > before) {
-        anchor_retire(anchors, &anchors->items[--anchors->item_count]);
-    }
-    return false;
-}
-
 pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pli_rigid* rigid) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check_list(body, nodes, count, __func__));
@@ -396,9 +377,13 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
     const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
-    pli_status status = anchor_mark_nodes(body, nodes, count, false, __func__);
-    if (status == PLI_OK && !anchor_append_nodes(body, state, nodes, count, rigid)) {
-        status = PLI_ERROR_OUT_OF_MEMORY;
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (anchor_reserve(body, state, count)) { status = anchor_mark_nodes(body, nodes, count, false, __func__); }
+    pli_anchor_def def = pli_anchor_def_default();
+    def.rigid = rigid;
+    for (int i = 0; i < count && status == PLI_OK; ++i) {
+        def.node = nodes[i];
+        anchor_append(body, state, &def);
     }
     if (status == PLI_OK && count > 0) { return PLI_OK; }
     if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }

@@ -271,7 +271,7 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
     drag_state* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_drag_class, (void**)&state));
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, state->count + 1) ||
-        !plii_id_pool_reserve(body->context, &state->ids)) {
+        !plii_id_pool_reserve(body->context, &state->ids, 1)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_drag_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a drag");
     }
