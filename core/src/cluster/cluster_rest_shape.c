@@ -29,6 +29,12 @@ static void cluster_update_masses(const pli_body* body, const plii_clusters* clu
     cluster->inverse_mass = 1.0f / total;
 }
 
+static void cluster_rotate(double* p, double* q, double c, double s) {
+    const double before = *p;
+    *p = c * before - s * *q;
+    *q = s * before + c * *q;
+}
+
 /* Symmetric 3x3 matrix to eigenvalues and orthonormal columns, by Jacobi rotations. */
 static void cluster_eigen(double a[3][3], double vectors[3][3]) {
     for (int i = 0; i < 3; ++i) {
@@ -44,19 +50,11 @@ static void cluster_eigen(double a[3][3], double vectors[3][3]) {
                 const double t = (theta >= 0.0 ? 1.0 : -1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
                 const double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
                 for (int k = 0; k < 3; ++k) {
-                    const double kp = a[k][p], kq = a[k][q];
-                    a[k][p] = c * kp - s * kq;
-                    a[k][q] = s * kp + c * kq;
+                    cluster_rotate(&a[k][p], &a[k][q], c, s);
+                    cluster_rotate(&vectors[k][p], &vectors[k][q], c, s);
                 }
                 for (int k = 0; k < 3; ++k) {
-                    const double pk = a[p][k], qk = a[q][k];
-                    a[p][k] = c * pk - s * qk;
-                    a[q][k] = s * pk + c * qk;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double kp = vectors[k][p], kq = vectors[k][q];
-                    vectors[k][p] = c * kp - s * kq;
-                    vectors[k][q] = s * kp + c * kq;
+                    cluster_rotate(&a[p][k], &a[q][k], c, s);
                 }
             }
         }
