@@ -13,6 +13,8 @@
 #include "math/definition.h"
 #include "shape/shape_impl.h"
 
+#include <string.h>
+
 #define RIGID_FACES_MAX_TARGETS 8
 #define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
 #define RIGID_FACES_NEW_POINT 0.05f      /* of the margin, that it must be nearer than those that are kept */
@@ -538,9 +540,7 @@ int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rig
         const plii_rigid_face_contact* contact = &state->contacts[i];
         contacts[i].face = has_links ? PLI_NULL_INDEX : contact->element;
         contacts[i].link = has_links ? contact->element : PLI_NULL_INDEX;
-        contacts[i].weights[0] = contact->weights.x;
-        contacts[i].weights[1] = contact->weights.y;
-        contacts[i].weights[2] = contact->weights.z;
+        memcpy(contacts[i].weights, &contact->weights, sizeof contacts[i].weights);
         contacts[i].rigid = contact->rigid;
         contacts[i].shape = contact->shape;
         contacts[i].normal = contact->normal;

@@ -23,9 +23,7 @@ int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, in
         const pli_rigid* rigid = from->rigid;
         plii_node_constraint* constraint = &constraints[i];
         *constraint = (plii_node_constraint){.node = PLI_NULL_INDEX, .weights = from->weights, .rigid = from->rigid};
-        for (int k = 0; k < 3; ++k) {
-            constraint->face_nodes[k] = from->nodes[k];
-        }
+        memcpy(constraint->face_nodes, from->nodes, sizeof constraint->face_nodes);
         constraint->pivot = pli_mat3_mul_vec3(pli_mat3_transpose(rigid->path.begin.rotation), from->arm);
         constraint->normal = from->normal;
         constraint->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
@@ -51,10 +49,9 @@ void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, pli
         *(body->topology->face_count > 0 ? &report.face : &report.link) = contact->element;
         report.point = pli_vec3_sub(x, pli_vec3_scale(n, body->collision_margin));
         report.normal = n;
-        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
         report.node_count = 3;
         memcpy(report.nodes, contact->nodes, sizeof report.nodes);
-        memcpy(report.weights, weights, sizeof weights);
+        memcpy(report.weights, &contact->weights, sizeof report.weights);
         report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
         report.gap = pli_vec3_dot(n, pli_vec3_sub(x, surface)) - body->collision_margin;
         visit(&report, user);
@@ -72,12 +69,8 @@ static void faces_begin(pli_body* body, void* data) {
         contact->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
         contact->surface = (plii_substep_rigid_point){from->rigid, from->arm};
         contact->node_count = 3;
-        for (int k = 0; k < 3; ++k) {
-            contact->nodes[k] = from->nodes[k];
-        }
-        contact->weights[0] = from->weights.x;
-        contact->weights[1] = from->weights.y;
-        contact->weights[2] = from->weights.z;
+        memcpy(contact->nodes, from->nodes, sizeof contact->nodes);
+        memcpy(contact->weights, &from->weights, sizeof contact->weights);
         contact->coefficient = state->def.friction * from->rigid->friction;
         plii_point_contact_begin(body, contact);
     }

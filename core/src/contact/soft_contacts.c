@@ -218,9 +218,7 @@ int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_cont
         contacts[i].node = contact->node;
         contacts[i].face_body = contact->face_body;
         contacts[i].face = contact->face;
-        contacts[i].weights[0] = contact->weights.x;
-        contacts[i].weights[1] = contact->weights.y;
-        contacts[i].weights[2] = contact->weights.z;
+        memcpy(contacts[i].weights, &contact->weights, sizeof contacts[i].weights);
         contacts[i].normal = contact->normal;
         contacts[i].margin = contact->margin;
     }
