@@ -78,11 +78,6 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
                          .centre = pli_vec3_sub(hull->cluster->frame.origin, hull->origin)};
 }
 
-/* Most pairs that are too far apart were so before, in a direction that still may show it. */
-static bool cluster_contacts_were_apart(const plii_cluster_contacts* state, const plii_convex_cache* cache) {
-    return !state->def.disable_contact_cache && cache != NULL && cache->count == 1;
-}
-
 static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
                                      pli_vec3 origin, plii_convex_cache* cache, float max_distance,
                                      pli_cluster_contact* info) {
@@ -210,7 +205,8 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     const plii_cluster_hull soft = plii_cluster_hull_of(body, info->cluster, origin);
     rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
-    if (cluster_contacts_were_apart(state, cache)) {
+    /* Most pairs that are too far apart were so before, in a direction that still may show it. */
+    if (!state->def.disable_contact_cache && cache != NULL && cache->count == 1) {
         const pli_vec3 n = cache->directions[0];
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
         if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
@@ -232,11 +228,6 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
     const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
     const plii_cluster_hull hull_a = plii_cluster_hull_of(body, info->cluster, origin);
     const plii_cluster_hull hull_b = plii_cluster_hull_of(info->other, info->other_cluster, origin);
-    if (cluster_contacts_were_apart(state, cache)) {
-        const pli_vec3 n = cache->directions[0];
-        const float end = plii_cluster_hull_reach(&hull_b, n);
-        if (-plii_cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
-    }
     const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }
