@@ -70,7 +70,7 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
 }
 
 /* One node closer than the margin. */
-static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
+static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, pli_vec3 normal,
                                      float distance) {
     const pli_body* body = candidate->body;
     plii_rigid_contacts* state = candidate->state;
@@ -88,53 +88,52 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     contact->node = node;
     contact->shape = candidate->shape;
     contact->is_still = candidate->is_still;
-    const plii_float4 x = plii_float4_from(&body->positions[node]);
-    plii_float4_to(&contact->normal, normal);
-    contact->normal.w = -plii_lanes_dot(normal, x - normal * plii_float4_all(distance));
+    const pli_vec3 x = plii_xyz(body->positions[node]), surface = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
+    contact->normal = (pli_vec4){normal.x, normal.y, normal.z, -pli_vec3_dot(normal, surface)};
     contact->distance = distance;
-    if (!candidate->is_swept) { rigid_contacts_prepare(candidate, contact, plii_xyz(body->positions[node])); }
+    if (!candidate->is_swept) { rigid_contacts_prepare(candidate, contact, x); }
     return PLI_OK;
 }
 
 /* Where the step leads, the nearest surface may be one that the node did not come through: at the edge of a box, the
    side. Behind that it would be pushed out sideways. Then the surface that was nearest at the start is taken, if the
    node was farther from it. */
-static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, plii_float4* normal,
+static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, pli_vec3* normal,
                                      float* distance) {
     const pli_body* body = candidate->body;
-    const plii_float4 x = plii_float4_from(&body->positions[node]), start = plii_float4_from(&body->previous[node]);
-    const float before = *distance - plii_lanes_dot(x - start, *normal);
+    const pli_vec3 start = plii_xyz(body->previous[node]),
+                   motion = pli_vec3_sub(plii_xyz(body->positions[node]), start);
+    const float before = *distance - pli_vec3_dot(motion, *normal);
     if (!(before < -RIGID_CONTACTS_BEHIND * body->collision_margin)) { return; }
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
-    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
-    const pli_vec3 point = plii_lanes_vec3(plii_lanes_mat3_mul(&pose.inverse, start - pose.origin));
+    const pli_transform pose = plii_rigid_shape_transform(candidate->rigid, candidate->shape);
+    const pli_vec3 point = pli_transform_inverse_point(pose, start);
     pli_vec3 first_normal;
     float first = 0.0f;
     shape->def.distances(shape->def.user, 1, &point, PLI_MAX_COORDINATE, &first, &first_normal);
-    const plii_float4 local = plii_lanes_from_vec3(&first_normal);
     first -= body->collision_margin;
-    if (!(first > before) || !plii_is_within(first, RIGID_CONTACTS_MAX_DEPTH) || !plii_lanes_xyz_finite(local)) {
+    if (!(first > before) || !plii_is_within(first, RIGID_CONTACTS_MAX_DEPTH) || !plii_vec3_is_finite(first_normal)) {
         return;
     }
-    *normal = plii_lanes_mat3_mul(&pose.rotation, local);
-    *distance = first + plii_lanes_dot(x - start, *normal);
+    *normal = pli_mat3_mul_vec3(pose.rotation, first_normal);
+    *distance = first + pli_vec3_dot(motion, *normal);
 }
 
 /* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
-static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, const plii_lanes_mat3* rotation,
-                                       int count, const int* nodes, const pli_vec3* points) {
+static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, int count, const int* nodes,
+                                       const pli_vec3* points) {
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin, reach = candidate->reach;
+    const pli_mat3 rotation = plii_rigid_shape_transform(candidate->rigid, candidate->shape).rotation;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
     for (int i = 0; i < count; ++i) {
         float distance = distances[i] - margin;
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
-        const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
-        if (!plii_lanes_xyz_finite(local)) { continue; }
-        plii_float4 normal = plii_lanes_mat3_mul(rotation, local);
+        if (!plii_vec3_is_finite(normals[i])) { continue; }
+        pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
         if (body->solver_class->solves_constraints) {
             rigid_contacts_look_back(candidate, nodes[i], &normal, &distance);
         }
@@ -146,17 +145,14 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
 /* As Bullet chooses the nodes. */
 static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* candidate) {
     const pli_body* body = candidate->body;
-    const plii_lanes_pose pose = candidate->rigid->shape_places[candidate->shape].pose;
+    const pli_transform pose = plii_rigid_shape_transform(candidate->rigid, candidate->shape);
     const pli_bounds local = plii_shape_source_bounds(candidate->rigid->shapes[candidate->shape]);
-    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
-    const pli_bounds search = plii_bounds_grow((pli_bounds){plii_lanes_vec3(bounds.low), plii_lanes_vec3(bounds.high)},
-                                               body->collision_margin);
+    const pli_bounds search = plii_bounds_grow(plii_bounds_transform(local, pose), body->collision_margin);
     for (int i = 0; i < body->node_count; ++i) {
         if (!plii_bounds_overlap(candidate->boxes[i], search)) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
-        const plii_float4 x = plii_float4_from(&body->positions[i]);
-        const pli_vec3 point = plii_lanes_vec3(plii_lanes_mat3_mul(&pose.inverse, x - pose.origin));
-        PLII_TRY(rigid_contacts_batch(candidate, &pose.rotation, 1, &i, &point));
+        const pli_vec3 point = pli_transform_inverse_point(pose, plii_xyz(body->positions[i]));
+        PLII_TRY(rigid_contacts_batch(candidate, 1, &i, &point));
     }
     return PLI_OK;
 }
@@ -200,11 +196,11 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         nodes[count] = i;
         plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&place->pose.inverse, x - place->pose.origin));
         if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(candidate, &place->pose.rotation, count, nodes, points));
+            PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points));
             count = 0;
         }
     }
-    return count > 0 ? rigid_contacts_batch(candidate, &place->pose.rotation, count, nodes, points) : PLI_OK;
+    return count > 0 ? rigid_contacts_batch(candidate, count, nodes, points) : PLI_OK;
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
