@@ -40,6 +40,14 @@ void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* 
     state->report.contacts = contacts;
 }
 
+/* Of a motion of a node; true when it was longer. */
+static bool self_faces_cut(const plii_self_nodes* nodes, int node, pli_vec3 motion, float longest) {
+    const float squared = pli_vec3_length_squared(motion);
+    if (!(squared > longest * longest)) { return false; }
+    plii_self_move(nodes, node, motion, longest / sqrtf(squared) - 1.0f);
+    return true;
+}
+
 typedef struct self_faces_limit {
     const plii_self_faces_state* state;
     const plii_self_nodes* nodes;
@@ -53,18 +61,9 @@ static double self_faces_limit_block(int begin, int end, const void* data) {
     int shortened = 0;
     for (int i = begin; i < end; ++i) {
         if (!(nodes->offsets[i].w > 0.0f)) { continue; }
-        const pli_vec3 motion = plii_self_motion(nodes, i);
-        const float squared = pli_vec3_length_squared(motion);
-        if (squared > state->motion * state->motion) {
-            plii_self_move(nodes, i, motion, state->motion / sqrtf(squared) - 1.0f);
-            shortened += 1;
-        }
+        shortened += self_faces_cut(nodes, i, plii_self_motion(nodes, i), state->motion);
         const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(limit->step_starts[i]));
-        const float all_squared = pli_vec3_length_squared(moved);
-        if (all_squared > state->travel * state->travel) {
-            plii_self_move(nodes, i, moved, state->travel / sqrtf(all_squared) - 1.0f);
-            shortened += 1;
-        }
+        shortened += self_faces_cut(nodes, i, moved, state->travel);
     }
     return shortened;
 }
