@@ -116,7 +116,7 @@ bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, fl
 
 /* Members of a cluster at a rigid shape. */
 typedef struct plii_measured_nodes {
-    int first, count;
+    int count;
     float distances[PLII_MEASURED_NODES];  /* m, to the surface, as the shape's function tells */
     pli_vec3 normals[PLII_MEASURED_NODES]; /* in the frame of the shape */
 } plii_measured_nodes;

@@ -19,28 +19,22 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
                                 is_dynamic ? state->def.dynamic_split : state->def.static_split};
 }
 
-static void cluster_contacts_add_near_nodes(const pli_body* body, const pli_cluster_contact* info,
-                                            const plii_measured_nodes* nodes, plii_near_nodes* found) {
-    const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
-    const plii_clusters* clusters = plii_body_clusters(body);
-    const plii_cluster* item = &clusters->items[info->cluster];
-    const float margin = body->collision_margin;
-    for (int i = 0; i < nodes->count; ++i) {
-        if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
-        const plii_near_node node = {plii_cluster_node(body, clusters, item, nodes->first + i),
-                                     pli_mat3_mul_vec3(rotation, nodes->normals[i]), nodes->distances[i]};
-        plii_near_nodes_add_beside(found, node, margin);
-    }
-}
-
 /* Adds the nodes of the cluster that lie within the margin of the shape's surface, but for those near the first. What
    was measured of them is in `nodes`. */
 static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info,
                                              plii_measured_nodes* nodes, plii_near_nodes* found) {
-    const int count = plii_body_clusters(body)->items[info->cluster].member_count;
-    for (int first = 0; first < count; first += nodes->count) {
+    const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* item = &clusters->items[info->cluster];
+    const float margin = body->collision_margin;
+    for (int first = 0; first < item->member_count; first += nodes->count) {
         if (nodes->count == 0 || first > 0) { plii_cluster_contacts_measure_nodes(body, info, first, nodes); }
-        cluster_contacts_add_near_nodes(body, info, nodes, found);
+        for (int i = 0; i < nodes->count; ++i) {
+            if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
+            const plii_near_node node = {plii_cluster_node(body, clusters, item, first + i),
+                                         pli_mat3_mul_vec3(rotation, nodes->normals[i]), nodes->distances[i]};
+            plii_near_nodes_add_beside(found, node, margin);
+        }
     }
 }
 

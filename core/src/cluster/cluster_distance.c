@@ -146,7 +146,6 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
         points[i] = pli_transform_inverse_point(pose, plii_xyz(body->positions[members[i].node]));
     }
     shape->def.distances(shape->def.user, count, points, body->collision_margin, nodes->distances, nodes->normals);
-    nodes->first = first;
     nodes->count = count;
 }
 
