@@ -2,9 +2,11 @@
    nearer than `distance` in the time around a moment u only if at u they are nearer than
    distance + margin_i + margin_j + (what they travel against each other between u and either end). */
 
-#include "math/simd_float4.h"
-
 #include "self_collision/self_node_pairs.h"
+
+#include "body/all_features.h"
+#include "body/pipeline.h"
+#include "math/simd_float4.h"
 
 #include <string.h>
 
@@ -183,32 +185,33 @@ static void self_nodes_find_apart(self_nodes_finder* finder, int index, float sh
 /* Of all nodes, or of those of the list of nodes apart from `first` on. */
 typedef struct self_nodes_search_task {
     const pli_body* body;
-    const plii_link_graph* graph;
     plii_self_node_pairs* state;
     bool is_apart;
     int first;
     float share;
 } self_nodes_search_task;
 
-static void self_nodes_find_some(const self_nodes_search_task* task, int begin, int end, self_nodes_finder* finder) {
-    finder->search->near.is_truncated = false;
+/* True when some are missing. */
+static bool self_nodes_find_some(const self_nodes_search_task* task, int begin, int end, plii_self_search* search,
+                                 plii_self_pair_list* found) {
+    const plii_link_graph* graph = plii_feature_state(task->body, &plii_link_graph_class);
+    self_nodes_finder finder = {task->body, graph, task->state, search, found, false};
+    search->near.is_truncated = false;
     for (int i = begin; i < end; ++i) {
         if (task->is_apart) {
-            self_nodes_find_apart(finder, task->first + i, task->share);
+            self_nodes_find_apart(&finder, task->first + i, task->share);
         } else {
-            self_nodes_find_common(finder, i);
+            self_nodes_find_common(&finder, i);
         }
     }
-    finder->is_truncated = finder->is_truncated || finder->search->near.is_truncated;
+    return finder.is_truncated || search->near.is_truncated;
 }
 
 static void self_nodes_find_block(int begin, int end, int block, void* data) {
     const self_nodes_search_task* task = data;
     plii_self_search_part* part = &task->state->parts[block];
-    self_nodes_finder finder = {task->body, task->graph, task->state, &part->search, &part->found, false};
     part->found.count = 0;
-    self_nodes_find_some(task, begin, end, &finder);
-    part->is_truncated = finder.is_truncated;
+    part->is_truncated = self_nodes_find_some(task, begin, end, &part->search, &part->found);
 }
 
 enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
@@ -220,9 +223,8 @@ static void self_nodes_find(self_nodes_search_task* task, int count) {
     const int grain = plii_grain(task->is_apart ? SELF_NODES_APART_NS : SELF_NODES_COMMON_NS);
     const plii_blocks blocks = plii_blocks_of(count, grain, PLII_SELF_SEARCH_PARTS);
     if (blocks.count <= 1 || !plii_has_threads(body->context) || !plii_self_node_pairs_reserve(body, state, blocks)) {
-        self_nodes_finder finder = {body, task->graph, state, &state->search, &state->found, false};
-        self_nodes_find_some(task, 0, count, &finder);
-        state->is_truncated = state->is_truncated || finder.is_truncated;
+        state->is_truncated =
+            self_nodes_find_some(task, 0, count, &state->search, &state->found) || state->is_truncated;
         return;
     }
     plii_run_blocks(body->context, blocks, count, self_nodes_find_block, task);
@@ -280,7 +282,7 @@ void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state) {
 }
 
 /* Of all nodes, along `travel`. */
-static void self_nodes_search(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
+static void self_nodes_search(const pli_body* body, plii_self_node_pairs* state) {
     const int node_count = body->node_count;
     pli_context* context = body->context;
     plii_node_pairs* near = &state->search.near;
@@ -300,7 +302,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
         state->is_truncated = true;
         return;
     }
-    self_nodes_search_task task = {.body = body, .graph = graph, .state = state};
+    self_nodes_search_task task = {.body = body, .state = state};
     self_nodes_find(&task, node_count);
     state->is_known = !state->is_truncated;
 }
@@ -372,13 +374,12 @@ static void self_nodes_step_range(int begin, int end, void* data) {
     }
 }
 
-void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                      pli_vec3 shift) {
+void plii_self_node_pairs_search_step(const pli_body* body, plii_self_node_pairs* state, pli_vec3 shift) {
     self_nodes_paths paths = {.body = body, .state = state, .shift = shift};
     plii_parallel_for(body->context, self_nodes_step_range, &paths, body->node_count, plii_grain(SELF_NODES_PATH_NS));
     state->searched_at = 0.0f;
     state->travel_time = body->step.dt;
-    self_nodes_search(body, graph, state);
+    self_nodes_search(body, state);
 }
 
 // ------------------------------------------------------------------------------------------------------ later
@@ -451,8 +452,8 @@ static void self_nodes_update_range(int begin, int end, void* data) {
     }
 }
 
-void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                 const plii_self_nodes* nodes, float rate, float now, float left) {
+void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
+                                 float rate, float now, float left) {
     const float since = now - state->searched_at;
     const float share = since < state->travel_time ? since / state->travel_time : 1.0f;
     const int strayed = self_nodes_count(body, state, self_nodes_strayed_block, share);
@@ -463,7 +464,7 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
                           plii_grain(SELF_NODES_PATH_NS));
         state->searched_at = now;
         state->travel_time = left;
-        self_nodes_search(body, graph, state);
+        self_nodes_search(body, state);
         return;
     }
     const uint64_t shortages = plii_thread.shortages;
@@ -473,8 +474,7 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
         state->is_apart[node] = true;
         self_nodes_set_path(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
     }
-    self_nodes_search_task task = {
-        .body = body, .graph = graph, .state = state, .is_apart = true, .first = first, .share = share};
+    self_nodes_search_task task = {.body = body, .state = state, .is_apart = true, .first = first, .share = share};
     self_nodes_find(&task, state->apart_count - first);
     /* What is missing must not be missing in the steps to come. */
     if (plii_thread.shortages != shortages) { state->is_known = false; }

@@ -63,9 +63,9 @@ typedef struct plii_self_node_pairs {
 /* Room of `apart`, for so many nodes one, and some. */
 enum { PLII_SELF_NODES_PER_APART = 32, PLII_SELF_NODES_APART = 64 };
 
-/* With new arrays of nodes, which the caller declares. */
 /* The table of the last search, from `middle` and `reach`. */
 void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state);
+/* With new arrays of nodes, which the caller declares. */
 void plii_self_node_pairs_start(plii_self_node_pairs* state);
 /* More than folded cloth has, so that there is room before it folds. */
 #define PLII_SELF_PAIRS_PER_NODE 6
@@ -82,9 +82,8 @@ size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state);
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness);
 /* At the start of a step: nodes go on with their velocities, and are as reliable as they were in the last step.
    `shift`: from the positions of the last step to those of this one, where both are relative to an origin. */
-void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                      pli_vec3 shift);
+void plii_self_node_pairs_search_step(const pli_body* body, plii_self_node_pairs* state, pli_vec3 shift);
 /* Later, at `now` s since the start of the step with `left` s to go: searches what has left its path, if anything has.
    The motion of a node times `rate` is its velocity. */
-void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                 const plii_self_nodes* nodes, float rate, float now, float left);
+void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
+                                 float rate, float now, float left);

@@ -45,10 +45,6 @@ static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* st
     plii_parallel_for(body->context, self_nodes_copy_range, &copy, body->node_count, plii_grain(SELF_NODES_COPY_NS));
 }
 
-static const plii_link_graph* self_nodes_graph(const pli_body* body) {
-    return plii_feature_state(body, &plii_link_graph_class);
-}
-
 static void self_nodes_start_report(const pli_body* body, self_nodes_state* state) {
     const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
     state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
@@ -78,7 +74,7 @@ static void self_nodes_run_prepare(pli_body* body, void* data) {
     state->pairs.at = body->previous;
     if (had_origin || !plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
         state->pairs.thickness = state->def.thickness;
-        plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs, origin);
+        plii_self_node_pairs_search_step(body, &state->pairs, origin);
     }
     self_nodes_report(body, state);
 }
@@ -95,8 +91,7 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
         state->origin = body->node_count > 0 ? plii_self_position(&nodes, 0) : pli_vec3_make(0, 0, 0);
         if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
         self_nodes_copy_positions(body, state, &nodes);
-        plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs,
-                                         pli_vec3_sub(origin, state->origin));
+        plii_self_node_pairs_search_step(body, &state->pairs, pli_vec3_sub(origin, state->origin));
     }
     self_nodes_report(body, state);
 }
@@ -234,8 +229,7 @@ static void self_nodes_run_position(pli_body* body, void* data) {
     self_nodes_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
     state->pairs.at = nodes.offsets;
-    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, &nodes, body->step.inverse_dt,
-                                body->step.dt, 0.0f);
+    plii_self_node_pairs_update(body, &state->pairs, &nodes, body->step.inverse_dt, body->step.dt, 0.0f);
     self_nodes_report(body, state);
     self_nodes_part_all(state, &nodes, state->def.friction);
 }
@@ -251,8 +245,7 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     const float done = (float)(substep->index + 1) * substep->dt;
     self_nodes_copy_positions(body, state, &nodes);
-    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, &nodes, substep->inverse_dt, done,
-                                body->step.dt - done);
+    plii_self_node_pairs_update(body, &state->pairs, &nodes, substep->inverse_dt, done, body->step.dt - done);
     self_nodes_report(body, state);
     self_nodes_part_all(state, &nodes, 0.0f);
 }
