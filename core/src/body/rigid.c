@@ -421,8 +421,10 @@ void plii_rigid_find_places(pli_rigid* rigid) {
     plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
     for (int i = 0; i < rigid->shape_count; ++i) {
         plii_shape_place* place = &rigid->shape_places[i];
-        place->pose = plii_lanes_rigid_shape_pose(rigid, i);
-        place->bounds = plii_lanes_bounds_transform(&place->own_bounds, &place->pose.rotation, place->pose.origin);
+        place->pose = plii_rigid_shape_transform(rigid, i);
+        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&place->pose.rotation);
+        const plii_float4 origin = plii_lanes_from_vec3(&place->pose.origin);
+        place->bounds = plii_lanes_bounds_transform(&place->own_bounds, &rotation, origin);
         all.low = plii_lanes_min(all.low, place->bounds.low);
         all.high = plii_lanes_max(all.high, place->bounds.high);
     }
