@@ -395,8 +395,9 @@ void plii_rigid_find_places(pli_rigid* rigid) {
         const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(own.max, own.min), 0.5f);
         place->least_extent = plii_min(half.x, plii_min(half.y, half.z));
         place->radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
-        place->pose = plii_lanes_rigid_shape_pose(rigid, i);
-        place->bounds = plii_lanes_bounds_transform(&own, &place->pose.rotation, place->pose.origin);
+        place->pose = plii_rigid_shape_transform(rigid, i);
+        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&place->pose.rotation);
+        place->bounds = plii_lanes_bounds_transform(&own, &rotation, plii_lanes_from_vec3(&place->pose.origin));
         all.low = plii_lanes_min(all.low, place->bounds.low);
         all.high = plii_lanes_max(all.high, place->bounds.high);
     }

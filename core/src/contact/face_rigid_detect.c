@@ -198,8 +198,8 @@ static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigi
    back: near a pinned one they would be thrown away by many times the depth. */
 static float rigid_faces_pinned_part(const pli_body* body, const plii_rigid_face_contact* contact) {
     const pli_vec3 point = plii_rigid_faces_point(body->positions, contact);
-    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
-    float part = 0.0f;
+    float part = 0.0f, weights[3];
+    memcpy(weights, &contact->weights, sizeof weights);
     for (int k = 0; k < 3 && !(contact->rigid->state.inverse_mass > 0.0f); ++k) {
         const pli_vec4* x = &body->positions[contact->nodes[k]];
         if (x->w > 0.0f) { continue; }

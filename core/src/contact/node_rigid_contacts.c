@@ -106,7 +106,7 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
     const float before = *distance - pli_vec3_dot(motion, *normal);
     if (!(before < -RIGID_CONTACTS_BEHIND * body->collision_margin)) { return; }
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
-    const pli_transform pose = plii_rigid_shape_transform(candidate->rigid, candidate->shape);
+    const pli_transform pose = candidate->rigid->shape_places[candidate->shape].pose;
     const pli_vec3 point = pli_transform_inverse_point(pose, start);
     pli_vec3 first_normal;
     float first = 0.0f;
@@ -125,7 +125,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin, reach = candidate->reach;
-    const pli_mat3 rotation = plii_rigid_shape_transform(candidate->rigid, candidate->shape).rotation;
+    const pli_mat3 rotation = candidate->rigid->shape_places[candidate->shape].pose.rotation;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
@@ -145,7 +145,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
 /* As Bullet chooses the nodes. */
 static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* candidate) {
     const pli_body* body = candidate->body;
-    const pli_transform pose = plii_rigid_shape_transform(candidate->rigid, candidate->shape);
+    const pli_transform pose = candidate->rigid->shape_places[candidate->shape].pose;
     const pli_bounds local = plii_shape_source_bounds(candidate->rigid->shapes[candidate->shape]);
     const pli_bounds search = plii_bounds_grow(plii_bounds_transform(local, pose), body->collision_margin);
     for (int i = 0; i < body->node_count; ++i) {
@@ -194,7 +194,7 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
-        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&place->pose.inverse, x - place->pose.origin));
+        points[count++] = pli_transform_inverse_point(place->pose, plii_xyz(positions[i]));
         if (count == RIGID_CONTACTS_BATCH) {
             PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points));
             count = 0;
