@@ -29,7 +29,7 @@ struct pli_world {
     int pair_capacity, pair_order_capacity;
     int* islands; /* [body_count] parents of disjoint sets (union_find.h) of bodies that touch, when there are some */
     int island_capacity;
-    bool has_islands;     /* in this step, or the last one */
+    bool has_islands; /* in this step, or the last one */
     /* What is solved by one thread (world/world_impl.h). Not there without threads. */
     bool has_groups;         /* in this step */
     int* group_roots;        /* [body_count] parents of disjoint sets of bodies */
