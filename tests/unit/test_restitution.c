@@ -2,6 +2,8 @@
 
 #include "heavy_bodies.h"
 
+#include <pliant/cut.h>
+
 #include <math.h>
 
 static const float dt = 1.0f / 240.0f;
@@ -124,6 +126,24 @@ static void a_body_bounces_off_what_lies(void** unused) {
     }
 }
 
+static void a_cut_body_goes_on_bouncing(void** unused) {
+    (void)unused;
+    pli_rigid* rigid = make_floor(1);
+    pli_body* body = make_patch(0.5f, false, POSITION_BASED, 1);
+    CHECK_OK(pli_body_cut_link(body, 12, 13, 0.5f));
+    assert_true(pli_body_get_view(body).node_count > 25);
+    float lowest = 1, highest = 0;
+    for (int i = 0; i < 240; ++i) {
+        CHECK_OK(pli_world_step(world, dt));
+        const float height = height_of(body);
+        lowest = fminf(lowest, height);
+        if (lowest < 0.1f) { highest = fmaxf(highest, height); }
+    }
+    assert_true(highest > 0.3f);
+    pli_body_destroy(body);
+    pli_rigid_destroy(rigid);
+}
+
 static void wrong_values_are_refused(void** unused) {
     (void)unused;
     pli_body* body = make_patch(1, false, POSITION_BASED, 0);
@@ -144,6 +164,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_share_of_the_speed_comes_back, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_body_bounces_off_what_lies, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_cut_body_goes_on_bouncing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(wrong_values_are_refused, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -140,7 +140,9 @@ const plii_feature_class plii_restitution_class = {
                                               .begin = restitution_prepare,
                                               .is_idle = restitution_is_idle},
     .reserve = restitution_reserve,
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(restitution_state, approaches, capacity), .snapshot = PLII_LEFT}),
+    /* Of a step; cuts are between steps. */
+    .arrays =
+        PLII_ARRAYS({PLII_LIST_OF(restitution_state, approaches, capacity), .is_kept = true, .snapshot = PLII_LEFT}),
 };
 
 pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
