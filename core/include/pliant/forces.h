@@ -67,7 +67,8 @@ PLI_API pli_status pli_body_disable_aero(pli_body* body);
 /// force while the volume is zero (Bullet divides by it). Cut to what would change the volume of a free body by a
 /// quarter within the step, as light nodes, high pressures and long steps ask for more than can be integrated; not in
 /// reference mode (pli_world_def). With pli_body_enable_xpbd_volume the gas is part of that constraint: it widens the
-/// wanted volume by compliance * coefficient / |volume|, at the same pace at most.
+/// wanted volume by compliance * coefficient / |volume|, at the same pace at most, and keeps momentum. The forces,
+/// which are Bullet's, sum up to zero only as far as node areas fit the surface: a free balloon drifts slowly.
 /// @param coefficient N m, of either sign, up to PLI_MAX_COEFFICIENT. Bullet name: kPR
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
