@@ -341,7 +341,7 @@ static const bad_case bad_cases[] = {
     {rest_length_of_unknown_link, PLI_ERROR_INDEX_OUT_OF_RANGE, "pli_body_set_rest_length", "link 10000"},
     {rest_length_negative, PLI_ERROR_INVALID_VALUE, "pli_body_set_rest_length", "-1"},
     {state_with_a_nan, PLI_ERROR_NOT_FINITE, "pli_body_set_state", "node 13"},
-    {step_of_nan, PLI_ERROR_INVALID_VALUE, "pli_world_step", "nan"},
+    {step_of_nan, PLI_ERROR_NOT_FINITE, "pli_world_step", "nan"},
     {step_backwards, PLI_ERROR_INVALID_VALUE, "pli_world_step", "-0.01"},
     {solve_before_predict, PLI_ERROR_WRONG_STATE, "pli_world_solve", "predicted"},
     {collide_before_predict, PLI_ERROR_WRONG_STATE, "pli_world_collide_rigid", "between"},
