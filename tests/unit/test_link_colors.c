@@ -214,7 +214,8 @@ static void use_link(const pli_body* body, int link, int color, int lane, node_u
 }
 
 /* Every link has one slot, and nodes of a colour are in one lane only. */
-static void check_colors_of(const pli_body* body, const plii_link_colors* colors) {
+static void check_colors(pli_body* body) {
+    const plii_link_colors* colors = plii_link_colors_of(body);
     assert_non_null(colors);
     int* slots = NULL;
     list_slots(colors, &slots);
@@ -242,10 +243,6 @@ static void check_colors_of(const pli_body* body, const plii_link_colors* colors
     free(slots);
     free(seen);
     free(uses);
-}
-
-static void check_colors(pli_body* body) {
-    check_colors_of(body, plii_link_colors_of(body));
 }
 
 static void test_no_two_lanes_of_a_color_share_a_node(void** state) {
