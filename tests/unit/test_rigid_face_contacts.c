@@ -917,6 +917,54 @@ static void test_faces_with_pinned_nodes_inside_the_margin_stay_calm(void** stat
     }
 }
 
+/* Largest stretch of a cloth on a floor while a kinematic box comes down on it to `gap`, and stays. */
+static double stretch_between(fixture* f, float gap, solver_kind solver) {
+    const float dt = 1.0f / 60, floor = -0.03f, half_height = 0.1f, high = 0.3f;
+    pli_rigid* ground = make_rigid(f->world, make_large_box(f->context, 5), 0, pli_vec3_make(1, 1, 1),
+                                   at(0, floor - 5, 0), pli_vec3_make(0, 0, 0));
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_box(f->context, pli_vec3_make(0.15f, half_height, 0.15f), &shape), PLI_OK);
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = PLI_RIGID_KINEMATIC;
+    def.shapes = &shape;
+    def.shape_count = 1;
+    def.state.pose = at(0.03f, floor + half_height + high, 0.02f);
+    pli_rigid* box = NULL;
+    assert_int_equal(pli_rigid_create(f->world, &def, &box), PLI_OK);
+    pli_shape_release(shape);
+    pli_body* cloth = make_cloth(f->world, 0, 0.02f, 8);
+    enable_nodes(cloth);
+    enable_faces(cloth);
+    enable_solver(cloth, solver);
+    double most = 0;
+    for (int i = 0; i < 240; ++i) {
+        pli_rigid_state state = pli_rigid_get_state(box);
+        state.linear_velocity.y = i < 120 ? (gap - high) / 2 : 0;
+        state.pose.origin.y += state.linear_velocity.y * dt;
+        assert_int_equal(pli_rigid_set_state(box, &state), PLI_OK);
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        most = fmax(most, (double)pli_body_max_stretch(cloth));
+    }
+    pli_body_destroy(cloth);
+    pli_rigid_destroy(box);
+    pli_rigid_destroy(ground);
+    return most;
+}
+
+/* Margins of 2 cm on both sides, and less room than that. */
+static void test_bodies_that_press_on_a_cloth_do_not_pull_it_apart(void** state) {
+    fixture* f = *state;
+    assert_int_equal(pli_world_set_gravity(f->world, gravity), PLI_OK);
+    const float gaps[] = {0.03f, 0.01f, 0.002f, -0.005f};
+    for (int i = 0; i < 3; ++i) {
+        for (size_t k = 0; k < sizeof gaps / sizeof *gaps; ++k) {
+            const double stretch = stretch_between(f, gaps[k], (solver_kind)i);
+            print_message("solver %d, %g m between them: stretch %.2g\n", i, (double)gaps[k], stretch);
+            check_at_most(stretch, 0.9);
+        }
+    }
+}
+
 static void check_refused(fixture* f, pli_body* body, pli_rigid_face_contacts_def def, pli_status status,
                           const char* message) {
     assert_int_equal(pli_body_enable_rigid_face_contacts(body, &def), status);
@@ -979,6 +1027,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_broken_support_makes_no_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_large_grounds_give_no_energy, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_faces_with_pinned_nodes_inside_the_margin_stay_calm, setup_fixture,
+                                        teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_bodies_that_press_on_a_cloth_do_not_pull_it_apart, setup_fixture,
                                         teardown_fixture),
         cmocka_unit_test_setup_teardown(test_face_contacts_refuse_bad_input, setup_fixture, teardown_fixture),
     };

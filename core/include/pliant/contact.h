@@ -77,8 +77,8 @@ PLI_API pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void);
 /// has moved the rigid body, is pushed back there.
 /// Use it beside pli_body_enable_rigid_contacts, which takes care of planes and sampled meshes, and brings nodes out of
 /// triangle meshes that are inside. Faces with a node that is anchored to the rigid body are left out, and drift
-/// iterations are not watched. Cloth between two bodies that are closer than its margins on both sides stretches and
-/// trembles: give it a smaller margin there, or contacts of nodes alone. See pli_rigid_get_shift.
+/// iterations are not watched. Of two bodies that cannot move, and are closer than the margins on both sides of a face
+/// between them, the one that was made first keeps its margin. See pli_rigid_get_shift.
 /// @param def NULL for the defaults; copied
 PLI_API pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def);
 

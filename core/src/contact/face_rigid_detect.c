@@ -233,8 +233,8 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
                           body->positions[contact.nodes[2]].w * moment->weights.z > 0.0f;
     if (!can_move && !(rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
-    contact.pinned = rigid_faces_pinned_part(body, &contact);
-    contact.target = plii_min(target_gap, contact.pinned);
+    contact.given_up = rigid_faces_pinned_part(body, &contact);
+    contact.target = plii_min(target_gap, contact.given_up);
     plii_rigid_faces_prepare_contact(body, pass->candidate, pass->end, &contact);
     contact.slip = rigid_faces_slip(pass, &contact);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1) ||
@@ -428,6 +428,7 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
                                                             .begin = rigid->state.pose};
     plii_rigid_begin_path(rigid);
     plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
+    state->candidates[count].bounds = pass.bounds;
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
     plii_shape_retain(rigid->shapes[index]);
     ++state->candidate_count;

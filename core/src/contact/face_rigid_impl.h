@@ -24,9 +24,9 @@ typedef struct plii_rigid_face_contact {
     pli_vec3 core_point; /* nearest point of the core, in the frame of the rigid body */
     bool is_triangle;    /* of a shape that is not convex */
     pli_vec3 triangle[3];
-    float excess; /* m, see plii_face_sweep_excess */
-    float target; /* of the gap at the end of the step; m, <= 0 */
-    float pinned; /* of the gap: the part of pinned nodes that are inside; m, <= 0 */
+    float excess;   /* m, see plii_face_sweep_excess */
+    float target;   /* of the gap at the end of the step; m, <= 0 */
+    float given_up; /* of the gap: what no contact can bring back; m, <= 0 */
     float distance;
     float slip; /* share of the tangential displacement that stays */
     float push; /* impulse along the normal in this step; N s */
@@ -44,6 +44,7 @@ typedef struct plii_rigid_faces_candidate {
     pli_shape* shape; /* retained until the end of the step */
     pli_transform shape_pose;
     pli_transform begin; /* pose of the rigid body at the start of the step */
+    pli_bounds bounds;   /* of the shape on its way */
 } plii_rigid_faces_candidate;
 
 typedef struct plii_rigid_faces {

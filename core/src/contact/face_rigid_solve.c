@@ -6,11 +6,14 @@
 
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
+#include "math/bounds.h"
+#include "shape/shape_impl.h"
 
 #include <string.h>
 
 #define RIGID_FACES_LAST_SWEEPS 12
 #define RIGID_FACES_REVIEWS 16
+#define RIGID_FACES_OPPOSITE (-0.05f) /* cosine of two normals */
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact) {
     return plii_contact_blend(positions, contact->nodes, contact->weights);
@@ -49,9 +52,39 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
     contact->normal_response = dt * (face_weight + rigid->state.inverse_mass + pli_vec3_dot(spin, torque));
 }
 
+/* Gap that another body which cannot move leaves at the point of a contact with one; negative where the two are nearer
+   than both margins. Infinite where it is not opposite. */
+static float rigid_faces_room(const pli_body* body, const plii_rigid_faces_candidate* other,
+                              const plii_rigid_face_contact* contact) {
+    const float margin = body->collision_margin;
+    const pli_vec3 point = plii_rigid_faces_point(body->positions, contact);
+    if (other->rigid->state.inverse_mass > 0.0f ||
+        !plii_bounds_overlap(plii_bounds_grow(other->bounds, margin), (pli_bounds){point, point})) {
+        return INFINITY;
+    }
+    const pli_transform pose = pli_transform_mul(plii_rigid_end_pose(other->rigid, body->step.dt), other->shape_pose);
+    pli_vec3 normal;
+    const float distance = plii_shape_distance(other->shape, pli_transform_inverse_point(pose, point), &normal);
+    const float cosine = pli_vec3_dot(pli_mat3_mul_vec3(pose.rotation, normal), contact->normal);
+    return cosine < RIGID_FACES_OPPOSITE ? contact->distance + distance - margin : INFINITY;
+}
+
+/* Between two bodies that cannot move, and leave less than both margins, the later one gives way. Otherwise the two push
+   the face out sideways, step by step, and stretch it. */
+static void rigid_faces_share_room(const pli_body* body, plii_rigid_faces* state, int first) {
+    for (int i = first; i < state->count; ++i) {
+        plii_rigid_face_contact* contact = &state->contacts[i];
+        if (contact->rigid->state.inverse_mass > 0.0f) { continue; }
+        for (int k = 0; k < contact->candidate; ++k) {
+            const float room = rigid_faces_room(body, &state->candidates[k], contact);
+            contact->given_up = plii_min(contact->given_up, room);
+        }
+        contact->target = plii_min(contact->target, contact->given_up);
+    }
+}
+
 /* Contacts stand in the order of the meetings, those of reviews behind them. */
-void plii_rigid_faces_prepare(pli_body* body, void* data) {
-    plii_rigid_faces* state = data;
+static void rigid_faces_prepare_all(const pli_body* body, plii_rigid_faces* state) {
     int candidate = PLI_NULL_INDEX;
     pli_transform end = pli_transform_identity();
     for (int i = 0; i < state->count; ++i) {
@@ -62,6 +95,11 @@ void plii_rigid_faces_prepare(pli_body* body, void* data) {
         }
         plii_rigid_faces_prepare_contact(body, &state->candidates[candidate], end, contact);
     }
+}
+
+void plii_rigid_faces_prepare(pli_body* body, void* data) {
+    rigid_faces_share_room(body, data, 0);
+    rigid_faces_prepare_all(body, data);
 }
 
 static void rigid_faces_move_node(pli_body* body, int node, pli_vec3 change, float dt, bool with_velocities) {
@@ -175,13 +213,15 @@ void plii_rigid_faces_finish(pli_body* body, void* data) {
     const bool has_start = body->solver.drift_iterations == 0;
     const int first = plii_rigid_faces_are_solved(body) ? state->count : 0;
     for (int i = 0;; ++i) {
-        plii_rigid_faces_prepare(body, state);
+        rigid_faces_prepare_all(body, state);
         for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
             if (!rigid_faces_sweep(body, state, first, body->step.dt, !body->solver_class->solves_constraints)) {
                 break;
             }
         }
+        const int known = state->count;
         if (!has_start || i == RIGID_FACES_REVIEWS || plii_rigid_faces_review(body, state) == 0) { break; }
+        rigid_faces_share_room(body, state, known);
     }
     if (has_start) { rigid_faces_remember(body, state); }
     /* Without memory, faces that overlap are pushed out the shortest way. */

@@ -6,14 +6,14 @@
 
 #include <string.h>
 
-/* Height of the witness point above the surface at the start of the step, less the margin and what pinned nodes have of
-   it. */
+/* Height of the witness point above the surface at the start of the step, less the margin and what is given up of it.
+ */
 static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact* contact) {
     const plii_dvec3 apart =
         plii_dvec3_sub(plii_dvec3_from(contact->start), plii_dvec3_from(contact->rigid->path.begin.origin));
     const plii_dvec3 arm = plii_dvec3_from(contact->arm);
     const double height = plii_dvec3_dot(plii_dvec3_from(contact->normal), plii_dvec3_sub(apart, arm));
-    return (float)(height - (double)body->collision_margin) - contact->pinned;
+    return (float)(height - (double)body->collision_margin) - contact->given_up;
 }
 
 int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, int capacity,
