@@ -69,6 +69,12 @@ static inline pli_body* add_body(trial* t, pli_mesh* mesh, float mass, solver_ch
     assert_int_equal(pli_body_create(t->world, mesh, &def, &body), PLI_OK);
     pli_mesh_destroy(mesh);
     use_solver(body, solver);
+    if (solver == XPBD) {
+        pli_xpbd_links_def links = pli_xpbd_links_def_default();
+        links.compliance = 1e-3f;
+        links.damping = 0.1f;
+        assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+    }
     return t->bodies[t->body_count++] = body;
 }
 
@@ -101,7 +107,9 @@ static inline void dress_cloth(trial* t, pli_body* body) {
     assert_int_equal(pli_body_enable_aero(body, &aero), PLI_OK);
     assert_int_equal(pli_body_enable_rigid_contacts(body, NULL), PLI_OK);
     assert_int_equal(pli_body_enable_rigid_face_contacts(body, NULL), PLI_OK);
-    assert_int_equal(pli_body_enable_tethers(body, NULL), PLI_OK);
+    pli_tethers_def tethers = pli_tethers_def_default();
+    tethers.slack = 0.02f;
+    assert_int_equal(pli_body_enable_tethers(body, &tethers), PLI_OK);
     assert_int_equal(pli_body_enable_contact_events(body, NULL), PLI_OK);
     assert_int_equal(pli_body_enable_normals(body), PLI_OK);
     assert_int_equal(pli_body_enable_step_smoothing(body), PLI_OK);

@@ -208,6 +208,67 @@ static void what_calls_have_changed_comes_back(void** unused) {
     end(&t);
 }
 
+/* A body that has no force, anchor, drag or moved node yet is the same as one that has none any more. */
+static void what_the_first_call_has_made_goes_again(void** unused) {
+    (void)unused;
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        trial t;
+        start(&t, TRIAL_SELF_NODES, (solver_choice)solver, 1);
+        pli_body* body = t.bodies[0];
+        const pli_vec4 at = pli_body_get_view(body).positions[0];
+        assert_int_equal(pli_body_set_node_mass(body, 0, 0), PLI_OK);
+        size_t size = 0;
+        void* buffer = save(&t, &size);
+        uint64_t hashes[2][10];
+        for (int round = 0; round < 4; ++round) { /* without, with, without, with */
+            for (int i = 0; i < 10; ++i) {
+                if (round % 2 == 1) {
+                    pli_anchor_def anchor = pli_anchor_def_default();
+                    anchor.rigid = t.rigids[2];
+                    anchor.node = GRID - 1;
+                    pli_drag_def drag = pli_drag_def_default();
+                    drag.node = GRID * GRID / 2;
+                    assert_int_equal(pli_body_add_force(body, pli_vec3_make(0.01f, 0.02f, 0)), PLI_OK);
+                    assert_int_equal(pli_body_move_node(body, 0, pli_vec3_make(at.x, at.y, at.z)), PLI_OK);
+                    if (i == 3) { assert_int_equal(pli_body_add_anchor(body, &anchor, NULL), PLI_OK); }
+                    if (i == 4) { assert_int_equal(pli_body_begin_drag(body, &drag, &t.drag), PLI_OK); }
+                }
+                step(&t);
+                if (round < 2) { hashes[round][i] = hash_of(&t); }
+                if (hash_of(&t) != hashes[round % 2][i]) { fail_msg("solver %d round %d step %d", solver, round, i); }
+            }
+            t.step = 0;
+            t.drag = (pli_drag_id){0};
+            if (pli_world_restore(t.world, buffer, size) != PLI_OK) { fail_msg("%s", pli_last_error(t.context)); }
+        }
+        assert_true(hashes[0][0] != hashes[1][0]);
+        free(buffer);
+        end(&t);
+    }
+}
+
+/* What follows from a definition follows from the one that is restored. */
+static void compliances_come_back(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_SELF_NODES, XPBD, 1);
+    size_t size = 0;
+    void* buffer = save(&t, &size);
+    step(&t);
+    const uint64_t hash = hash_of(&t);
+    pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    links.compliance = 0.1f;
+    assert_int_equal(pli_body_enable_xpbd_links(t.bodies[0], &links), PLI_OK);
+    for (int round = 0; round < 2; ++round) {
+        t.step = 0;
+        if (round == 1) { assert_int_equal(pli_world_restore(t.world, buffer, size), PLI_OK); }
+        step(&t);
+        assert_true((hash_of(&t) == hash) == (round == 1));
+    }
+    free(buffer);
+    end(&t);
+}
+
 // ---------------------------------------------------------------------------------- every member of every state is
 // said
 
@@ -287,6 +348,8 @@ int main(void) {
         cmocka_unit_test(what_is_damaged_is_refused),
         cmocka_unit_test(a_world_that_is_another_is_refused),
         cmocka_unit_test(what_calls_have_changed_comes_back),
+        cmocka_unit_test(what_the_first_call_has_made_goes_again),
+        cmocka_unit_test(compliances_come_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,8 +6,8 @@
 ///
 /// A snapshot is of one world of one process, and holds copies of its memory: what steps, forces and settings change.
 /// It fits as long as the world has the same bodies and rigid bodies, each body the same features, and nobody cut a
-/// body, changed its rest lengths or masses (pli_body_set_node_mass, pli_body_set_rest_length), or gave lists less
-/// memory than they had. Anything else is refused with a message that names the body and what is different. Ids of
+/// body, changed its rest lengths (pli_body_set_rest_length), or gave lists less memory than they had. Forces, anchors,
+/// drags and moved nodes may come and go. Anything else is refused with a message that names the body and what is different. Ids of
 /// anchors and joints are those of the moment, pointers stay valid. Contacts of the last step are not in a snapshot:
 /// lists of them are empty until the next one. Not in it either: user data, callbacks, the shapes of rigid bodies.
 ///

@@ -9,8 +9,8 @@
 typedef uint64_t plii_checksum_lanes __attribute__((vector_size(16)));
 enum { PLII_CHECKSUM_LANES = 4, PLII_CHECKSUM_BLOCK = PLII_CHECKSUM_LANES * (int)sizeof(plii_checksum_lanes) };
 
-/* Sums, and sums of sums, by lanes: any word that changes and any two that change places make it another one. As fast
-   as the bytes come. */
+/* Sums, and sums of sums, by lanes: any word that changes and any two that change places make it another one; of two
+   that change in their highest bit alone, half of the places do. As fast as the bytes come. */
 typedef struct plii_checksum {
     plii_checksum_lanes sums[PLII_CHECKSUM_LANES], weighted[PLII_CHECKSUM_LANES];
 } plii_checksum;

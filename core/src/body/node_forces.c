@@ -7,6 +7,7 @@ const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class
 
 const plii_feature_class plii_forces_class = {
     .name = "forces",
+    .is_made_by_calls = true,
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("3f")})};
 

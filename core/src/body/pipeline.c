@@ -56,7 +56,6 @@ static void feature_rebuild_pipeline(pli_body* body) {
         }
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
-    pipeline->revision += 1;
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
@@ -76,6 +75,7 @@ static void feature_drop_user(pli_body* body, const plii_feature_class* klass) {
     if (feature->users > 0) { return; }
     feature_release(body, feature);
     pipeline->feature_count -= 1;
+    pipeline->revision += 1;
     memmove(feature, feature + 1, (size_t)(pipeline->feature_count - index) * sizeof *feature);
     feature_rebuild_pipeline(body);
     for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
@@ -113,6 +113,7 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
         return status;
     }
     pipeline->features[pipeline->feature_count++] = (plii_feature){.klass = klass, .state = state};
+    pipeline->revision += !klass->is_made_by_calls;
     feature_rebuild_pipeline(body);
     return PLI_OK;
 }

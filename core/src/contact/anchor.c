@@ -201,6 +201,7 @@ static const plii_field anchors_fields[] = {PLII_FIELD(plii_anchors, hardness, 0
 
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
+    .is_made_by_calls = true,
     .state_size = sizeof(plii_anchors),
     .settings = {anchors_fields, 1, 0},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_anchors, hardness, PLII_SAVED, "f"),

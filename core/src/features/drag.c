@@ -189,6 +189,7 @@ static const plii_field drag_item_fields[] = {
 
 const plii_feature_class plii_drag_class = {
     .name = "drags",
+    .is_made_by_calls = true,
     .state_size = sizeof(drag_state),
     /* Stays when the last drag ends, so that old ids stay stale. */
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i")),

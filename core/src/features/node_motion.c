@@ -63,6 +63,7 @@ static bool node_motion_is_sound(const pli_body* body, const void* data) {
 
 const plii_feature_class plii_node_motion_class = {
     .name = "node motions",
+    .is_made_by_calls = true,
     .state_size = sizeof(node_motion_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(node_motion_state, ended_count, PLII_SAVED, "i")),
     .is_sound = node_motion_is_sound,

@@ -37,7 +37,7 @@ typedef struct snapshot_header {
 } snapshot_header;
 
 #define SNAPSHOT_MAGIC 0x706c6973u
-#define SNAPSHOT_VERSION 2u
+#define SNAPSHOT_VERSION 3u
 enum { SNAPSHOT_LARGE = 1024, SNAPSHOT_LINE = 64 };
 _Static_assert(sizeof(snapshot_header) == SNAPSHOT_LINE && SNAPSHOT_LINE % PLII_CHECKSUM_BLOCK == 0, "");
 
@@ -183,6 +183,21 @@ static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_fea
     if (walk->mode == SNAPSHOT_RESTORE && klass->on_restored != NULL) { klass->on_restored(body, state); }
 }
 
+/* As it was made, when a call has made it since. */
+static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) {
+    const plii_feature_class* klass = feature->klass;
+    unsigned char* state = feature->state;
+    for (const plii_feature_array* array = klass->arrays; array->element_size > 0; ++array) {
+        const size_t size = array->count == 0 ? plii_feature_array_bytes(body, array, state) : 0;
+        snapshot_set_count(array, state, 0);
+        if (size > 0) { memset(plii_feature_array_address(body, array, state), 0, size); }
+    }
+    for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
+        memset(state + part->offset, 0, part->size);
+    }
+    if (klass->enable != NULL) { (void)klass->enable(body, state); }
+}
+
 // --------------------------------------------------------------------------------------------- bodies and the world
 
 #define SNAPSHOT_MEMBER(walk, member) snapshot_bytes(walk, &(member), sizeof(member))
@@ -217,8 +232,15 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     if (walk->status != PLI_OK) { return; }
     snapshot_bytes(walk, body->ignored_rigids, (size_t)ignored * sizeof(*body->ignored_rigids));
     if (walk->mode == SNAPSHOT_RESTORE) { body->ignored_rigid_count = (int)ignored; }
-    for (int i = 0; i < body->pipeline.feature_count && walk->status == PLI_OK; ++i) {
-        snapshot_feature(walk, body, &body->pipeline.features[i]);
+    const int count = body->pipeline.feature_count;
+    const uint64_t saved = snapshot_number(walk, (uint64_t)count);
+    for (int i = 0; i < count && walk->status == PLI_OK; ++i) {
+        plii_feature* feature = &body->pipeline.features[i];
+        if ((uint64_t)i < saved) {
+            snapshot_feature(walk, body, feature);
+        } else if (walk->mode == SNAPSHOT_RESTORE) {
+            snapshot_empty_feature(body, feature);
+        }
     }
 }
 

@@ -95,6 +95,11 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     return state->colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
+/* Compliances are those of the definition that was restored. */
+static void xpbd_links_on_restored(pli_body* body, void* data) {
+    ((xpbd_links_state*)data)->link_revision = body->link_revision - 1;
+}
+
 static const plii_field xpbd_links_fields[] = {
     PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
     PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
@@ -116,6 +121,7 @@ const plii_feature_class plii_xpbd_links_class = {
         {PLII_LIST_OF(xpbd_links_state, dampings, damping_capacity), .is_kept = true, .snapshot = PLII_LEFT},
         {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
+    .on_restored = xpbd_links_on_restored,
 };
 
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
