@@ -182,12 +182,53 @@ static void test_a_compressed_sheet_does_not_burst(void** unused) {
     check_at_most(most, 1.01);
 }
 
+/* Energy at most over that of the start, of a ball that meets a sheet off its middle with 5 m/s, without gravity. */
+static double most_energy_of_ball(float mass, bool has_faces) {
+    const pli_solver_settings settings = pli_body_def_default().solver;
+    pli_body* sheet = make_sheet(SHEET_RIM, &settings, true, has_faces);
+    pli_implicit_def implicit = pli_implicit_def_default();
+    implicit.stiffness = 1000;
+    CHECK_OK(pli_body_enable_implicit(sheet, &implicit));
+    pli_rigid* ball = make_ball(0.2f + ball_radius, mass);
+    pli_rigid_state state = pli_rigid_get_state(ball);
+    state.pose.origin.x = 0.03f;
+    state.pose.origin.z = 0.02f;
+    state.linear_velocity.y = -5;
+    CHECK_OK(pli_rigid_set_state(ball, &state));
+    double most = 0;
+    for (int i = 0; i < 240; ++i) {
+        CHECK_OK(pli_world_step(world, 1.0f / 60));
+        CHECK_OK(pli_rigid_integrate(ball, pli_vec3_make(0, 0, 0), 1.0f / 60));
+        state = pli_rigid_get_state(ball);
+        const double square = (double)pli_vec3_length_squared(state.linear_velocity),
+                     spin = (double)(ball_radius * pli_vec3_length(state.angular_velocity));
+        most = fmax(most, (double)mass * (0.5 * square + 0.2 * spin * spin) + (double)pli_body_kinetic_energy(sheet));
+    }
+    pli_rigid_destroy(ball);
+    pli_body_destroy(sheet);
+    return most / (0.5 * (double)mass * 25);
+}
+
+/* What friction gives to a light body must not throw it back over what slides. */
+static void test_friction_of_light_bodies_gives_no_energy(void** unused) {
+    (void)unused;
+    CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)));
+    const float masses[] = {0.02f, 0.1f, 0.5f};
+    for (int i = 0; i < 6; ++i) {
+        const double most = most_energy_of_ball(masses[i / 2], i % 2 == 1);
+        print_message("%g kg%s: at most %.4g of the energy of the start\n", (double)masses[i / 2],
+                      i % 2 == 1 ? ", faces" : "", most);
+        check_at_most(most, 1.001);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_springs_that_turn_gain_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_keeps_its_contacts_in_long_steps, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_friction_does_not_push_a_sheet_out_of_its_plane, setup_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_friction_of_light_bodies_gives_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_compressed_sheet_does_not_burst, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_an_edge_does_not_push_sideways, setup_world, teardown_world),
     };

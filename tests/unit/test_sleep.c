@@ -190,6 +190,14 @@ static void move_the_ground(resting_pair* pair) {
 static void take_the_ground_out(resting_pair* pair) {
     CHECK_OK(pli_rigid_set_present(pair->ground, false));
 }
+static void smooth_the_ground(resting_pair* pair) {
+    CHECK_OK(pli_rigid_set_friction(pair->ground, 0));
+}
+static void load_the_box(resting_pair* pair) {
+    pli_rigid_state state = pli_rigid_get_state(pair->box);
+    state.inverse_mass *= 0.01f;
+    CHECK_OK(pli_rigid_set_state(pair->box, &state));
+}
 static void take_the_box(resting_pair* pair) {
     pli_rigid_destroy(pair->box);
     pair->box = NULL;
@@ -214,9 +222,9 @@ static void push_with_a_platform(resting_pair* pair) {
 
 static void test_what_wakes_a_body(void** unused) {
     (void)unused;
-    void (*const wakes[])(resting_pair * pair) = {force_a_node,    change_gravity,      take_the_ground,
-                                                  move_the_ground, take_the_ground_out, take_the_box,
-                                                  throw_a_ball,    push_with_a_platform};
+    void (*const wakes[])(resting_pair * pair) = {
+        force_a_node, change_gravity, take_the_ground,      move_the_ground,   take_the_ground_out,
+        take_the_box, throw_a_ball,   push_with_a_platform, smooth_the_ground, load_the_box};
     for (size_t i = 0; i < sizeof wakes / sizeof *wakes; ++i) {
         resting_pair pair = make_resting_pair();
         wakes[i](&pair);

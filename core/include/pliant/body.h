@@ -239,8 +239,8 @@ PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 // Bodies that touch each other, or the same dynamic rigid body, fall asleep together, with these rigid bodies, and
 // wake together: their bounding boxes count. A body without sleep keeps awake what it touches. Asleep all velocities
 // are zero. What wakes a body, in the step in which it happens:
-// - a rigid body that moves into its bounds or is an anchor of it, or that leaves the world, moves or changes its
-//   shapes under it;
+// - a rigid body that moves into its bounds or is an anchor of it, or that leaves the world, moves or gets other
+//   shapes, another mass or another friction under it;
 // - another soft body that moves into its bounds, or has a joint to it;
 // - each call that changes it (forces, velocities, nodes, materials, features, wind, cuts), also one that is refused;
 //   a change of gravity; pli_body_set_asleep. Wind and targets that are set to what they are wake nobody.

@@ -1,9 +1,10 @@
 #ifndef PLIANT_FORCES_H
 #define PLIANT_FORCES_H
 
-/// Forces on soft bodies: aerodynamics, pressure, conservation of volume. They act on the normals of the start of the
-/// step and on node areas taken when the feature is enabled: of pressure and volume the "area" of a node is the mean of
-/// twice the areas of its faces, as in btSoftBody.
+/// Forces on soft bodies: aerodynamics, pressure, conservation of volume. Air acts on the normals of the start of the
+/// step and on areas taken when the feature is enabled, pressure and volume on the faces as they are at the start of
+/// the step. In reference mode (pli_world_def) these, too, act on normals and first areas of nodes, the mean of twice
+/// the areas of their faces, as in btSoftBody, and such forces do not quite sum up to zero.
 
 #include "body.h"
 
@@ -63,12 +64,12 @@ PLI_API pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind);
 /// Ends aerodynamics. Nothing when not enabled.
 PLI_API pli_status pli_body_disable_aero(pli_body* body);
 
-/// Gas inside a closed surface, or another amount of it: each node gets normal * area * coefficient / |volume|. No
+/// Gas inside a closed surface, or another amount of it: faces feel a pressure of coefficient / |volume|. No
 /// force while the volume is zero (Bullet divides by it). Cut to what would change the volume of a free body by a
 /// quarter within the step, as light nodes, high pressures and long steps ask for more than can be integrated; not in
 /// reference mode (pli_world_def). With pli_body_enable_xpbd_volume the gas is part of that constraint: it widens the
-/// wanted volume by compliance * coefficient / |volume|, at the same pace at most, and keeps momentum. The forces,
-/// which are Bullet's, sum up to zero only as far as node areas fit the surface: a free balloon drifts slowly.
+/// wanted volume by compliance * coefficient / |volume|, at the same pace at most; that carries more than the forces
+/// can, which are cut at 60 Hz to what some hundred Pa do to a ball of 2 kg.
 /// @param coefficient N m, of either sign, up to PLI_MAX_COEFFICIENT. Bullet name: kPR
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
@@ -76,7 +77,7 @@ PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
 /// Lets the gas out. Nothing when not enabled.
 PLI_API pli_status pli_body_disable_pressure(pli_body* body);
 
-/// A force towards the rest volume: each node gets normal * area * (rest volume - volume) * coefficient, cut to twice
+/// A force towards the rest volume: a pressure of (rest volume - volume) * coefficient, cut to twice
 /// what would bring the volume back within the step, and to a change by a quarter of the rest volume (not in reference
 /// mode). The rest volume is that at the first call; later calls change the
 /// coefficient alone.

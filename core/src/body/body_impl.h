@@ -138,13 +138,17 @@ extern const plii_feature_class plii_normals_class;      /* body->normals; refre
 extern const plii_feature_class plii_face_normals_class; /* body->face_normals, likewise. */
 extern const plii_feature_class plii_areas_class;        /* body->areas, face_areas; taken once */
 
-/* What forces along normals need. */
+/* What forces on the surface need. */
 extern const plii_feature_class* const plii_surface_force_needs[];
 
-/* Adds normal * area * scale to the forces on the nodes that are not pinned. */
-void plii_forces_add_along_normals(pli_body* body, float scale);
-/* m^3/Pa: change of the volume in a step by a unit of such a scale. Steps add dt^2 w times the force to positions. */
-float plii_forces_volume_response(const pli_body* body, float dt);
+/* Of each node, the sum of the cross products of its faces; valid until the next call or step. Needs normals. */
+const pli_vec4* plii_normals_crosses(const pli_body* body);
+
+/* Adds what a pressure on the faces does to the forces on the nodes that are not pinned: the gradient of the volume, so
+   that it moves and turns nothing as a whole; normal * area, as btSoftBody, in reference mode. */
+void plii_pressure_apply(pli_body* body, float pressure);
+/* m^3/Pa: change of the volume in a step by such a pressure. Steps add dt^2 w times the force to positions. */
+float plii_pressure_response(const pli_body* body);
 
 /* Links on positions: what every body starts with. */
 extern const plii_feature_class plii_links_class;

@@ -1,6 +1,7 @@
 /* Service: the force accumulator of the nodes. Bodies that feel nothing but gravity do without it. */
 
 #include "body/body_impl.h"
+#include "body/world_state.h"
 
 const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,
                                                               &plii_areas_class, NULL};
@@ -11,17 +12,23 @@ const plii_feature_class plii_forces_class = {
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("3f")})};
 
-float plii_forces_volume_response(const pli_body* body, float dt) {
+/* Six times the gradient of the volume is at each node the sum of the cross products of its faces. */
+float plii_pressure_response(const pli_body* body) {
+    const pli_vec4* crosses = plii_normals_crosses(body);
     float sum = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        sum += body->positions[i].w * body->areas[i] * body->areas[i];
+        sum += body->positions[i].w * pli_vec3_length_squared(plii_xyz(crosses[i]));
     }
-    return dt * dt * sum;
+    return body->step.dt * body->step.dt * sum / 36.0f;
 }
 
-void plii_forces_add_along_normals(pli_body* body, float scale) {
+void plii_pressure_apply(pli_body* body, float pressure) {
+    const bool is_of_bullet = body->world->def.reference_mode;
+    const pli_vec4* crosses = is_of_bullet ? NULL : plii_normals_crosses(body);
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
-        body->forces[i] = pli_vec3_add(body->forces[i], pli_vec3_scale(body->normals[i], body->areas[i] * scale));
+        const pli_vec3 force = is_of_bullet ? pli_vec3_scale(body->normals[i], body->areas[i] * pressure)
+                                            : pli_vec3_scale(plii_xyz(crosses[i]), pressure / 6.0f);
+        body->forces[i] = pli_vec3_add(body->forces[i], force);
     }
 }

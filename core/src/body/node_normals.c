@@ -2,6 +2,7 @@
    Matches btSoftBody::updateNormals and updateArea(true). */
 
 #include "body/body_impl.h"
+#include "body/pipeline.h"
 #include "math/simd_float4.h"
 
 #include <string.h>
@@ -23,8 +24,7 @@ PLII_SIMD_INLINE void normals_normalize(const pli_vec4* sums, pli_vec3* normals)
     plii_vec3x4_to(normals, plii_vec3x4_scale(sum, scale));
 }
 
-static void normals_refresh(pli_body* body, void* data) {
-    pli_vec4* restrict sums = ((normals_state*)data)->sums;
+static void normals_gather(const pli_body* body, pli_vec4* restrict sums) {
     const pli_vec4* restrict positions = body->positions;
     const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
     const int count = body->node_count, face_count = body->topology->face_count;
@@ -36,6 +36,18 @@ static void normals_refresh(pli_body* body, void* data) {
         plii_float4_to(b, plii_float4_from(b) + cross);
         plii_float4_to(c, plii_float4_from(c) + cross);
     }
+}
+
+const pli_vec4* plii_normals_crosses(const pli_body* body) {
+    normals_state* state = plii_feature_state(body, &plii_normals_class);
+    normals_gather(body, state->sums);
+    return state->sums;
+}
+
+static void normals_refresh(pli_body* body, void* data) {
+    pli_vec4* sums = ((normals_state*)data)->sums;
+    const int count = body->node_count;
+    normals_gather(body, sums);
     int i = 0;
     for (; i + PLII_LANES <= count; i += PLII_LANES) {
         normals_normalize(&sums[i], &body->normals[i]);

@@ -101,8 +101,10 @@ static void rigid_note_pose(pli_rigid* rigid) {
 
 static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
     const bool is_same_pose = rigid_is_same_pose(&rigid->state.pose, &state->pose);
+    const bool is_as_heavy = rigid->kind != PLI_RIGID_DYNAMIC || rigid->state.inverse_mass == state->inverse_mass;
     if (!is_same_pose) { rigid_note_pose(rigid); }
-    rigid->is_asleep = rigid->is_asleep && is_same_pose && plii_vec3_is_zero(state->linear_velocity) &&
+    rigid->has_changed = rigid->has_changed || !is_as_heavy;
+    rigid->is_asleep = rigid->is_asleep && is_same_pose && is_as_heavy && plii_vec3_is_zero(state->linear_velocity) &&
                        plii_vec3_is_zero(state->angular_velocity);
     rigid->state = *state;
     /* From where they came: reading a part of what was stored as a whole has to wait. */
@@ -247,6 +249,7 @@ pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
 pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(plii_check_between(rigid->context, friction, 0.0f, PLI_MAX_FACTOR, "friction", __func__));
+    rigid->has_changed = rigid->has_changed || rigid->friction != friction;
     rigid->friction = friction;
     return PLI_OK;
 }

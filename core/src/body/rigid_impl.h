@@ -62,7 +62,7 @@ struct pli_rigid {
     bool is_absent; /* pli_rigid_set_present */
     bool is_sensor; /* pli_rigid_set_sensor */
     bool is_asleep;
-    bool has_changed; /* its shapes, or whether it is there: what sleeps on it wakes */
+    bool has_changed; /* its shapes, mass or friction, or whether it is there: what sleeps on it wakes */
     bool was_touched, needs_reintegration;
     unsigned pose_version; /* counts changes of the pose by its host */
     plii_twist given;      /* velocity of the last pli_rigid_set_state */

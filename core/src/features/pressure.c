@@ -1,4 +1,4 @@
-/* Pressure of a gas in a closed surface: each node gets normal * area * coefficient / |volume|.
+/* Pressure of a gas in a closed surface: coefficient / |volume| on its faces.
    Bullet: kPR in btSoftBody::applyForces. */
 
 #include "body/all_features.h"
@@ -23,10 +23,10 @@ static void pressure_run(pli_body* body, void* state) {
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
     if (!body->world->def.reference_mode) {
-        const float limit = PLII_MAX_VOLUME_CHANGE * volume / plii_forces_volume_response(body, body->step.dt);
+        const float limit = PLII_MAX_VOLUME_CHANGE * volume / plii_pressure_response(body);
         scale = plii_clamp(scale, -limit, limit);
     }
-    plii_forces_add_along_normals(body, scale);
+    plii_pressure_apply(body, scale);
 }
 
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */

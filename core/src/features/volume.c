@@ -1,4 +1,4 @@
-/* Conservation of volume: each node gets normal * area * (rest volume - volume) * coefficient.
+/* Conservation of volume: a pressure of (rest volume - volume) * coefficient on the faces.
    Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
 
 #include "body/all_features.h"
@@ -17,15 +17,15 @@ typedef struct volume_state {
    overshoot more than the one before; btSoftBody explodes there. */
 static void volume_run(pli_body* body, void* state) {
     const volume_state* volume = state;
-    const float response = plii_forces_volume_response(body, body->step.dt);
-    const bool is_limited = response * volume->coefficient > 2.0f && !body->world->def.reference_mode;
-    const float coefficient = is_limited ? 2.0f / response : volume->coefficient;
-    float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;
+    const float missing = volume->rest_volume - plii_body_volume(body);
+    float pressure = missing * volume->coefficient;
     if (!body->world->def.reference_mode) {
+        const float response = plii_pressure_response(body);
         const float limit = PLII_MAX_VOLUME_CHANGE * fabsf(volume->rest_volume) / response;
-        scale = plii_clamp(scale, -limit, limit);
+        if (response * volume->coefficient > 2.0f) { pressure = missing * (2.0f / response); }
+        pressure = plii_clamp(pressure, -limit, limit);
     }
-    plii_forces_add_along_normals(body, scale);
+    plii_pressure_apply(body, pressure);
 }
 
 static pli_status volume_enable(pli_body* body, void* state) {

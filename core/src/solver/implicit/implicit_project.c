@@ -141,6 +141,13 @@ static plii_dvec3 project_sliding(const plii_implicit_constraint* constraint, pl
     return impulse;
 }
 
+/* Friction of what slides is that of a dashpot for the rigid body: as an impulse that stays, it would throw a light one
+   back over what slides. Not stiffer than the node itself, which gives `response` per impulse. */
+static void project_set_viscosity(plii_implicit_constraint* constraint, double friction, double sliding,
+                                  double response) {
+    constraint->viscosity = friction > 0.0 ? friction / (sliding + friction * response) : 0.0;
+}
+
 /* The impulse of one constraint on its node, which moves with `free` without it. */
 static void project_constraint(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
                                plii_dvec3 free) {
@@ -160,6 +167,12 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     if (pressing > 0.0 && plii_dvec3_length(across) <= constraint->friction * pressing) { return; }
     constraint->rows = 1;
     constraint->impulse = project_sliding(constraint, relative, across);
+    const plii_dvec3 slid =
+        plii_dvec3_add(relative, plii_implicit_block_solve(&constraint->block, constraint->impulse));
+    const double friction = sqrt(project_across(constraint->normal, constraint->impulse));
+    const plii_dvec3 unit = plii_dvec3_scale(across, 1.0 / plii_dvec3_length(across));
+    const double response = plii_dvec3_dot(unit, plii_implicit_block_solve(&constraint->block, unit));
+    project_set_viscosity(constraint, friction, sqrt(project_across(constraint->normal, slid)), response);
 }
 
 void plii_implicit_push(const plii_implicit_constraints* constraints, const plii_implicit_constraint* constraint,
@@ -242,19 +255,30 @@ static void project_point(const plii_implicit_constraints* constraints, plii_imp
         constraint->rows = 3;
     }
     project_add_impulse(constraints, constraint, plii_dvec3_sub(across, before), x);
+    off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
+    project_set_viscosity(constraint, fmin(length, limit), sqrt(project_across(n, off)),
+                          1.0 / constraint->stiffness_across);
 }
 
 /* Change of the impulse of a constraint when its point is moved, as long as the directions held stay the same. */
 static plii_dvec3 project_response(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
     const double share = constraint->share;
     if (constraint->rows == 0 || (constraint->is_point && constraint->is_pinned)) { return (plii_dvec3){0}; }
-    if (constraint->is_point) { return plii_implicit_point_impulse(constraint, moved); }
+    if (constraint->is_point) {
+        const double along = plii_dvec3_dot(constraint->normal, moved);
+        const double across = constraint->rows == 3 ? constraint->stiffness_across : constraint->viscosity;
+        return plii_dvec3_add_scaled(plii_dvec3_scale(moved, across), constraint->normal,
+                                     along * (constraint->stiffness - across));
+    }
     if (constraint->rows == 3) {
         return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->influence * share);
     }
     const double response =
         plii_dvec3_dot(constraint->normal, plii_implicit_block_solve(&constraint->block, constraint->normal));
-    return plii_dvec3_scale(constraint->normal, share * plii_dvec3_dot(constraint->normal, moved) / response);
+    const double along = plii_dvec3_dot(constraint->normal, moved);
+    const plii_dvec3 across = plii_dvec3_add_scaled(moved, constraint->normal, -along);
+    return plii_dvec3_add_scaled(plii_dvec3_scale(across, share * constraint->viscosity), constraint->normal,
+                                 share * along / response);
 }
 
 void plii_implicit_add_response(const plii_implicit_constraint* constraint, plii_implicit_response_fn* response,
