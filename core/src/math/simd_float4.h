@@ -232,11 +232,6 @@ PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_from_mat3(const pli_mat3* m) {
     plii_float4_transpose(rows);
     return (plii_lanes_mat3){{rows[0], rows[1], rows[2]}};
 }
-/* pli_mat3_mul_vec3 */
-PLII_SIMD_INLINE plii_float4 plii_lanes_mat3_mul(const plii_lanes_mat3* m, plii_float4 v) {
-    return m->columns[0] * plii_lanes_all_x(v) + m->columns[1] * plii_lanes_all_y(v) +
-           m->columns[2] * plii_lanes_all_z(v);
-}
 
 typedef struct plii_lanes_bounds {
     plii_float4 low, high;
