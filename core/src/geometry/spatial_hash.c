@@ -62,23 +62,10 @@ static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, 
     hash->mask = size - 1;
 }
 
-/* Of passes over the points. */
 typedef struct spatial_hash_points {
     plii_spatial_hash* hash;
     const pli_vec3* positions;
-    pli_vec3 lows[PLII_MOST_BLOCKS], highs[PLII_MOST_BLOCKS];
 } spatial_hash_points;
-
-static void spatial_hash_bound_block(int begin, int end, int block, void* data) {
-    spatial_hash_points* points = data;
-    pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    for (int i = begin; i < end; ++i) {
-        low = plii_vec3_min(points->positions[i], low);
-        high = plii_vec3_max(points->positions[i], high);
-    }
-    points->lows[block] = low;
-    points->highs[block] = high;
-}
 
 static void spatial_hash_cell_range(int begin, int end, void* data) {
     const spatial_hash_points* points = data;
@@ -89,15 +76,12 @@ static void spatial_hash_cell_range(int begin, int end, void* data) {
 
 enum { SPATIAL_HASH_POINT_NS = 3 };
 
-static void spatial_hash_set_grid(pli_context* context, spatial_hash_points* points, int count, float cell_size,
+static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_vec3* positions, float cell_size,
                                   float shift, unsigned most) {
-    plii_spatial_hash* hash = points->hash;
-    const plii_blocks blocks = plii_blocks_of(count, plii_grain(SPATIAL_HASH_POINT_NS), PLII_MOST_BLOCKS);
-    plii_run_blocks(context, blocks, count, spatial_hash_bound_block, points);
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    for (int b = 0; b < blocks.count; ++b) {
-        low = plii_vec3_min(points->lows[b], low);
-        high = plii_vec3_max(points->highs[b], high);
+    for (int i = 0; i < count; ++i) {
+        low = plii_vec3_min(positions[i], low);
+        high = plii_vec3_max(positions[i], high);
     }
     const pli_vec3 extent = pli_vec3_sub(high, low);
     const bool is_finite = plii_vec3_is_finite(extent) && plii_vec3_is_finite(low);
@@ -136,10 +120,8 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     hash->count = 0;
     if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
-    spatial_hash_points points;
-    points.hash = hash;
-    points.positions = positions;
-    spatial_hash_set_grid(context, &points, count, cell_size, shift, most);
+    spatial_hash_points points = {hash, positions};
+    spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
 
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {
