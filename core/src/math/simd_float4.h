@@ -77,10 +77,6 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value
     return (plii_float4)(mask & (plii_mask4)value);
 }
 #endif
-/* copysignf */
-PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
-    return plii_lanes_select((plii_mask4)plii_float4_all(-0.0f), sign, size);
-}
 /* x, y, z, 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
     return plii_lanes_where((plii_mask4){-1, -1, -1, 0}, a);
@@ -296,12 +292,10 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_all(pli_vec3 a) {
 PLII_SIMD_INLINE pli_vec3 plii_vec3x4_first(plii_vec3x4 a) {
     return pli_vec3_make(plii_lanes_first(a.x), plii_lanes_first(a.y), plii_lanes_first(a.z));
 }
-/* Of four records; their w goes to `w`, which may be NULL. */
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_vec4s(const pli_vec4* records, plii_float4* w) {
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_vec4s(const pli_vec4* records) {
     plii_float4 rows[4] = {plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
                            plii_float4_from(&records[3])};
     plii_float4_transpose(rows);
-    if (w != NULL) { *w = rows[3]; }
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }
 /* Of four vectors one after the other. */

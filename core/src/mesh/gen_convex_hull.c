@@ -40,10 +40,7 @@ pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, co
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));
     float tolerance = 0.0f;
     if (point_count > 0) {
-        pli_bounds bounds = {points[0], points[0]};
-        for (int i = 1; i < point_count; ++i) {
-            bounds = plii_bounds_add(bounds, points[i]);
-        }
+        const pli_bounds bounds = plii_bounds_of_points(point_count, points);
         tolerance = tolerance_ratio * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
     }
     plii_convex_hull hull = {0};

@@ -114,13 +114,11 @@ static void hull_copy_triangles(hull_data* hull, const plii_convex_hull* source,
 }
 
 static void hull_measure_extent(hull_data* hull) {
-    pli_bounds bounds = {hull->points[0], hull->points[0]};
     float extent = 0.0f;
     for (int i = 0; i < hull->point_count; ++i) {
-        bounds = plii_bounds_add(bounds, hull->points[i]);
         extent = plii_max(extent, pli_vec3_length(hull->points[i]));
     }
-    hull->bounds = plii_bounds_grow(bounds, hull->radius);
+    hull->bounds = plii_bounds_grow(plii_bounds_of_points(hull->point_count, hull->points), hull->radius);
     hull->noise = 4.0f * PLII_EPSILON * extent;
 }
 

@@ -88,10 +88,7 @@ static void surface_add_candidate(int triangle, void* user) {
 
 static surface_candidates surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points,
                                                   float reach) {
-    pli_bounds near = {points[0], points[0]};
-    for (int i = 1; i < count; ++i) {
-        near = plii_bounds_add(near, points[i]);
-    }
+    const pli_bounds near = plii_bounds_of_points(count, points);
     surface_candidates candidates;
     candidates.surface = surface;
     candidates.middle = pli_vec3_scale(pli_vec3_add(near.min, near.max), 0.5f);
