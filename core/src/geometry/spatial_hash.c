@@ -5,7 +5,6 @@
 #include "geometry/spatial_hash.h"
 
 #include "base/csr.h"
-#include "base/ranges.h"
 #include "math/simd_float4.h"
 
 static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_origin) {
@@ -62,20 +61,6 @@ static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, 
     hash->mask = size - 1;
 }
 
-typedef struct spatial_hash_points {
-    plii_spatial_hash* hash;
-    const pli_vec3* positions;
-} spatial_hash_points;
-
-static void spatial_hash_cell_range(int begin, int end, void* data) {
-    const spatial_hash_points* points = data;
-    for (int i = begin; i < end; ++i) {
-        points->hash->cells[i] = spatial_hash_cell_of(points->hash, points->positions[i]);
-    }
-}
-
-enum { SPATIAL_HASH_POINT_NS = 3 };
-
 static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_vec3* positions, float cell_size,
                                   float shift, unsigned most) {
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
@@ -120,15 +105,14 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     hash->count = 0;
     if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
-    spatial_hash_points points = {hash, positions};
     spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
 
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {
         hash->starts[i] = 0;
     }
-    plii_parallel_for(context, spatial_hash_cell_range, &points, count, plii_grain(SPATIAL_HASH_POINT_NS));
     for (int i = 0; i < count; ++i) {
+        hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
         ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
     }
     (void)plii_csr_sum((int)size, hash->starts);
