@@ -34,24 +34,16 @@ const char* plii_lost_error(void) {
 _Thread_local plii_thread_state plii_thread;
 _Thread_local int plii_shape_queries;
 
-/* The thread has the lock of the context already: it is in a hook. */
-static bool context_is_in_hook(const pli_context* context) {
-    for (const plii_walk* walk = plii_thread.walk; walk != NULL; walk = walk->outer) {
-        const bool is_hook = walk->kind == PLII_WALK_HOOK || walk->kind == PLII_WALK_LOG;
-        if (is_hook && walk->context == context) { return true; }
+static bool context_is_in(const pli_context* context, plii_walk_kind kind) {
+    const plii_walk* walk = plii_thread.walk;
+    while (walk != NULL && (walk->kind != kind || walk->context != context)) {
+        walk = walk->outer;
     }
-    return false;
-}
-
-static bool context_is_logging(const pli_context* context) {
-    for (const plii_walk* walk = plii_thread.walk; walk != NULL; walk = walk->outer) {
-        if (walk->kind == PLII_WALK_LOG && walk->context == context) { return true; }
-    }
-    return false;
+    return walk != NULL;
 }
 
 bool plii_context_lock(pli_context* context) {
-    if (context_is_in_hook(context)) { return false; }
+    if (context_is_in(context, PLII_WALK_HOOK) || context_is_in(context, PLII_WALK_LOG)) { return false; }
     while (__atomic_exchange_n(&context->is_locked, true, __ATOMIC_ACQUIRE)) {
         while (PLII_LOAD(&context->is_locked)) {
             thrd_yield();
@@ -82,11 +74,7 @@ static void parallel_range(int begin, int end, void* data) {
 }
 
 bool plii_has_threads(const pli_context* context) {
-    const plii_walk* walk = plii_thread.walk;
-    while (walk != NULL && (walk->kind != PLII_WALK_PARALLEL || walk->context != context)) {
-        walk = walk->outer;
-    }
-    return context->parallel_for != NULL && walk == NULL;
+    return context->parallel_for != NULL && !context_is_in(context, PLII_WALK_PARALLEL);
 }
 
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
@@ -126,7 +114,7 @@ pli_status plii_fail(pli_context* context, pli_status status, const char* functi
         return status;
     }
 #endif
-    const bool is_logging = context_is_logging(context);
+    const bool is_logging = context_is_in(context, PLII_WALK_LOG);
     const bool was_locked = plii_context_lock(context);
     memcpy(context->last_error, message, strlen(message) + 1);
     if (!is_logging) { /* a call that fails inside of the log function is not logged, and its message does not stay */

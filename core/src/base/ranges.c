@@ -45,18 +45,6 @@ double plii_sum_blocks(pli_context* context, int item_count, int least, plii_blo
     return sum;
 }
 
-double plii_largest_of_blocks(pli_context* context, int item_count, int least, plii_block_value_fn* value,
-                              const void* task) {
-    const plii_blocks blocks = plii_blocks_of(item_count, least, PLII_MOST_BLOCKS);
-    values_task all = {.value = value, .task = task};
-    plii_run_blocks(context, blocks, item_count, values_block, &all);
-    double largest = 0.0;
-    for (int b = 0; b < blocks.count; ++b) {
-        largest = largest > all.values[b] ? largest : all.values[b];
-    }
-    return largest;
-}
-
 int plii_close_up_blocks(plii_blocks blocks, const int* kept, void* items, size_t size) {
     int count = 0;
     for (int b = 0; b < blocks.count; ++b) {

@@ -1,6 +1,5 @@
 /* Passes over all nodes or faces of a body that gather one figure: bounds, finiteness, volume. */
 
-#include "base/ranges.h"
 #include "body/body_impl.h"
 #include "math/range.h"
 #include "math/simd_float4.h"
@@ -10,51 +9,17 @@ typedef struct node_extent {
     plii_float4 sum; /* keeps a NaN, which the two above may lose */
 } node_extent;
 
-PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* records, int begin, int end) {
-    const plii_float4 first = plii_float4_from(&records[begin]);
+/* Inline: bodies of a few nodes would notice that it goes through memory. */
+PLII_SIMD_INLINE node_extent node_extent_of(const pli_body* body, const pli_vec4* records) {
+    const plii_float4 first = plii_float4_from(&records[0]);
     node_extent extent = {first, first, first};
-    for (int i = begin + 1; i < end; ++i) {
+    for (int i = 1; i < body->node_count; ++i) {
         const plii_float4 x = plii_float4_from(&records[i]);
         extent.low = plii_lanes_min(extent.low, x);
         extent.high = plii_lanes_max(extent.high, x);
         extent.sum += x;
     }
     return extent;
-}
-
-enum { NODE_PASSES_BLOCK = 4096, NODE_PASSES_MAX_BLOCKS = 32 };
-
-typedef struct node_extents {
-    const pli_vec4* records;
-    int count, block;
-    node_extent of[NODE_PASSES_MAX_BLOCKS];
-} node_extents;
-
-static void node_extents_range(int begin, int end, void* data) {
-    node_extents* extents = data;
-    for (int b = begin; b < end; ++b) {
-        const int first = b * extents->block, last = first + extents->block;
-        extents->of[b] = node_extent_of(extents->records, first, last < extents->count ? last : extents->count);
-    }
-}
-
-static node_extent node_extent_in_blocks(const pli_body* body, const pli_vec4* records) {
-    const plii_blocks blocks = plii_blocks_of(body->node_count, NODE_PASSES_BLOCK, NODE_PASSES_MAX_BLOCKS);
-    node_extents extents = {.records = records, .count = body->node_count, .block = blocks.size};
-    plii_parallel_for(body->context, node_extents_range, &extents, blocks.count, 1);
-    node_extent all = extents.of[0];
-    for (int b = 1; b < blocks.count; ++b) {
-        all.low = plii_lanes_min(all.low, extents.of[b].low);
-        all.high = plii_lanes_max(all.high, extents.of[b].high);
-        all.sum += extents.of[b].sum;
-    }
-    return all;
-}
-
-/* Inline: bodies of a few nodes would notice that it goes through memory. */
-PLII_SIMD_INLINE node_extent node_extent_all(const pli_body* body, const pli_vec4* records) {
-    return body->node_count > NODE_PASSES_BLOCK ? node_extent_in_blocks(body, records)
-                                                : node_extent_of(records, 0, body->node_count);
 }
 
 /* Of all nodes; x, y and z of every record are numbers no larger than the limit. Then their sum is one too. */
@@ -65,14 +30,14 @@ static bool node_extent_is_within(const node_extent* extent, float limit) {
 }
 
 bool plii_body_update_bounds(pli_body* body) {
-    const node_extent extent = node_extent_all(body, body->positions);
+    const node_extent extent = node_extent_of(body, body->positions);
     plii_lanes_to_vec3(&body->bounds.min, extent.low - body->collision_margin);
     plii_lanes_to_vec3(&body->bounds.max, extent.high + body->collision_margin);
     return node_extent_is_within(&extent, PLI_MAX_COORDINATE);
 }
 
 bool plii_body_is_slow(const pli_body* body) {
-    const node_extent extent = node_extent_all(body, body->velocities);
+    const node_extent extent = node_extent_of(body, body->velocities);
     return node_extent_is_within(&extent, PLI_MAX_SPEED);
 }
 

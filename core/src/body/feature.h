@@ -208,8 +208,6 @@ typedef struct plii_feature_class {
     pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
-    /* It makes contacts of `body` alone; what it writes to `other` is the same in whatever order pairs come. */
-    bool keeps_pairs_with_first;
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
     int (*list_constraints)(const pli_body* body, const void* state, int capacity,
                             struct plii_node_constraint* constraints);

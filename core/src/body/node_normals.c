@@ -16,14 +16,6 @@ typedef struct normals_state {
     pli_vec4* sums; /* [node_count] of the cross products of the faces around */
 } normals_state;
 
-/* Of four nodes; those without faces keep their zero. */
-PLII_SIMD_INLINE void normals_normalize(const pli_vec4* sums, pli_vec3* normals) {
-    const plii_vec3x4 sum = plii_vec3x4_from_vec4s(sums, NULL);
-    const plii_float4 length = plii_float4_sqrt(plii_vec3x4_dot(sum, sum));
-    const plii_float4 scale = plii_lanes_select(length > PLII_EPSILON, 1.0f / length, plii_float4_all(1.0f));
-    plii_vec3x4_to(normals, plii_vec3x4_scale(sum, scale));
-}
-
 static void normals_gather(const pli_body* body, pli_vec4* restrict sums) {
     const pli_vec4* restrict positions = body->positions;
     const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
@@ -46,18 +38,13 @@ const pli_vec4* plii_normals_crosses(const pli_body* body) {
 
 static void normals_refresh(pli_body* body, void* data) {
     pli_vec4* sums = ((normals_state*)data)->sums;
-    const int count = body->node_count;
     normals_gather(body, sums);
-    int i = 0;
-    for (; i + PLII_LANES <= count; i += PLII_LANES) {
-        normals_normalize(&sums[i], &body->normals[i]);
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 sum = plii_xyz(sums[i]);
+        const float length = pli_vec3_length(sum);
+        /* Those without faces keep their zero. */
+        body->normals[i] = length > PLII_EPSILON ? plii_vec3_divide(sum, length) : sum;
     }
-    if (i == count) { return; }
-    pli_vec4 last_sums[PLII_LANES] = {0};
-    pli_vec3 last[PLII_LANES];
-    memcpy(last_sums, &sums[i], (size_t)(count - i) * sizeof *sums);
-    normals_normalize(last_sums, last);
-    memcpy(&body->normals[i], last, (size_t)(count - i) * sizeof *last);
 }
 
 const plii_feature_class plii_normals_class = {

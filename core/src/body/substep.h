@@ -36,13 +36,13 @@ struct plii_substep {
 
 typedef void plii_substep_fn(pli_body* body, void* state, const plii_substep* substep);
 
-/* Kinds that only XPBD has are enabled by plii_xpbd_enable_kind; features of other solvers name theirs in their class
-   and take part whenever the body is stepped by XPBD. */
+/* Features that name one in their class take part whenever the body is stepped by XPBD. */
 typedef struct plii_substep_class {
     /* Of the sweep, an enum constant in the feature's own file: to 49 what holds the body together, from 50 on anchors
        and contacts, so that what is drawn does not penetrate. */
     int order;
     const plii_feature_class* klass;
+    bool is_of_xpbd;       /* enabled by plii_xpbd_enable_kind; goes when another solver steps the body */
     bool is_in_iterations; /* of the position-based solver too, but in reference mode: see plii_follows_rigids */
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
     plii_substep_fn* restart;                   /* before the sweeps of a substep: multipliers to zero; optional */

@@ -4,7 +4,7 @@
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
 
-void plii_substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_class* kind, void* state) {
+static void substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_class* kind, void* state) {
     int place = kinds->count++;
     for (; place > 0 && kinds->at[place - 1]->order > kind->order; --place) {
         kinds->at[place] = kinds->at[place - 1];
@@ -27,11 +27,12 @@ static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits*
 }
 
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
+    kinds->count = 0;
     for (int i = 0; i < body->pipeline.feature_count && kinds->count < PLII_MAX_SUBSTEP_KINDS; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         const plii_substep_class* kind = feature->klass->substepped;
         if (kind == NULL || (in_iterations && !kind->is_in_iterations)) { continue; }
-        plii_substep_kinds_insert(kinds, kind, feature->state);
+        substep_kinds_insert(kinds, kind, feature->state);
     }
     int busy = 0;
     for (int k = 0; k < kinds->count; ++k) {

@@ -14,8 +14,7 @@ typedef struct plii_substep_kinds {
     plii_substep_limits limits;
 } plii_substep_kinds;
 
-void plii_substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_class* kind, void* state);
-/* Those of the body's features too; drops what has nothing to do in this step. */
+/* Those of the body's features, but for what has nothing to do in this step. */
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations);
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
 void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);

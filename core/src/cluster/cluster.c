@@ -299,20 +299,15 @@ static void clusters_prepare(pli_body* body, void* state) {
 
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
-    const plii_float4 linear = plii_float4_from(&cluster->linear_velocity);
-    const plii_float4 angular = plii_float4_from(&cluster->angular_velocity);
-    const plii_float4 damping = plii_float4_all(cluster->settings.node_damping);
+    const pli_vec3 linear = plii_xyz(cluster->linear_velocity), angular = plii_xyz(cluster->angular_velocity);
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = members[i].node;
         if (!(body->positions[node].w > 0.0f)) { continue; }
-        const plii_float4 arm = plii_float4_from(&body->previous[node]) - centre;
-        const plii_float4 rigid = linear + plii_lanes_cross(angular, arm);
-        const plii_float4 velocity = plii_float4_from(&body->velocities[node]);
-        const plii_float4 damped = velocity + (rigid - velocity) * damping;
-        const plii_mask4 is_slower =
-            plii_float4_all(plii_lanes_dot(rigid, rigid)) <= plii_float4_all(plii_lanes_dot(velocity, velocity));
-        plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, velocity));
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->previous[node]), cluster->frame.origin);
+        const pli_vec3 rigid = pli_vec3_add(linear, pli_vec3_cross(angular, arm)),
+                       velocity = plii_xyz(body->velocities[node]);
+        if (!(pli_vec3_length_squared(rigid) <= pli_vec3_length_squared(velocity))) { continue; }
+        plii_set_xyz(&body->velocities[node], pli_vec3_lerp(velocity, rigid, cluster->settings.node_damping));
     }
 }
 

@@ -255,7 +255,6 @@ const plii_feature_class plii_cluster_contacts_class = {
                     PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
-    .keeps_pairs_with_first = true,
     .on_rigid_removed = cluster_contacts_on_rigid_removed,
     .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body_removed,
                 [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_clusters_removed,

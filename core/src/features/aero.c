@@ -147,7 +147,7 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* ste
     const float density = step->density, dt = step->dt;
     const plii_float4 inverse_mass =
         plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
-    const plii_vec3x4 own_velocity = plii_vec3x4_from_vec4s(nodes.velocities, NULL);
+    const plii_vec3x4 own_velocity = plii_vec3x4_from_vec4s(nodes.velocities);
     const plii_vec3x4 wind = plii_vec3x4_all(aero->def.wind);
     const plii_vec3x4 velocity = plii_vec3x4_sub(own_velocity, wind);
     const plii_mask4 moves = plii_vec3x4_dot(velocity, velocity) > PLII_EPSILON;

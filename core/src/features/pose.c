@@ -7,7 +7,6 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/polar.h"
-#include "math/simd_float4.h"
 
 typedef struct pose_state {
     float matching;
@@ -18,46 +17,34 @@ typedef struct pose_state {
 } pose_state;
 
 static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
-    plii_float4 sum = plii_float4_all(0.0f);
+    pli_vec3 centre = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 x = plii_float4_from(&body->positions[i]);
-        sum += x * pose->weights[i];
+        centre = pli_vec3_add(centre, pli_vec3_scale(plii_xyz(body->positions[i]), pose->weights[i]));
     }
-    pli_vec3 centre;
-    plii_lanes_to_vec3(&centre, sum);
     return centre;
 }
 
 static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
     /* Starting from a small diagonal keeps a mesh in a coordinate plane from being singular. */
-    const pli_mat3 start = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
-    plii_float4 x_row = plii_lanes_from_vec3(&start.rows[0]), y_row = plii_lanes_from_vec3(&start.rows[1]);
-    plii_float4 z_row = plii_lanes_from_vec3(&start.rows[2]);
-    const plii_float4 centre = plii_lanes_from_vec3(&pose->centre);
+    pli_mat3 covariance = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 arm = plii_float4_from(&body->positions[i]) - centre;
-        const plii_float4 now = arm * pose->weights[i];
-        const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
-        x_row += rest * plii_lanes_all_x(now);
-        y_row += rest * plii_lanes_all_y(now);
-        z_row += rest * plii_lanes_all_z(now);
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
+        const pli_vec3 now = pli_vec3_scale(arm, pose->weights[i]), rest = pose->rest[i];
+        covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
+        covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
+        covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(rest, now.z));
     }
-    pli_mat3 covariance;
-    plii_lanes_to_vec3(&covariance.rows[0], x_row);
-    plii_lanes_to_vec3(&covariance.rows[1], y_row);
-    plii_lanes_to_vec3(&covariance.rows[2], z_row);
     return covariance;
 }
 
-/* Pinned nodes stay, and so does every w. */
+/* Pinned nodes stay. */
 static void pose_match(pli_body* body, const pose_state* pose) {
-    const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&pose->rotation);
-    const plii_float4 centre = plii_lanes_from_vec3(&pose->centre);
+    const pli_transform frame = {pose->rotation, pose->centre};
     for (int i = 0; i < body->node_count; ++i) {
-        if (!(body->positions[i].w > 0.0f)) { continue; }
-        const plii_float4 goal = plii_lanes_mat3_mul(&rotation, plii_lanes_from_vec3(&pose->rest[i])) + centre;
-        const plii_float4 x = plii_float4_from(&body->positions[i]);
-        plii_float4_to(&body->positions[i], x + plii_lanes_xyz((goal - x) * pose->matching));
+        pli_vec4* position = &body->positions[i];
+        if (!(position->w > 0.0f)) { continue; }
+        const pli_vec3 goal = pli_transform_point(frame, pose->rest[i]);
+        plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, pose->matching));
     }
 }
 

@@ -67,10 +67,6 @@ static void sleep_judge_rigid(pli_rigid* rigid, float dt) {
     }
 }
 
-static bool sleep_rigid_rests(const pli_rigid* rigid) {
-    return rigid->rest_time >= pli_sleep_def_default().time;
-}
-
 // --------------------------------------------------------------------------------------------------- who holds whom
 
 typedef struct sleep_search {
@@ -265,7 +261,7 @@ static void sleep_judge_groups(pli_world* world, int* parents) {
     }
     for (int r = 0; r < world->rigid_count; ++r) {
         const pli_rigid* rigid = world->rigids[r];
-        if (rigid->first_body == PLI_NULL_INDEX || sleep_rigid_rests(rigid)) { continue; }
+        if (rigid->first_body == PLI_NULL_INDEX || rigid->rest_time >= pli_sleep_def_default().time) { continue; }
         world->bodies[plii_union_root(parents, rigid->first_body)]->is_group_resting = false;
     }
 }

@@ -12,7 +12,6 @@
 #include "body/world_state.h"
 #include "features/tether_measure.h"
 #include "math/definition.h"
-#include "math/simd_float4.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
@@ -32,7 +31,7 @@ typedef struct tether_origin {
     pli_vec3 start, end;
 } tether_origin;
 
-enum { TETHER_LANDMARKS = PLII_LANES };
+enum { TETHER_LANDMARKS = 4 };
 
 /* m, from each landmark to a node; infinite where it is none, or the nearest origin. */
 typedef struct tether_far {
@@ -171,27 +170,16 @@ static float tether_longest(const tether_state* state, const pli_tether* tether)
     return tether->length * tether_factor(state);
 }
 
-/* Where landmarks are, by components; where there is none any place will do. */
-typedef struct tether_landmark_lanes {
-    plii_float4 x, y, z, factor; /* factor: to lengths */
-} tether_landmark_lanes;
-
-static tether_landmark_lanes tether_landmark_lanes_of(tether_state* state, const pli_vec3 at[TETHER_LANDMARKS]) {
-    state->spread = tether_spread(state, at);
-    return (tether_landmark_lanes){.x = {at[0].x, at[1].x, at[2].x, at[3].x},
-                                   .y = {at[0].y, at[1].y, at[2].y, at[3].y},
-                                   .z = {at[0].z, at[1].z, at[2].z, at[3].z},
-                                   .factor = plii_float4_all(tether_factor(state))};
-}
-
-/* Bits of the landmarks that a node is too far from; `longest` in m. */
-static int tether_too_far(const tether_state* state, const tether_landmark_lanes* lanes, int node, pli_vec3 at,
-                          float longest[TETHER_LANDMARKS]) {
-    const plii_float4 x = plii_float4_all(at.x) - lanes->x, y = plii_float4_all(at.y) - lanes->y,
-                      z = plii_float4_all(at.z) - lanes->z;
-    const plii_float4 limit = plii_float4_load(state->far[node].lengths) * lanes->factor;
-    plii_float4_store(longest, limit);
-    return plii_lanes_bits(x * x + y * y + z * z > limit * limit);
+/* Bits of the landmarks that a node is too far from. */
+static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TETHER_LANDMARKS], int node,
+                          pli_vec3 at) {
+    int bits = 0;
+    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+        const float longest = state->far[node].lengths[k] * tether_factor(state);
+        const pli_vec3 apart = pli_vec3_sub(at, landmarks[k]);
+        bits |= (pli_vec3_length_squared(apart) > longest * longest) << k;
+    }
+    return bits;
 }
 
 // -------------------------------------------------------------------------------------------------------- anchors
@@ -255,13 +243,14 @@ static pli_vec3 tether_position(const pli_body* body, const plii_substep* subste
     return substep != NULL ? plii_substep_position(body, substep, node) : plii_xyz(body->positions[node]);
 }
 
-static tether_landmark_lanes tether_find_landmarks(const pli_body* body, tether_state* state,
-                                                   const plii_substep* substep) {
-    pli_vec3 landmarks[TETHER_LANDMARKS] = {0};
-    for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
-        landmarks[k] = tether_position(body, substep, state->landmarks[k]);
+/* Where they are; where there is none any place will do. Sets the spread. */
+static void tether_find_landmarks(const pli_body* body, tether_state* state, const plii_substep* substep,
+                                  pli_vec3 landmarks[TETHER_LANDMARKS]) {
+    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+        const int node = state->landmarks[k];
+        landmarks[k] = node != PLI_NULL_INDEX ? tether_position(body, substep, node) : pli_vec3_make(0, 0, 0);
     }
-    return tether_landmark_lanes_of(state, landmarks);
+    state->spread = tether_spread(state, landmarks);
 }
 
 static void tether_begin(pli_body* body, void* data) {
@@ -271,7 +260,8 @@ static void tether_begin(pli_body* body, void* data) {
     if (has_changed || state->link_revision != body->link_revision || state->is_loose != tether_is_loose(body)) {
         (void)tether_measure(body, state);
     }
-    (void)tether_find_landmarks(body, state, NULL); /* the spread */
+    pli_vec3 landmarks[TETHER_LANDMARKS];
+    tether_find_landmarks(body, state, NULL, landmarks);
     tether_gather_loads(body, state);
 }
 
@@ -296,15 +286,16 @@ static void tether_hold(pli_body* body, int node, int origin, float longest, con
 }
 
 static void tether_hold_nodes(pli_body* body, tether_state* state, const plii_substep* substep) {
-    const tether_landmark_lanes lanes = tether_find_landmarks(body, state, substep);
+    pli_vec3 landmarks[TETHER_LANDMARKS];
+    tether_find_landmarks(body, state, substep, landmarks);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }
         tether_hold(body, i, tether->origin, tether_longest(state, tether), substep);
-        float longest[TETHER_LANDMARKS];
-        const int too_far = tether_too_far(state, &lanes, i, tether_position(body, substep, i), longest);
+        const int too_far = tether_too_far(state, landmarks, i, tether_position(body, substep, i));
         for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
-            if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest[k], substep); }
+            const float longest = state->far[i].lengths[k] * tether_factor(state);
+            if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest, substep); }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 #include "geometry/bvh.h"
 
+#include "base/csr.h"
 #include "math/bounds.h"
 #include "math/simd_float4.h"
 
@@ -190,33 +191,28 @@ static uint32_t bvh_cell(float value, float low, float scale) {
     return cell >= 1023.0f ? 1023u : cell >= 0.0f ? (uint32_t)cell : 0u; /* also for NaN */
 }
 
-/* Sorts items by key, eight bits at a time, least significant first. */
-static void bvh_sort(plii_bvh* tree, int count) {
-    uint32_t* keys = tree->keys;
-    uint32_t* other_keys = tree->keys + count;
-    int* items = tree->items;
-    int* other_items = tree->sorting;
-    for (int shift = 0; shift < 32; shift += 8) {
-        int begin[257] = {0};
-        for (int i = 0; i < count; ++i) {
-            ++begin[(keys[i] >> shift & 255u) + 1];
-        }
-        for (int digit = 0; digit < 256; ++digit) {
-            begin[digit + 1] += begin[digit];
-        }
-        for (int i = 0; i < count; ++i) {
-            const int at = begin[keys[i] >> shift & 255u]++;
-            other_keys[at] = keys[i];
-            other_items[at] = items[i];
-        }
-        uint32_t* swap_keys = keys;
-        keys = other_keys;
-        other_keys = swap_keys;
-        int* swap_items = items;
-        items = other_items;
-        other_items = swap_items;
+/* By eight bits of the keys; equals stay in their order. */
+static void bvh_sort_by(int shift, int count, const uint32_t* keys, const int* items, uint32_t* sorted_keys,
+                        int* sorted_items) {
+    int begin[257] = {0};
+    for (int i = 0; i < count; ++i) {
+        ++begin[keys[i] >> shift & 255u];
     }
-    /* After an even number of passes the result is back where it began. */
+    (void)plii_csr_sum(256, begin);
+    for (int i = count - 1; i >= 0; --i) {
+        const int at = --begin[keys[i] >> shift & 255u];
+        sorted_keys[at] = keys[i];
+        sorted_items[at] = items[i];
+    }
+}
+
+/* Sorts items by key, least significant bits first, there and back. */
+static void bvh_sort(plii_bvh* tree, int count) {
+    uint32_t* other_keys = tree->keys + count;
+    for (int shift = 0; shift < 32; shift += 16) {
+        bvh_sort_by(shift, count, tree->keys, tree->items, other_keys, tree->sorting);
+        bvh_sort_by(shift + 8, count, other_keys, tree->sorting, tree->keys, tree->items);
+    }
 }
 
 bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* bounds) {

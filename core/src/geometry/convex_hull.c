@@ -439,6 +439,22 @@ pli_status plii_convex_hull_create(pli_context* context, int point_count, const 
     return PLI_OK;
 }
 
+int plii_convex_hull_corners(const plii_convex_hull* hull, int point_count, int* corners) {
+    int count = 0;
+    for (int i = 0; i < point_count; ++i) {
+        corners[i] = PLI_NULL_INDEX;
+    }
+    for (int i = 0; i < hull->triangle_count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            corners[hull->triangles[i][k]] = 0;
+        }
+    }
+    for (int i = 0; i < point_count; ++i) {
+        if (corners[i] != PLI_NULL_INDEX) { corners[i] = count++; }
+    }
+    return count;
+}
+
 void plii_convex_hull_destroy(pli_context* context, plii_convex_hull* hull) {
     PLII_RELEASE(context, hull->triangles, hull->triangle_count);
     *hull = (plii_convex_hull){0};

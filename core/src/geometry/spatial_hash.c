@@ -5,7 +5,6 @@
 #include "geometry/spatial_hash.h"
 
 #include "base/csr.h"
-#include "base/ranges.h"
 #include "math/simd_float4.h"
 
 static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_origin) {
@@ -62,42 +61,12 @@ static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, 
     hash->mask = size - 1;
 }
 
-/* Of passes over the points. */
-typedef struct spatial_hash_points {
-    plii_spatial_hash* hash;
-    const pli_vec3* positions;
-    pli_vec3 lows[PLII_MOST_BLOCKS], highs[PLII_MOST_BLOCKS];
-} spatial_hash_points;
-
-static void spatial_hash_bound_block(int begin, int end, int block, void* data) {
-    spatial_hash_points* points = data;
-    pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    for (int i = begin; i < end; ++i) {
-        low = plii_vec3_min(points->positions[i], low);
-        high = plii_vec3_max(points->positions[i], high);
-    }
-    points->lows[block] = low;
-    points->highs[block] = high;
-}
-
-static void spatial_hash_cell_range(int begin, int end, void* data) {
-    const spatial_hash_points* points = data;
-    for (int i = begin; i < end; ++i) {
-        points->hash->cells[i] = spatial_hash_cell_of(points->hash, points->positions[i]);
-    }
-}
-
-enum { SPATIAL_HASH_POINT_NS = 3 };
-
-static void spatial_hash_set_grid(pli_context* context, spatial_hash_points* points, int count, float cell_size,
+static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_vec3* positions, float cell_size,
                                   float shift, unsigned most) {
-    plii_spatial_hash* hash = points->hash;
-    const plii_blocks blocks = plii_blocks_of(count, plii_grain(SPATIAL_HASH_POINT_NS), PLII_MOST_BLOCKS);
-    plii_run_blocks(context, blocks, count, spatial_hash_bound_block, points);
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    for (int b = 0; b < blocks.count; ++b) {
-        low = plii_vec3_min(points->lows[b], low);
-        high = plii_vec3_max(points->highs[b], high);
+    for (int i = 0; i < count; ++i) {
+        low = plii_vec3_min(positions[i], low);
+        high = plii_vec3_max(positions[i], high);
     }
     const pli_vec3 extent = pli_vec3_sub(high, low);
     const bool is_finite = plii_vec3_is_finite(extent) && plii_vec3_is_finite(low);
@@ -136,17 +105,14 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     hash->count = 0;
     if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
-    spatial_hash_points points;
-    points.hash = hash;
-    points.positions = positions;
-    spatial_hash_set_grid(context, &points, count, cell_size, shift, most);
+    spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
 
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {
         hash->starts[i] = 0;
     }
-    plii_parallel_for(context, spatial_hash_cell_range, &points, count, plii_grain(SPATIAL_HASH_POINT_NS));
     for (int i = 0; i < count; ++i) {
+        hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
         ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
     }
     (void)plii_csr_sum((int)size, hash->starts);
@@ -241,6 +207,18 @@ static spatial_hash_run spatial_hash_run_after(const plii_spatial_hash* hash, in
     return run;
 }
 
+/* Entries of the cells of a column from z on, in one run or, at the end of the table, two. Returns how many. */
+static int spatial_hash_column_runs(const plii_spatial_hash* hash, int x, int y, int z, int cells,
+                                    spatial_hash_run runs[2]) {
+    const unsigned size = hash->mask + 1, length = (unsigned)cells < size ? (unsigned)cells : size;
+    const unsigned first = (spatial_hash_column(hash, x, y) + (unsigned)z) & hash->mask, before_end = size - first;
+    const uint64_t column = spatial_hash_column_name(x, y);
+    const bool wraps = length > before_end;
+    runs[0] = (spatial_hash_run){hash->starts[first], hash->starts[first + (wraps ? before_end : length)], column};
+    if (wraps) { runs[1] = (spatial_hash_run){0, hash->starts[length - before_end], column}; }
+    return wraps ? 2 : 1;
+}
+
 bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                             float radius, plii_node_pairs* pairs) {
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
@@ -253,13 +231,8 @@ bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash,
                                                     {starts[above], starts[above + 1], name}};
     int run_count = 2;
     for (int c = 0; c < 4; ++c) {
-        const int x = cell.x + columns[c][0], y = cell.y + columns[c][1];
-        const uint64_t column = spatial_hash_column_name(x, y);
-        const unsigned below = (spatial_hash_column(hash, x, y) + (unsigned)cell.z - 1u) & hash->mask;
-        const unsigned before_end = hash->mask + 1 - below; /* of the table, where runs go on at its start */
-        const unsigned first = before_end < 3 ? before_end : 3;
-        runs[run_count++] = (spatial_hash_run){starts[below], starts[below + first], column};
-        if (first < 3) { runs[run_count++] = (spatial_hash_run){starts[0], starts[3 - first], column}; }
+        run_count += spatial_hash_column_runs(hash, cell.x + columns[c][0], cell.y + columns[c][1], cell.z - 1, 3,
+                                              &runs[run_count]);
     }
     return spatial_hash_append(&search, position, runs, run_count);
 }
@@ -283,20 +256,6 @@ static float spatial_hash_padded_radius(const plii_spatial_hash* hash, pli_vec3 
     return radius + (radius + largest) * (4.0f * FLT_EPSILON);
 }
 
-/* Entries of the cells of a column from z on, in one run or two. */
-static bool spatial_hash_append_column(const spatial_hash_search* search, pli_vec3 p, int x, int y, int z, int cells) {
-    const plii_spatial_hash* hash = search->hash;
-    const unsigned size = hash->mask + 1, length = (unsigned)cells < size ? (unsigned)cells : size;
-    const unsigned first = (spatial_hash_column(hash, x, y) + (unsigned)z) & hash->mask, before_end = size - first;
-    const uint64_t column = spatial_hash_column_name(x, y);
-    const bool wraps = length > before_end;
-    const spatial_hash_run runs[2] = {
-        {hash->starts[first], hash->starts[first + (wraps ? before_end : length)], column},
-        {0, wraps ? hash->starts[length - before_end] : 0, column},
-    };
-    return spatial_hash_append(search, p, runs, wraps ? 2 : 1);
-}
-
 bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
                                  plii_node_pairs* pairs) {
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
@@ -308,7 +267,9 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
                                  high = spatial_hash_cell_of(hash, pli_vec3_add(point, reach));
     for (int x = low.x; x <= high.x; ++x) {
         for (int y = low.y; y <= high.y; ++y) {
-            if (!spatial_hash_append_column(&search, point, x, y, low.z, high.z - low.z + 1)) { return false; }
+            spatial_hash_run runs[2];
+            const int run_count = spatial_hash_column_runs(hash, x, y, low.z, high.z - low.z + 1, runs);
+            if (!spatial_hash_append(&search, point, runs, run_count)) { return false; }
         }
     }
     return true;

@@ -11,6 +11,14 @@ static inline bool plii_bounds_overlap(pli_bounds a, pli_bounds b) {
 static inline pli_bounds plii_bounds_add(pli_bounds b, pli_vec3 point) {
     return (pli_bounds){plii_vec3_min(b.min, point), plii_vec3_max(b.max, point)};
 }
+/* There is one at least. */
+static inline pli_bounds plii_bounds_of_points(int count, const pli_vec3* points) {
+    pli_bounds bounds = {points[0], points[0]};
+    for (int i = 1; i < count; ++i) {
+        bounds = plii_bounds_add(bounds, points[i]);
+    }
+    return bounds;
+}
 static inline pli_bounds plii_bounds_join(pli_bounds a, pli_bounds b) {
     return (pli_bounds){plii_vec3_min(a.min, b.min), plii_vec3_max(a.max, b.max)};
 }

@@ -77,10 +77,6 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value
     return (plii_float4)(mask & (plii_mask4)value);
 }
 #endif
-/* copysignf */
-PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
-    return plii_lanes_select((plii_mask4)plii_float4_all(-0.0f), sign, size);
-}
 /* x, y, z, 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
     return plii_lanes_where((plii_mask4){-1, -1, -1, 0}, a);
@@ -118,8 +114,7 @@ PLII_SIMD_INLINE void plii_float4_transpose(plii_float4 r[4]) {
     r[3] = PLII_SHUFFLE(zw01, zw23, 2, 3, 6, 7);
 }
 
-/* plii_float4_sqrt; a < b ? a : b, and a > b ? a : b, also where one is NaN; bit k of an int for lane k of a mask;
-   vectors in memory, w: 0 */
+/* plii_float4_sqrt; a < b ? a : b, and a > b ? a : b, also where one is NaN; bit k of an int for lane k of a mask */
 #if defined(__SSE2__)
 PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
     return _mm_sqrt_ps(a);
@@ -132,14 +127,6 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
 }
 PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
     return _mm_movemask_ps((plii_float4)mask);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
-    const __m128i xy = _mm_loadl_epi64((const __m128i*)(const void*)source);
-    return _mm_movelh_ps(_mm_castsi128_ps(xy), _mm_load_ss(&source->z));
-}
-PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
-    _mm_storel_pi((__m64*)(void*)target, a);
-    _mm_store_ss(&target->z, _mm_movehl_ps(a, a));
 }
 #elif defined(__wasm_simd128__)
 PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
@@ -154,12 +141,6 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
 }
 PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
     return (int)wasm_i32x4_bitmask((v128_t)mask);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
-    return (plii_float4){source->x, source->y, source->z, 0.0f};
-}
-PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
-    *target = pli_vec3_make(a[0], a[1], a[2]);
 }
 #else
 PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
@@ -179,6 +160,19 @@ PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
     const plii_mask4 bits = mask & (plii_mask4){1, 2, 4, 8};
     return bits[0] | bits[1] | bits[2] | bits[3];
 }
+#endif
+
+/* Vectors in memory, w: 0 */
+#if defined(__SSE2__)
+PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
+    const __m128i xy = _mm_loadl_epi64((const __m128i*)(const void*)source);
+    return _mm_movelh_ps(_mm_castsi128_ps(xy), _mm_load_ss(&source->z));
+}
+PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
+    _mm_storel_pi((__m64*)(void*)target, a);
+    _mm_store_ss(&target->z, _mm_movehl_ps(a, a));
+}
+#else
 PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
     return (plii_float4){source->x, source->y, source->z, 0.0f};
 }
@@ -231,11 +225,6 @@ PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_from_mat3(const pli_mat3* m) {
                            plii_lanes_from_vec3(&m->rows[2]), plii_float4_all(0.0f)};
     plii_float4_transpose(rows);
     return (plii_lanes_mat3){{rows[0], rows[1], rows[2]}};
-}
-/* pli_mat3_mul_vec3 */
-PLII_SIMD_INLINE plii_float4 plii_lanes_mat3_mul(const plii_lanes_mat3* m, plii_float4 v) {
-    return m->columns[0] * plii_lanes_all_x(v) + m->columns[1] * plii_lanes_all_y(v) +
-           m->columns[2] * plii_lanes_all_z(v);
 }
 
 typedef struct plii_lanes_bounds {
@@ -301,12 +290,10 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_all(pli_vec3 a) {
 PLII_SIMD_INLINE pli_vec3 plii_vec3x4_first(plii_vec3x4 a) {
     return pli_vec3_make(plii_lanes_first(a.x), plii_lanes_first(a.y), plii_lanes_first(a.z));
 }
-/* Of four records; their w goes to `w`, which may be NULL. */
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_vec4s(const pli_vec4* records, plii_float4* w) {
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_vec4s(const pli_vec4* records) {
     plii_float4 rows[4] = {plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
                            plii_float4_from(&records[3])};
     plii_float4_transpose(rows);
-    if (w != NULL) { *w = rows[3]; }
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }
 /* Of four vectors one after the other. */

@@ -12,20 +12,11 @@ static pli_status hull_mesh_create(pli_context* context, int point_count, const 
     if (!PLII_ALLOCATE(context, &nodes, point_count)) {
         return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for %d points", point_count);
     }
-    int node_count = 0;
-    for (int i = 0; i < hull->triangle_count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            int* node = &nodes[hull->triangles[i][k]];
-            node_count += *node == 0;
-            *node = 1;
-        }
-    }
+    const int node_count = plii_convex_hull_corners(hull, point_count, nodes);
     const pli_status status = plii_mesh_create_reserved(context, node_count, hull->triangle_count / 2 * 3,
                                                         hull->triangle_count, 0, function, mesh);
     for (int i = 0; i < point_count && status == PLI_OK; ++i) {
-        if (nodes[i] == 0) { continue; }
-        nodes[i] = (*mesh)->node_count;
-        plii_mesh_push_node(*mesh, points[i], 1.0f);
+        if (nodes[i] != PLI_NULL_INDEX) { plii_mesh_push_node(*mesh, points[i], 1.0f); }
     }
     for (int i = 0; i < hull->triangle_count && status == PLI_OK; ++i) {
         const int* t = hull->triangles[i];
@@ -49,10 +40,7 @@ pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, co
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));
     float tolerance = 0.0f;
     if (point_count > 0) {
-        pli_bounds bounds = {points[0], points[0]};
-        for (int i = 1; i < point_count; ++i) {
-            bounds = plii_bounds_add(bounds, points[i]);
-        }
+        const pli_bounds bounds = plii_bounds_of_points(point_count, points);
         tolerance = tolerance_ratio * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
     }
     plii_convex_hull hull = {0};

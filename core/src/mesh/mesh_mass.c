@@ -6,14 +6,10 @@
 
 #include <string.h>
 
-static float mass_of(float inverse_mass) {
-    return inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
-}
-
 static float mass_sum(int count, const float* inverse_masses) {
     float mass = 0.0f;
     for (int i = 0; i < count; ++i) {
-        mass += mass_of(inverse_masses[i]);
+        mass += inverse_masses[i] > 0.0f ? 1.0f / inverse_masses[i] : 0.0f;
     }
     return mass;
 }

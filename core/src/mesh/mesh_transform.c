@@ -67,11 +67,6 @@ float pli_mesh_volume(const pli_mesh* mesh) {
 }
 
 pli_bounds pli_mesh_bounds(const pli_mesh* mesh) {
-    pli_bounds bounds = {{0, 0, 0}, {0, 0, 0}};
-    if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return bounds; }
-    bounds.min = bounds.max = mesh->positions[0];
-    for (int i = 1; i < mesh->node_count; ++i) {
-        bounds = plii_bounds_add(bounds, mesh->positions[i]);
-    }
-    return bounds;
+    if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return (pli_bounds){0}; }
+    return plii_bounds_of_points(mesh->node_count, mesh->positions);
 }

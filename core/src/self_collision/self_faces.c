@@ -53,7 +53,7 @@ static void self_faces_run_finish(pli_body* body, void* data) {
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
     plii_self_faces_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    const float largest = plii_self_faces_largest_motion(body, state, &nodes);
+    const float largest = plii_self_faces_largest_motion(body, &nodes);
     const float motion = 1.25f * largest + SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
     plii_self_faces_restart(body, state, &nodes, plii_min(motion, state->travel));
 }
@@ -144,9 +144,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_faces_def used = def != NULL ? *def : pli_self_faces_def_default();
     PLII_TRY_DEF(body->context, pli_self_faces_def, &used, self_faces_fields, __func__);
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
-    }
+    PLII_TRY(plii_check_faces(body, "faces are kept apart", __func__));
     plii_self_faces_state* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_self_faces_class, (void**)&state));
     state->def = used;

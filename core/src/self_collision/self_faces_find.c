@@ -190,7 +190,7 @@ static bool self_faces_take_hits(const self_faces_search* search, const plii_sel
     return !hits->is_truncated;
 }
 
-enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_BOX_NS = 10, SELF_FACES_PAIR_NS = 10, SELF_FACES_NODE_NS = 3 };
+enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_BOX_NS = 10, SELF_FACES_PAIR_NS = 10 };
 
 /* In the order of items, whatever the threads. */
 static bool self_faces_find_pairs(self_faces_search* search, int count) {
@@ -247,56 +247,32 @@ size_t plii_self_faces_hit_bytes(const void* data) {
 
 // ------------------------------------------------------------------------------------------------------------- motions
 
-typedef struct self_faces_motions {
-    const plii_self_nodes* nodes;
-    pli_vec3* last;
-} self_faces_motions;
-
-/* The most that a node moves, m; `squared` of a block, of self_faces_motions. */
-static float self_faces_largest(const pli_body* body, const plii_self_faces_state* state, const plii_self_nodes* nodes,
-                                plii_block_value_fn* squared) {
-    const self_faces_motions motions = {nodes, state->last};
-    return sqrtf((float)plii_largest_of_blocks(body->context, body->node_count, plii_grain(SELF_FACES_NODE_NS), squared,
-                                               &motions));
-}
-
-static double self_faces_motion_block(int begin, int end, const void* data) {
-    const self_faces_motions* motions = data;
+/* The most that a node moves, m. */
+float plii_self_faces_largest_motion(const pli_body* body, const plii_self_nodes* nodes) {
     float squared = 0.0f;
-    for (int i = begin; i < end; ++i) {
-        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(motions->nodes, i)));
+    for (int i = 0; i < body->node_count; ++i) {
+        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(nodes, i)));
     }
-    return (double)squared;
-}
-
-float plii_self_faces_largest_motion(const pli_body* body, const plii_self_faces_state* state,
-                                     const plii_self_nodes* nodes) {
-    return self_faces_largest(body, state, nodes, self_faces_motion_block);
+    return sqrtf(squared);
 }
 
 /* How far nodes are about to move in this step, with some room for constraints. */
 static float self_faces_wanted_travel(pli_body* body, const plii_self_faces_state* state) {
     const plii_self_nodes predicted = plii_self_nodes_of_body(body);
-    const float motion = plii_self_faces_largest_motion(body, state, &predicted);
+    const float motion = plii_self_faces_largest_motion(body, &predicted);
     const float most = state->def.max_travel > 0.0f ? state->def.max_travel : 0.5f * state->mean_edge_length;
     return plii_min(most, 1.25f * motion + 0.5f * state->def.thickness);
 }
 
-static double self_faces_count_block(int begin, int end, const void* data) {
-    const self_faces_motions* motions = data;
-    pli_vec3* last = motions->last;
-    float squared = 0.0f;
-    for (int i = begin; i < end; ++i) {
-        const pli_vec3 x = plii_self_start(motions->nodes, i);
-        squared = plii_max(squared, pli_vec3_length_squared(pli_vec3_sub(x, last[i])));
-        last[i] = x;
-    }
-    return (double)squared;
-}
-
 /* Counts how far nodes have got. What is not finite goes on being so, and is caught elsewhere. */
 static void self_faces_count_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    state->moved += self_faces_largest(body, state, nodes, self_faces_count_block) * (1.0f + 1e-5f);
+    float squared = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_self_start(nodes, i);
+        squared = plii_max(squared, pli_vec3_length_squared(pli_vec3_sub(x, state->last[i])));
+        state->last[i] = x;
+    }
+    state->moved += sqrtf(squared) * (1.0f + 1e-5f);
 }
 
 void plii_self_faces_begin(pli_body* body, void* data) {

@@ -58,8 +58,7 @@ void plii_self_faces_release_hits(pli_body* body, void* data);
 size_t plii_self_faces_hit_bytes(const void* data);
 
 /* The most that a node has moved, m. */
-float plii_self_faces_largest_motion(const pli_body* body, const plii_self_faces_state* state,
-                                     const plii_self_nodes* nodes);
+float plii_self_faces_largest_motion(const pli_body* body, const plii_self_nodes* nodes);
 
 /* Edges of all faces, each once. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);

@@ -109,32 +109,14 @@ static float self_nodes_limit_scale(const self_nodes_state* state, const plii_se
     return state->def.speed_limit_ratio * state->def.thickness / pli_vec3_length(plii_self_motion(nodes, node));
 }
 
-typedef struct self_nodes_limits {
-    const self_nodes_state* state;
-    const plii_self_nodes* nodes;
-} self_nodes_limits;
-
-static double self_nodes_limit_block(int begin, int end, const void* data) {
-    const self_nodes_limits* limits = data;
-    const self_nodes_state* state = limits->state;
-    const plii_self_nodes* nodes = limits->nodes;
-    int count = 0;
-    for (int i = begin; i < end; ++i) {
+static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
+    for (int i = 0; i < body->node_count; ++i) {
         if (!self_nodes_is_too_fast(state, nodes, i) || !(nodes->offsets[i].w > 0.0f)) { continue; }
         const pli_vec3 motion = pli_vec3_scale(plii_self_motion(nodes, i), self_nodes_limit_scale(state, nodes, i));
         plii_set_xyz(&nodes->offsets[i], pli_vec3_add(plii_xyz(nodes->starts[i]), motion));
-        count += 1;
+        state->report.limited_nodes += 1;
     }
-    return count;
-}
-
-enum { SELF_NODES_LIMIT_NS = 2 }; /* per node */
-
-static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
-    const self_nodes_limits limits = {state, nodes};
-    state->report.limited_nodes += (int)plii_sum_blocks(
-        body->context, body->node_count, plii_grain(SELF_NODES_LIMIT_NS), self_nodes_limit_block, &limits);
 }
 
 static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {

@@ -90,24 +90,6 @@ static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
     return hull->points[farthest];
 }
 
-/* Keeps the points that are corners, in their order. `map` [point_count] receives where each went. */
-static void hull_copy_corners(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
-                              int* map) {
-    for (int i = 0; i < point_count; ++i) {
-        map[i] = PLI_NULL_INDEX;
-    }
-    for (int i = 0; i < source->triangle_count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            map[source->triangles[i][k]] = 0;
-        }
-    }
-    for (int i = 0; i < point_count; ++i) {
-        if (map[i] == PLI_NULL_INDEX) { continue; }
-        map[i] = hull->point_count;
-        hull->points[hull->point_count++] = points[i];
-    }
-}
-
 static float hull_plane_offset(const hull_data* hull, const int* triangle, pli_vec3 normal, bool is_rough) {
     float offset = -INFINITY;
     const int count = is_rough ? hull->point_count : 3;
@@ -132,13 +114,11 @@ static void hull_copy_triangles(hull_data* hull, const plii_convex_hull* source,
 }
 
 static void hull_measure_extent(hull_data* hull) {
-    pli_bounds bounds = {hull->points[0], hull->points[0]};
     float extent = 0.0f;
     for (int i = 0; i < hull->point_count; ++i) {
-        bounds = plii_bounds_add(bounds, hull->points[i]);
         extent = plii_max(extent, pli_vec3_length(hull->points[i]));
     }
-    hull->bounds = plii_bounds_grow(bounds, hull->radius);
+    hull->bounds = plii_bounds_grow(plii_bounds_of_points(hull->point_count, hull->points), hull->radius);
     hull->noise = 4.0f * PLII_EPSILON * extent;
 }
 
@@ -150,7 +130,10 @@ static bool hull_copy(hull_data* hull, const plii_convex_hull* source, int point
                       PLII_ALLOCATE(hull->context, &hull->triangles, source->triangle_count) &&
                       PLII_ALLOCATE(hull->context, &hull->planes, source->triangle_count);
     if (has_memory) {
-        hull_copy_corners(hull, source, point_count, points, map);
+        hull->point_count = plii_convex_hull_corners(source, point_count, map);
+        for (int i = 0; i < point_count; ++i) {
+            if (map[i] != PLI_NULL_INDEX) { hull->points[map[i]] = points[i]; }
+        }
         hull_copy_triangles(hull, source, map, boxes);
         has_memory = plii_bvh_build(hull->context, &hull->tree, hull->triangle_count, boxes);
     }

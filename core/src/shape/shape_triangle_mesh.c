@@ -10,11 +10,10 @@
 #include "base/union_find.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
+#include "geometry/weld.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"
-
-#include <stdlib.h>
 
 /* Measuring that many one by one costs about as much as a walk through the tree. */
 #define SURFACE_MAX_CANDIDATES 12
@@ -89,10 +88,7 @@ static void surface_add_candidate(int triangle, void* user) {
 
 static surface_candidates surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points,
                                                   float reach) {
-    pli_bounds near = {points[0], points[0]};
-    for (int i = 1; i < count; ++i) {
-        near = plii_bounds_add(near, points[i]);
-    }
+    const pli_bounds near = plii_bounds_of_points(count, points);
     surface_candidates candidates;
     candidates.surface = surface;
     candidates.middle = pli_vec3_scale(pli_vec3_add(near.min, near.max), 0.5f);
@@ -198,36 +194,13 @@ static void surface_triangles(const void* user, pli_bounds box, plii_shape_trian
 
 // ------------------------------------------------------------------------------------------------------ building
 
-typedef struct surface_point {
-    pli_vec3 position;
-    int index;
-} surface_point;
-
-static int surface_compare_points(const void* left, const void* right) {
-    const surface_point *a = left, *b = right;
-    const int order = plii_vec3_compare(a->position, b->position);
-    return order != 0 ? order : (a->index > b->index) - (a->index < b->index);
-}
-
 /* One vertex per position; `vertex_of_point` [point_count] receives where each point went. */
 static bool surface_weld(surface_data* surface, int point_count, const pli_vec3* points, int* vertex_of_point) {
-    const size_t size = (size_t)point_count * sizeof(surface_point);
-    surface_point* sorted = plii_allocate(surface->context, size);
-    if (sorted == NULL) { return false; }
-    for (int i = 0; i < point_count; ++i) {
-        sorted[i].position = points[i];
-        sorted[i].index = i;
+    surface->vertex_count = plii_weld_points(surface->context, point_count, points, vertex_of_point);
+    for (int i = point_count - 1; i >= 0 && surface->vertex_count > 0; --i) {
+        surface->vertices[vertex_of_point[i]].position = points[i];
     }
-    qsort(sorted, (size_t)point_count, sizeof *sorted, surface_compare_points);
-    int count = 0;
-    for (int i = 0; i < point_count; ++i) {
-        const pli_vec3 p = sorted[i].position;
-        if (i == 0 || plii_vec3_compare(p, sorted[i - 1].position) != 0) { surface->vertices[count++].position = p; }
-        vertex_of_point[sorted[i].index] = count - 1;
-    }
-    surface->vertex_count = count;
-    plii_release(surface->context, sorted, size);
-    return true;
+    return surface->vertex_count >= 0;
 }
 
 static pli_vec3 surface_unit_or(pli_vec3 v, pli_vec3 other) {

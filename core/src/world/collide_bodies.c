@@ -18,19 +18,16 @@ static bool world_meets_body(pli_body* body_a, pli_body* body_b) {
     return !body_a->interval.is_waiting && !body_b->interval.is_waiting;
 }
 
-/* What the two have in common; false: nothing. *is_ordered: contacts of one of them depend on the pairs before. */
-static bool world_join_pair(pli_world* world, const pli_body_pair* pair, bool* is_ordered) {
+/* False: the two have nothing in common. */
+static bool world_join_pair(pli_world* world, const pli_body_pair* pair) {
     const plii_pipeline* pipeline = &pair->body_a->pipeline;
-    bool is_shared = false;
-    *is_ordered = false;
     for (int i = 0; i < pipeline->feature_count; ++i) {
         const plii_feature_class* klass = pipeline->features[i].klass;
         if (klass->collide_body == NULL || !plii_feature_is_enabled(pair->body_b, klass)) { continue; }
-        is_shared = true;
-        *is_ordered = *is_ordered || !klass->keeps_pairs_with_first;
+        plii_groups_join_bodies(world, pair->body_a, pair->body_b);
+        return true;
     }
-    if (is_shared) { plii_groups_join_bodies(world, pair->body_a, pair->body_b); }
-    return is_shared;
+    return false;
 }
 
 static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair) {
@@ -49,45 +46,19 @@ static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair
 }
 
 static void world_collide_pair(pli_world* world, const pli_body_pair* pair) {
-    bool is_ordered;
-    if (!world_meets_body(pair->body_a, pair->body_b) || !world_join_pair(world, pair, &is_ordered)) { return; }
+    if (!world_meets_body(pair->body_a, pair->body_b) || !world_join_pair(world, pair)) { return; }
     world_run_collide_bodies(world, pair);
 }
 
-/* The last wave is of what found no other one: its pairs go one after the other. */
-enum { COLLIDE_LAST_WAVE = 63, COLLIDE_WAVES = 64 };
+/* The last wave is of what comes after all others: its pairs go one after the other. */
+enum { COLLIDE_WAVES = 64, COLLIDE_LAST_WAVE = COLLIDE_WAVES - 1 };
 enum { COLLIDE_NODE_NS = 50 }; /* of a pair, per node of both */
 
-static int collide_highest(uint64_t waves) {
-    int highest = -1;
-    for (; waves != 0; waves >>= 1) {
-        ++highest;
-    }
-    return highest;
-}
-
-/* After all pairs that the order of the pair is to be kept with, and when both bodies are free. */
-static int collide_choose_wave(pli_body* a, pli_body* b, bool is_ordered) {
-    const uint64_t used = a->pair_waves | b->pair_waves;
-    int wave = collide_highest(used) + 1;
-    if (!is_ordered) {
-        wave = a->led_wave > a->ordered_wave ? a->led_wave : a->ordered_wave;
-        wave = (wave > b->ordered_wave ? wave : b->ordered_wave) + 1;
-    }
-    while (wave < COLLIDE_LAST_WAVE && (used >> wave & 1) != 0) {
-        ++wave;
-    }
-    if (wave > COLLIDE_LAST_WAVE) { wave = COLLIDE_LAST_WAVE; }
-    a->pair_waves |= (uint64_t)1 << wave;
-    b->pair_waves |= (uint64_t)1 << wave;
-    a->led_wave = wave;
-    if (is_ordered) { a->ordered_wave = b->ordered_wave = wave; }
-    return wave;
-}
-
-static void collide_start_waves(pli_body* body) {
-    body->pair_waves = 0;
-    body->led_wave = body->ordered_wave = -1;
+/* After all pairs before that have one of its bodies. */
+static int collide_choose_wave(pli_body* a, pli_body* b) {
+    const int before = a->pair_wave > b->pair_wave ? a->pair_wave : b->pair_wave;
+    a->pair_wave = b->pair_wave = before < COLLIDE_LAST_WAVE ? before + 1 : COLLIDE_LAST_WAVE;
+    return a->pair_wave;
 }
 
 typedef struct collide_waves {
@@ -115,15 +86,13 @@ static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs,
     int begin[COLLIDE_WAVES + 1] = {0};
     int64_t nodes = 0;
     for (int i = 0; i < count; ++i) {
-        collide_start_waves(pairs[i].body_a);
-        collide_start_waves(pairs[i].body_b);
+        pairs[i].body_a->pair_wave = pairs[i].body_b->pair_wave = -1;
     }
     for (int i = 0; i < count; ++i) {
         pli_body *a = pairs[i].body_a, *b = pairs[i].body_b;
-        bool is_ordered;
         wave_of[i] = PLI_NULL_INDEX;
-        if (!world_meets_body(a, b) || !world_join_pair(world, &pairs[i], &is_ordered)) { continue; }
-        wave_of[i] = collide_choose_wave(a, b, is_ordered);
+        if (!world_meets_body(a, b) || !world_join_pair(world, &pairs[i])) { continue; }
+        wave_of[i] = collide_choose_wave(a, b);
         ++begin[wave_of[i]];
         nodes += a->node_count + b->node_count;
     }

@@ -323,15 +323,11 @@ static void world_predict_body(pli_body* body) {
     body->solver_class->predict(body, world->take_update_intervals != NULL ? body->interval.step : world->dt);
 }
 
-static PLII_COLD pli_status world_refuse_dt(const pli_world* world, float dt, const char* function) {
-    return plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function);
-}
-
 static pli_status world_predict(pli_world* world, float dt, const char* function) {
     if (world->is_stepping) {
         return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "the step before has not been solved");
     }
-    if (!(dt >= PLI_MIN_TIME_STEP && dt <= PLI_MAX_TIME_STEP)) { return world_refuse_dt(world, dt, function); }
+    PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
     world->shortage.count = 0;
     if (world->needs_reserve && world->def.preallocates) { world_reserve(world); }
     plii_walk walk;

@@ -392,14 +392,6 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
     }
 }
 
-static void implicit_damp_range(int begin, int end, void* data) {
-    pli_body* body = data;
-    for (int i = begin; i < end; ++i) {
-        plii_set_xyz(&body->velocities[i],
-                     pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
-    }
-}
-
 static void implicit_begin(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
@@ -424,11 +416,11 @@ static void implicit_couple(pli_body* body) {
 
 static void implicit_end(pli_body* body) {
     const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    const int count = body->node_count, grain = plii_grain(IMPLICIT_NODE_NS);
-    plii_parallel_for(body->context, implicit_corrections_range, body, count, grain);
+    plii_parallel_for(body->context, implicit_corrections_range, body, body->node_count, plii_grain(IMPLICIT_NODE_NS));
     implicit_end_recovery(body, &state->constraints);
-    if (body->solver.velocity_damping > 0.0f) {
-        plii_parallel_for(body->context, implicit_damp_range, body, count, grain);
+    for (int i = 0; i < body->node_count && body->solver.velocity_damping > 0.0f; ++i) {
+        plii_set_xyz(&body->velocities[i],
+                     pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
     }
     plii_run_stage(body, PLII_STAGE_FINISH);
 }

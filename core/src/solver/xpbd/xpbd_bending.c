@@ -194,6 +194,7 @@ const plii_feature_class plii_xpbd_bending_class = {
         {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
         {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
     .build = xpbd_bending_build,
+    .substepped = &plii_xpbd_bending_kind,
 };
 
 enum { XPBD_BENDING_ORDER = 10 }; /* the first */
@@ -201,6 +202,7 @@ enum { XPBD_BENDING_ORDER = 10 }; /* the first */
 const plii_substep_class plii_xpbd_bending_kind = {
     .order = XPBD_BENDING_ORDER,
     .klass = &plii_xpbd_bending_class,
+    .is_of_xpbd = true,
     .sweep = xpbd_bending_sweep,
 };
 

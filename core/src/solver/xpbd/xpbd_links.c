@@ -122,6 +122,7 @@ const plii_feature_class plii_xpbd_links_class = {
         {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
     .on_restored = xpbd_links_on_restored,
+    .substepped = &plii_xpbd_links_kind,
 };
 
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
@@ -129,6 +130,7 @@ enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before
 const plii_substep_class plii_xpbd_links_kind = {
     .order = XPBD_LINKS_ORDER,
     .klass = &plii_xpbd_links_class,
+    .is_of_xpbd = true,
     .begin = xpbd_links_begin,
     .is_idle = xpbd_links_is_idle,
     .restart = xpbd_links_restart,

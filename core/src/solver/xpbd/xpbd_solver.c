@@ -30,7 +30,6 @@ typedef struct xpbd_state {
     xpbd_run run;
     pli_xpbd_def def;
     bool had_links;                                                /* on positions, before this solver came */
-    plii_substep_kinds kinds;                                      /* that only this solver has */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
 
@@ -103,7 +102,6 @@ static void xpbd_begin(pli_body* body) {
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
     xpbd_run* run = &state->run;
-    run->kinds = state->kinds;
     run->substep = (plii_substep){.dt = step->dt / parts,
                                   .inverse_dt = step->inverse_dt * parts,
                                   .displacements = state->displacements,
@@ -194,9 +192,9 @@ const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
     .settings = PLII_LIMITS(xpbd_state, def, xpbd_fields),
-    .state_parts = PLII_STATE_PARTS(
-        PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"), PLII_STATE(xpbd_state, run, PLII_LEFT),
-        PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B"), PLII_STATE(xpbd_state, kinds, PLII_LEFT)),
+    .state_parts =
+        PLII_STATE_PARTS(PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"), PLII_STATE(xpbd_state, run, PLII_LEFT),
+                         PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B")),
     /* Nothing of a step is needed by the next one. */
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
                           {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
@@ -206,44 +204,18 @@ const plii_feature_class plii_xpbd_class = {
 
 // -------------------------------------------------------------------------------------------- kinds of constraints
 
-static int xpbd_find_kind(const plii_substep_kinds* kinds, const plii_substep_class* kind) {
-    for (int k = 0; k < kinds->count; ++k) {
-        if (kinds->at[k] == kind) { return k; }
-    }
-    return PLI_NULL_INDEX;
-}
-
-static void xpbd_remove_kind(pli_body* body, plii_substep_kinds* kinds, int place) {
-    const plii_substep_class* kind = kinds->at[place];
-    kinds->count -= 1;
-    for (int k = place; k < kinds->count; ++k) {
-        kinds->at[k] = kinds->at[k + 1];
-        kinds->states[k] = kinds->states[k + 1];
-    }
-    plii_feature_disable(body, kind->klass);
-}
-
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
-    xpbd_state* solver = plii_feature_state(body, &plii_xpbd_class);
-    if (solver == NULL) {
+    if (!plii_feature_is_enabled(body, &plii_xpbd_class)) {
         return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
                          "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     }
-    PLII_TRY(plii_feature_enable(body, kind->klass, state));
-    if (xpbd_find_kind(&solver->kinds, kind) == PLI_NULL_INDEX) {
-        plii_substep_kinds_insert(&solver->kinds, kind, *state);
-    }
-    return PLI_OK;
+    return plii_feature_enable(body, kind->klass, state);
 }
 
 pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function) {
     PLII_TRY(plii_check_body_idle(body, function));
-    xpbd_state* solver = plii_feature_state(body, &plii_xpbd_class);
-    const int place = solver != NULL ? xpbd_find_kind(&solver->kinds, kind) : PLI_NULL_INDEX;
-    if (place == PLI_NULL_INDEX) { return PLI_OK; }
-    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
-    xpbd_remove_kind(body, &solver->kinds, place);
+    plii_feature_disable(body, kind->klass);
     return PLI_OK;
 }
 
@@ -272,8 +244,13 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
 
 static void xpbd_leave(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
-    for (int i = 0; i < pipeline->feature_count; ++i) {
+    for (int i = pipeline->feature_count; i-- > 0;) {
+        if (i >= pipeline->feature_count) { continue; } /* what only the last one needed went with it */
         const plii_substep_class* kind = pipeline->features[i].klass->substepped;
+        if (kind != NULL && kind->is_of_xpbd) {
+            plii_feature_disable(body, kind->klass);
+            continue;
+        }
         if (kind == NULL || kind->leave == NULL) { continue; }
         const bool stays = kind->is_in_iterations && !body->world->def.reference_mode;
         if (!stays) { kind->leave(body, pipeline->features[i].state); }
@@ -282,13 +259,10 @@ static void xpbd_leave(pli_body* body) {
 
 pli_status pli_body_disable_xpbd(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
+    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     if (state == NULL) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
-    while (state->kinds.count > 0) {
-        xpbd_remove_kind(body, &state->kinds, state->kinds.count - 1);
-    }
     xpbd_leave(body);
     plii_feature_disable(body, &plii_xpbd_class);
     return PLI_OK;

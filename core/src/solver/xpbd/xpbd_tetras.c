@@ -200,6 +200,7 @@ const plii_feature_class plii_xpbd_tetras_class = {
     .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
                            .snapshot = PLII_FILED, .fields = "16n8f"}),
     .enable = xpbd_tetras_enable,
+    .substepped = &plii_xpbd_tetras_kind,
 };
 
 enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
@@ -207,6 +208,7 @@ enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
 const plii_substep_class plii_xpbd_tetras_kind = {
     .order = XPBD_TETRAS_ORDER,
     .klass = &plii_xpbd_tetras_class,
+    .is_of_xpbd = true,
     .sweep = xpbd_tetras_sweep,
 };
 

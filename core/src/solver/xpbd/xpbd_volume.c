@@ -137,6 +137,7 @@ const plii_feature_class plii_xpbd_volume_class = {
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .enable = xpbd_volume_enable,
     .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
+    .substepped = &plii_xpbd_volume_kind,
 };
 
 enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
@@ -144,6 +145,7 @@ enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
 const plii_substep_class plii_xpbd_volume_kind = {
     .order = XPBD_VOLUME_ORDER,
     .klass = &plii_xpbd_volume_class,
+    .is_of_xpbd = true,
     .sweep = xpbd_volume_sweep,
 };
 
