@@ -114,7 +114,7 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
 }
 
 static bool world_overlaps_rigid(pli_body* body, const pli_rigid* rigid) {
-    const bool is_swept = body->sweeping_features > 0;
+    const bool is_swept = plii_body_is_swept(body);
     const pli_bounds bounds = is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds;
     return plii_bounds_overlap(body->bounds, bounds) && world_meets_rigid(body, rigid);
 }

@@ -1,0 +1,157 @@
+/* Solids of tetrahedra that are pressed: contacts of nodes hold them in every step, whatever the solver. */
+
+#include "solver_choice.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define CHECK_OK(call) assert_int_equal(call, PLI_OK)
+
+enum { CELLS = 4, SIDE = CELLS + 1, CUBE_NODES = SIDE * SIDE * SIDE, CUBE_TETRAS = 5 * CELLS * CELLS * CELLS };
+
+static const float dt = 1.0f / 60, edge = 0.6f, margin = 0.02f;
+
+static int node_of(int x, int y, int z) {
+    return (x * SIDE + y) * SIDE + z;
+}
+
+/* Five in each cell, mirrored from one cell to the next so that diagonals meet. */
+static void add_cell(int x, int y, int z, int* tetras) {
+    static const int even[5][4] = {{0, 1, 2, 4}, {3, 1, 2, 7}, {5, 1, 4, 7}, {6, 2, 4, 7}, {1, 2, 4, 7}};
+    static const int odd[5][4] = {{1, 0, 3, 5}, {2, 0, 3, 6}, {4, 0, 5, 6}, {7, 3, 5, 6}, {0, 3, 5, 6}};
+    for (int t = 0; t < 5; ++t) {
+        for (int k = 0; k < 4; ++k) {
+            const int corner = (x + y + z) % 2 == 0 ? even[t][k] : odd[t][k];
+            tetras[4 * t + k] = node_of(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2 & 1));
+        }
+    }
+}
+
+/* 2 kg, just over the ground at y = 0. */
+static pli_body* make_cube(solver_choice solver) {
+    static pli_vec3 points[CUBE_NODES];
+    static int tetras[4 * CUBE_TETRAS];
+    for (int x = 0; x < SIDE; ++x) {
+        for (int y = 0; y < SIDE; ++y) {
+            for (int z = 0; z < SIDE; ++z) {
+                const float step = edge / CELLS;
+                points[node_of(x, y, z)] =
+                    pli_vec3_make(step * (float)x - edge / 2, step * (float)y + 0.05f, step * (float)z - edge / 2);
+                if (x == CELLS || y == CELLS || z == CELLS) { continue; }
+                add_cell(x, y, z, tetras + (ptrdiff_t)20 * ((x * CELLS + y) * CELLS + z));
+            }
+        }
+    }
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_from_tetras(context, CUBE_NODES, points, CUBE_TETRAS, tetras, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 2));
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    def.solver.position_iterations = 10;
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    use_solver(body, solver);
+    if (solver == XPBD) { CHECK_OK(pli_body_enable_xpbd_tetras(body, 0)); }
+    CHECK_OK(pli_body_enable_rigid_contacts(body, NULL));
+    return body;
+}
+
+static pli_rigid* make_box(pli_rigid_kind kind, pli_vec3 half, float height, float mass) {
+    pli_shape* shape = NULL;
+    CHECK_OK(pli_shape_create_box(context, half, &shape));
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = kind;
+    def.shapes = &shape;
+    def.shape_count = 1;
+    def.state.pose.origin.y = height;
+    if (mass > 0) {
+        const float inverse = 3 / (mass * (half.x * half.x + half.y * half.y));
+        def.state.inverse_mass = 1 / mass;
+        for (int i = 0; i < 3; ++i) {
+            def.state.inverse_inertia_world.rows[i] = pli_vec3_scale(pli_mat3_identity().rows[i], inverse);
+        }
+    }
+    pli_rigid* rigid = NULL;
+    CHECK_OK(pli_rigid_create(world, &def, &rigid));
+    pli_shape_release(shape);
+    return rigid;
+}
+
+typedef struct cube_motion {
+    double highest, fastest, rms; /* m, m/s */
+} cube_motion;
+
+static cube_motion motion_of(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    cube_motion motion = {0};
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 v = view.velocities[i];
+        const double square = (double)v.x * (double)v.x + (double)v.y * (double)v.y + (double)v.z * (double)v.z;
+        motion.highest = fmax(motion.highest, (double)view.positions[i].y);
+        motion.fastest = fmax(motion.fastest, sqrt(square));
+        motion.rms += square / view.node_count;
+    }
+    motion.rms = sqrt(motion.rms);
+    return motion;
+}
+
+/* The press comes down at half a metre per second, to 0.5 m over the ground, and stays. Links alone
+   buckle under it. */
+static void test_a_press_holds_what_it_presses(void** unused) {
+    (void)unused;
+    const float gap = 0.5f, start = edge + 0.1f;
+    (void)make_box(PLI_RIGID_STATIC, pli_vec3_make(5, 1, 5), -1, 0);
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* body = make_cube((solver_choice)solver);
+        pli_rigid* press = make_box(PLI_RIGID_KINEMATIC, pli_vec3_make(1, 0.5f, 1), start + 0.5f, 0);
+        double fastest = 0, deepest = 0;
+        cube_motion motion = {0};
+        for (int i = 0; i < 300; ++i) {
+            pli_rigid_state state = pli_rigid_get_state(press);
+            state.linear_velocity.y = state.pose.origin.y - 0.5f > gap ? -0.5f : 0;
+            state.pose.origin.y += state.linear_velocity.y * dt;
+            CHECK_OK(pli_rigid_set_state(press, &state));
+            CHECK_OK(pli_world_step(world, dt));
+            motion = motion_of(body);
+            fastest = fmax(fastest, motion.fastest);
+            deepest = fmax(deepest, motion.highest - (double)(state.pose.origin.y - 0.5f));
+        }
+        print_message("solver %d: up to %.2f m/s, %.3f m in the press, %.2g m/s rms at the end\n", solver, fastest,
+                      deepest, motion.rms);
+        pli_rigid_destroy(press);
+        pli_body_destroy(body);
+        check_at_most(fastest, solver <= COLORS ? 12.0 : 1.2);
+        check_at_most(deepest, 1e-4);
+        check_at_most(motion.rms, 1e-3);
+    }
+}
+
+static void test_a_plate_on_a_cube_comes_to_rest(void** unused) {
+    (void)unused;
+    (void)make_box(PLI_RIGID_STATIC, pli_vec3_make(5, 1, 5), -1, 0);
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* body = make_cube((solver_choice)solver);
+        pli_rigid* plate = make_box(PLI_RIGID_DYNAMIC, pli_vec3_make(0.3f, 0.05f, 0.3f), edge + 0.15f, 1);
+        double rms = 0;
+        for (int i = 0; i < 360; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(plate, pli_world_get_gravity(world), dt));
+            if (i >= 300) { rms = fmax(rms, motion_of(body).rms); }
+        }
+        const double height = (double)pli_rigid_get_state(plate).pose.origin.y;
+        print_message("solver %d: %.2g m/s rms at most in the last second, plate at %.3f m\n", solver, rms, height);
+        pli_rigid_destroy(plate);
+        pli_body_destroy(body);
+        check_at_most(rms, 2e-3);
+        assert_true(height > 0.6 && height < 0.75);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_a_press_holds_what_it_presses, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_plate_on_a_cube_comes_to_rest, setup_world, teardown_world),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
