@@ -84,9 +84,8 @@ struct pli_body {
     pli_solver_settings solver;
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
-    /* Features that look at the whole motion of the nodes. With them, and with solvers that look for contacts for a
-       whole step (plii_body_is_swept), the bounds of a predicted body cover the start of the step too, and one margin
-       more, and rigid bodies are met along their motion. */
+    /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
+       the step too, and rigid bodies are met along their motion. */
     int sweeping_features;
     bool is_resting;      /* for its time */
     bool is_woken;        /* since it fell asleep; it wakes in the next prediction */

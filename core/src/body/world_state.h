@@ -81,11 +81,6 @@ static inline bool plii_follows_rigids(const pli_body* body) {
     return solver->has_substeps || !(solver->solves_constraints || body->world->def.reference_mode);
 }
 
-/* Contacts are looked for on the whole way of a step. */
-static inline bool plii_body_is_swept(const pli_body* body) {
-    return body->sweeping_features > 0 || plii_follows_rigids(body);
-}
-
 static inline void plii_world_profile(const pli_world* world, const char* stage, const char* feature, bool begins) {
     if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
 }

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #define RIGID_FACES_MAX_TARGETS 8
+#define RIGID_FACES_LEAST_SHARE 0.02f
 #define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
 #define RIGID_FACES_NEW_POINT 0.05f      /* of the margin, that it must be nearer than those that are kept */
 #define RIGID_FACES_SMALLEST_SLACK 1e-3f /* of the size of the way of a face */
@@ -209,6 +210,14 @@ static float rigid_faces_pinned_part(const pli_body* body, const plii_rigid_face
     return part;
 }
 
+/* Of the weights, that of nodes that can move. Where it is next to nothing, they would fly far to mend rounding. */
+static float rigid_faces_free_share(const pli_body* body, const plii_rigid_face_contact* contact) {
+    const pli_vec4* x = body->positions;
+    return (x[contact->nodes[0]].w > 0.0f ? contact->weights.x : 0.0f) +
+           (x[contact->nodes[1]].w > 0.0f ? contact->weights.y : 0.0f) +
+           (x[contact->nodes[2]].w > 0.0f ? contact->weights.z : 0.0f);
+}
+
 static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
                                   const plii_face_moment* moment, float end_gap, float target_gap) {
     pli_body* body = pass->body;
@@ -228,10 +237,9 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     for (int k = 0; k < 3 && contact.is_triangle; ++k) {
         contact.triangle[k] = pass->triangle->corners[k];
     }
-    const bool can_move = body->positions[contact.nodes[0]].w * moment->weights.x > 0.0f ||
-                          body->positions[contact.nodes[1]].w * moment->weights.y > 0.0f ||
-                          body->positions[contact.nodes[2]].w * moment->weights.z > 0.0f;
-    if (!can_move && !(rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
+    if (!(rigid->state.inverse_mass > 0.0f) && rigid_faces_free_share(body, &contact) < RIGID_FACES_LEAST_SHARE) {
+        return PLI_OK;
+    }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
     contact.given_up = rigid_faces_pinned_part(body, &contact);
     contact.target = plii_min(target_gap, contact.given_up);

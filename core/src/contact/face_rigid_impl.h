@@ -33,8 +33,8 @@ typedef struct plii_rigid_face_contact {
     /* For the end of the step as far as it is known; see plii_rigid_faces_prepare. */
     pli_mat3 impulse_matrix;
     float normal_response; /* change of the gap per impulse along the normal; m/(N s) */
-    pli_vec3 arm;          /* from the rigid body's centre of mass to its surface, at the start of the step */
-    pli_vec3 base;         /* base + velocity at the lever * dt = that point of the surface at the end of the step */
+    pli_vec3 arm;          /* from the rigid body's centre of mass to the margin around it, at the start of the step */
+    pli_vec3 base;         /* base + velocity at the arm * dt = that point of the surface at the end of the step */
 } plii_rigid_face_contact;
 
 /* A rigid shape that was met in this step. The host may change the shapes of the rigid body before the solve. */

@@ -34,8 +34,9 @@ static plii_dvec3 rigid_faces_arm(const plii_rigid_faces_candidate* candidate, p
     return plii_dvec3_add_scaled(core_arm, n, height - plii_dvec3_dot(n, core_arm));
 }
 
-/* Impulses act where the surface is at the start of the step. Acting where it comes to lie, a corner that tips over
-   would be pushed on, and a box that lands on one would start to spin. */
+/* Impulses act where the surface is at the start of the step, and a margin further out, where the face goes round with
+   a body that turns. Acting where it comes to lie, a corner that tips over would be pushed on, and a box that lands on
+   one would start to spin. */
 void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                       pli_transform end, plii_rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
@@ -43,7 +44,9 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
     const float face_weight = plii_contact_face_weight(body->positions, contact->nodes, contact->weights);
     const plii_dvec3 end_arm = rigid_faces_arm(candidate, end.rotation, contact);
     const pli_vec3 surface = plii_dvec3_to_float(plii_dvec3_add(plii_dvec3_from(end.origin), end_arm));
-    contact->arm = plii_dvec3_to_float(rigid_faces_arm(candidate, candidate->begin.rotation, contact));
+    const plii_dvec3 arm = rigid_faces_arm(candidate, candidate->begin.rotation, contact);
+    contact->arm = plii_dvec3_to_float(
+        plii_dvec3_add_scaled(arm, plii_dvec3_from(contact->normal), (double)body->collision_margin));
     contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt));
     contact->impulse_matrix = plii_effective_mass(dt, face_weight, rigid->state.inverse_mass,
                                                   rigid->state.inverse_inertia_world, contact->arm);
@@ -69,8 +72,8 @@ static float rigid_faces_room(const pli_body* body, const plii_rigid_faces_candi
     return cosine < RIGID_FACES_OPPOSITE ? contact->distance + distance - margin : INFINITY;
 }
 
-/* Between two bodies that cannot move, and leave less than both margins, the later one gives way. Otherwise the two push
-   the face out sideways, step by step, and stretch it. */
+/* Between two bodies that cannot move, and leave less than both margins, the later one gives way. Otherwise the two
+   push the face out sideways, step by step, and stretch it. */
 static void rigid_faces_share_room(const pli_body* body, plii_rigid_faces* state, int first) {
     for (int i = first; i < state->count; ++i) {
         plii_rigid_face_contact* contact = &state->contacts[i];

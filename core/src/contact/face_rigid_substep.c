@@ -13,7 +13,7 @@ static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact
         plii_dvec3_sub(plii_dvec3_from(contact->start), plii_dvec3_from(contact->rigid->path.begin.origin));
     const plii_dvec3 arm = plii_dvec3_from(contact->arm);
     const double height = plii_dvec3_dot(plii_dvec3_from(contact->normal), plii_dvec3_sub(apart, arm));
-    return (float)(height - (double)body->collision_margin) - contact->given_up;
+    return (float)height - contact->given_up;
 }
 
 int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, int capacity,

@@ -3,7 +3,6 @@
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "math/bounds.h"
 #include "solver/pbd/pbd_nodes.h"
 
 void plii_solver_set_start(pli_body* body) {
@@ -60,10 +59,9 @@ void plii_solver_update_predicted_bounds(pli_body* body) {
     body->has_early_bounds = false;
     if (!plii_solver_update_bounds(body)) { return; }
     if (is_early) { body->bounds = before; }
-    if (!plii_body_is_swept(body)) { return; }
+    if (body->sweeping_features == 0) { return; }
     body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
     body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
-    body->bounds = plii_bounds_grow(body->bounds, body->collision_margin); /* contacts are looked for that far */
 }
 
 static void solver_predict(pli_body* body, float dt) {
