@@ -117,10 +117,10 @@ typedef struct pli_self_faces_def {
 PLI_API pli_self_faces_def pli_self_faces_def_default(void);
 
 /// Nodes keep their distance from faces, and edges from edges. Motions that would take one through the other are cut
-/// short at the end of the step, so a body that starts without crossings stays so, whatever pulls at it; only nodes
-/// that the caller places, or that are pinned and moved, may still cross. What crosses at the start stays crossed.
-/// Enable, or change when enabled. Take a thickness well below the length of edges: pairs that are nearer than that at
-/// rest are solved all the time.
+/// short at the end of the step, so a body that starts without crossings stays so under forces and contacts. Nodes that
+/// the caller places, and cloth that is twisted tight by nodes that are pinned and moved, or anchored to what moves,
+/// may still cross. What crosses at the start stays crossed. Enable, or change when enabled. Take a thickness well
+/// below the length of edges: pairs that are nearer than that at rest are solved all the time.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 56 B per node, 24 B per face, 80 B per pair in reach.
