@@ -334,18 +334,6 @@ static bool implicit_is_point(const plii_node_constraint* listed, int index, int
     return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !implicit_is_alone(listed, index, count);
 }
 
-/* What the step does not lead into matters between bodies only; a sheet that hangs rests better without. */
-static bool implicit_is_far(const pli_body* body, const plii_node_constraint* listed, int index, int count) {
-    const plii_node_constraint* from = &listed[index];
-    if (from->is_anchor || from->node == PLI_NULL_INDEX || !implicit_is_alone(listed, index, count)) { return false; }
-    const pli_vec3 x = plii_xyz(body->positions[from->node]);
-    const double gap = (double)(pli_vec3_dot(from->normal, x) + from->offset);
-    if (!(gap > 0.0)) { return false; }
-    const pli_vec3 local = pli_transform_inverse_point(from->rigid->path.begin, x);
-    const plii_dvec3 surface = implicit_point_velocity(from->rigid, local, body->step.dt);
-    return gap > plii_dvec3_dot(plii_dvec3_from(from->normal), surface) * (double)body->step.dt;
-}
-
 /* The first of a node, or where it would be. */
 static int implicit_find_node(const plii_node_constraint* listed, int count, int node) {
     int begin = 0, end = count;
@@ -419,13 +407,7 @@ static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_co
 
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base) {
-    const int found = implicit_constraints_list(body, constraints, with_contacts);
-    int listed = 0;
-    for (int i = 0; i < found; ++i) {
-        if (!implicit_is_far(body, constraints->listed, i, found)) {
-            constraints->listed[listed++] = constraints->listed[i];
-        }
-    }
+    const int listed = implicit_constraints_list(body, constraints, with_contacts);
     constraints->count = constraints->node_bound_count = constraints->rigid_count = 0;
     constraints->blocks = blocks;
     for (int pass = 0; pass < 2; ++pass) {
