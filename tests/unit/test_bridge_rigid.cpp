@@ -676,6 +676,28 @@ static void test_use_of_sampled_meshes_is_refused_where_there_is_no_solid(void**
     assert_int_equal(bridge.use_sampled_mesh(closed), PLI_ERROR_WRONG_STATE);
 }
 
+/// Contacts press through the centre of a ball, however it has turned since they were found.
+static void test_a_turning_ball_on_a_sheet_keeps_its_spin(void**) {
+    StockWorld stock;
+    btRigidBody& ball =
+        stock.add_body(new btSphereShape(btScalar(0.2)), 5, btVector3(btScalar(0.05), btScalar(1.2), 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 2, 0.8f, 21, PLI_PATCH_PIN_CORNERS);
+    assert_int_equal(pli_body_enable_implicit(sheet, nullptr), PLI_OK);
+    assert_int_equal(pli_body_enable_tethers(sheet, nullptr), PLI_OK);
+    pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    contacts.friction = 0;
+    assert_int_equal(pli_body_enable_rigid_contacts(sheet, &contacts), PLI_OK);
+    ball.setAngularVelocity(btVector3(0, 0, 1));
+    ball.setActivationState(DISABLE_DEACTIVATION);
+    stock.step(300);
+    const float spin = static_cast<float>(ball.getAngularVelocity().length());
+    const float height = static_cast<float>(ball.getWorldTransform().getOrigin().y());
+    print_message("spin %.4f rad/s, height %.3f m\n", double(spin), double(height));
+    check_near(spin, 1, 0.01);
+    assert_true(height > 0.3f);
+}
+
 int main() {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pinned_sheet_catches_a_ball),
@@ -701,6 +723,7 @@ int main() {
         cmocka_unit_test(test_a_sheet_falls_on_a_kinematic_sampled_mesh),
         cmocka_unit_test(test_momentum_is_conserved_when_a_sampled_mesh_hits_a_free_sheet),
         cmocka_unit_test(test_use_of_sampled_meshes_is_refused_where_there_is_no_solid),
+        cmocka_unit_test(test_a_turning_ball_on_a_sheet_keeps_its_spin),
     };
 
     return cmocka_run_group_tests(tests, nullptr, nullptr);

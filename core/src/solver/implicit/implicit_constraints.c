@@ -292,7 +292,9 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
     if (!(rigid->state.inverse_mass > 0.0f)) {
         item->fall = plii_dvec3_scale(plii_dvec3_from(body->world->def.gravity), (double)body->step.dt);
     }
-    item->arm = plii_dvec3_from(pli_mat3_mul_vec3(rigid->state.pose.rotation, local));
+    /* Contacts press where their normals were found: turned on with the body, the arm would spin a ball up. */
+    const pli_mat3 rotation = from->is_anchor ? rigid->state.pose.rotation : rigid->path.begin.rotation;
+    item->arm = plii_dvec3_from(pli_mat3_mul_vec3(rotation, local));
 }
 
 /* False: no memory for the rigid body, or nothing to hold. */
