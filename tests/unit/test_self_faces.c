@@ -302,6 +302,88 @@ static void test_without_memory_nothing_is_left(void** unused) {
     assert_true(check_survives_failing_allocator(enable_once, NULL) > 10);
 }
 
+enum { MODULES = 2, SOLVERS = 3 };
+
+static void use_module(pli_body* body, int module) {
+    assert_int_equal(module == 0 ? pli_body_enable_self_collision(body, NULL) : pli_body_enable_self_faces(body, NULL),
+                     PLI_OK);
+}
+
+static void use_solver(pli_body* body, int solver) {
+    if (solver == 1) { assert_int_equal(pli_body_enable_implicit(body, NULL), PLI_OK); }
+    if (solver == 2) {
+        assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
+        assert_int_equal(pli_body_enable_xpbd_links(body, NULL), PLI_OK);
+    }
+}
+
+/* A second, at a m/s^2 from rest. */
+static void test_limits_of_motion_do_not_hold_back_the_whole_body(void** data) {
+    self_scene* scene = *data;
+    for (int i = 0; i < MODULES * SOLVERS; ++i) {
+        pli_mesh* mesh = self_sheet_mesh(scene->context, 15, 0.05f, pli_vec3_make(0, 0, 0), false);
+        pli_body* body = NULL;
+        assert_int_equal(pli_body_create(scene->world, mesh, NULL, &body), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(body, i / MODULES);
+        use_module(body, i % MODULES);
+        self_steps(scene, 60);
+        const float mass = pli_body_total_mass(body), fallen = pli_vec3_length(pli_body_momentum(body)) / mass;
+        print_message("solver %d, module %d: %.4f m/s\n", i / MODULES, i % MODULES, (double)fallen);
+        check_near(fallen, 10, 0.01);
+        pli_body_destroy(body);
+    }
+}
+
+/* A cape on a bar that gets to 3 m/s in half a second and then stops. Limits of motion in the world made it 54 times as
+ * long. */
+static void test_a_cape_follows_a_runner(void** data) {
+    static const double most[SOLVERS][MODULES] = {{0.15, 0.2}, {0.25, 0.25}, {0.2, 0.15}};
+    for (int i = 0; i < MODULES * SOLVERS; ++i) {
+        self_scene* scene = *data;
+        pli_rigid_def def = pli_rigid_def_default();
+        def.kind = PLI_RIGID_KINEMATIC;
+        pli_rigid* bar = NULL;
+        assert_int_equal(pli_rigid_create(scene->world, &def, &bar), PLI_OK);
+        pli_patch_def sheet = pli_patch_def_default();
+        sheet.corner_00 = pli_vec3_make(-0.5f, 0, 0);
+        sheet.corner_10 = pli_vec3_make(0.5f, 0, 0);
+        sheet.corner_01 = pli_vec3_make(-0.5f, -1, 0);
+        sheet.corner_11 = pli_vec3_make(0.5f, -1, 0);
+        sheet.columns = sheet.rows = 21;
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create_patch(scene->context, &sheet, &mesh), PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 0.5f), PLI_OK);
+        pli_body* cape = NULL;
+        pli_body_def cape_def = pli_body_def_default();
+        cape_def.solver.position_iterations = 10;
+        assert_int_equal(pli_body_create(scene->world, mesh, &cape_def, &cape), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(cape, i / MODULES);
+        int top[21];
+        for (int k = 0; k < 21; ++k) {
+            top[k] = k;
+        }
+        assert_int_equal(pli_body_attach_nodes(cape, top, 21, bar), PLI_OK);
+        assert_int_equal(pli_body_enable_tethers(cape, NULL), PLI_OK);
+        use_module(cape, i % MODULES);
+        float stretch = 0;
+        for (int k = 0; k < 200; ++k) {
+            pli_rigid_state state = pli_rigid_get_state(bar);
+            state.linear_velocity.z = k < 150 ? 3 * fminf(1, (float)k / 30) : 0;
+            assert_int_equal(pli_rigid_set_state(bar, &state), PLI_OK);
+            self_steps(scene, 1);
+            state.pose.origin.z += state.linear_velocity.z / 60;
+            assert_int_equal(pli_rigid_set_state(bar, &state), PLI_OK);
+            stretch = fmaxf(stretch, pli_body_max_stretch(cape));
+        }
+        print_message("solver %d, module %d: %.3f\n", i / MODULES, i % MODULES, (double)stretch);
+        check_at_most(stretch, most[i / MODULES][i % MODULES]);
+        pli_body_destroy(cape);
+        pli_rigid_destroy(bar);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_node_is_kept_off_a_face, self_scene_setup, self_scene_teardown),
@@ -314,6 +396,9 @@ int main(void) {
                                         self_scene_teardown),
         cmocka_unit_test(test_coarse_folds_do_not_cross_and_repeat),
         cmocka_unit_test_setup_teardown(test_cut_body_goes_on, self_scene_setup, self_scene_teardown),
+        cmocka_unit_test_setup_teardown(test_limits_of_motion_do_not_hold_back_the_whole_body, self_scene_setup,
+                                        self_scene_teardown),
+        cmocka_unit_test_setup_teardown(test_a_cape_follows_a_runner, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_misuse_is_refused, self_scene_setup, self_scene_teardown),
         cmocka_unit_test(test_without_memory_nothing_is_left),
     };

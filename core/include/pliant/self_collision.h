@@ -27,10 +27,11 @@ typedef struct pli_self_collision_def {
     /// [0, 1], default 0.1: share of their relative motion that two nodes in contact lose in each substep, and under
     /// solvers without substeps each time they are parted.
     float friction;
-    /// 0 to PLI_MAX_FACTOR, default 0.2: no node moves by more than this times the thickness in a step (or substep), so
-    /// none gets through a layer unseen; 0: no limit. This is the speed of everything the body does, falling too: at 60
-    /// steps a second and 1 cm no node is faster than 0.12 m/s, with 10 substeps 1.2 m/s. Without a limit a node that
-    /// moves by more than half the thickness in a step may get through.
+    /// 0 to PLI_MAX_FACTOR, default 0.2: no node moves by more than this times the thickness in a step (or substep)
+    /// beside the mean motion of all nodes, so none gets through a layer unseen; 0: no limit. The body as a whole falls
+    /// and flies freely, but what swings or folds is slow: at 60 steps a second and 1 cm 0.12 m/s beside the mean, with
+    /// 10 substeps 1.2 m/s. Without a limit a node that moves by more than half the thickness in a step may get
+    /// through.
     float speed_limit_ratio;
     uint32_t cookie; ///< set by the default function
 } pli_self_collision_def;
@@ -107,8 +108,8 @@ typedef struct pli_self_faces_def {
     float thickness; ///< m, > 0 to PLI_MAX_COORDINATE, default 0.01: distance to keep, or the one at rest where that is
                      ///< smaller
     float friction;  ///< [0, 1], default 0.1: share of the sliding that a contact takes away each time it is solved
-    /// m, 0 to PLI_MAX_COORDINATE, default 0: half the mean edge. How far a node moves in a step at most; the search
-    /// reaches as far.
+    /// m, 0 to PLI_MAX_COORDINATE, default 0: the mean edge. How far a node moves in a step at most beside the mean
+    /// motion of all nodes; the search reaches as far as they do move.
     float max_travel;
     uint32_t cookie; ///< set by the default function
 } pli_self_faces_def;

@@ -1,6 +1,15 @@
 /* What the modules of self-collision share: directions for coinciding points, shapes at rest, checks of settings. */
 
+#include "math/dvec3.h"
 #include "self_collision/self_collision_impl.h"
+
+pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from) {
+    plii_dvec3 sum = {0};
+    for (int i = 0; i < body->node_count; ++i) {
+        sum = plii_dvec3_add(sum, plii_dvec3_from(plii_self_motion_from(nodes, from, i)));
+    }
+    return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / (double)body->node_count));
+}
 
 /* Points on a sphere by the golden angle; the index is spread over them. */
 pli_vec3 plii_self_direction(int a, int b) {

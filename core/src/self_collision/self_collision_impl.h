@@ -29,6 +29,12 @@ static inline pli_vec3 plii_self_difference(const plii_self_nodes* nodes, int a,
 static inline pli_vec3 plii_self_motion(const plii_self_nodes* nodes, int node) {
     return pli_vec3_sub(plii_xyz(nodes->offsets[node]), plii_xyz(nodes->starts[node]));
 }
+/* From `from` to the start, from the start on where that is NULL; and the mean of all nodes, which brings no two of
+ * them nearer. */
+static inline pli_vec3 plii_self_motion_from(const plii_self_nodes* nodes, const pli_vec3* from, int node) {
+    return from != NULL ? pli_vec3_sub(plii_self_start(nodes, node), from[node]) : plii_self_motion(nodes, node);
+}
+pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from);
 static inline void plii_self_move(const plii_self_nodes* nodes, int node, pli_vec3 direction, float length) {
     pli_vec4* offset = &nodes->offsets[node];
     plii_set_xyz(offset, pli_vec3_add(plii_xyz(*offset), pli_vec3_scale(direction, length)));

@@ -53,9 +53,9 @@ static void self_faces_run_finish(pli_body* body, void* data) {
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
     plii_self_faces_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    const float largest = plii_self_faces_largest_motion(body, &nodes);
-    const float motion = 1.25f * largest + SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
-    plii_self_faces_restart(body, state, &nodes, plii_min(motion, state->travel));
+    const float most = state->travel * substep->dt * body->step.inverse_dt;
+    const float room = SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
+    plii_self_faces_restart(body, state, &nodes, plii_self_faces_bound(body, &nodes, room, most));
 }
 
 static void self_faces_sweep(pli_body* body, void* data, const plii_substep* substep) {

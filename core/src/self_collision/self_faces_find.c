@@ -247,39 +247,39 @@ size_t plii_self_faces_hit_bytes(const void* data) {
 
 // ------------------------------------------------------------------------------------------------------------- motions
 
-/* The most that a node moves, m. */
-float plii_self_faces_largest_motion(const pli_body* body, const plii_self_nodes* nodes) {
+/* Beside the common motion, of all nodes or of pinned ones. */
+static float self_faces_largest(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from,
+                                bool are_pinned) {
+    const pli_vec3 common = plii_self_common_motion(body, nodes, from);
     float squared = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(nodes, i)));
+        if (are_pinned && nodes->offsets[i].w > 0.0f) { continue; }
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion_from(nodes, from, i), common);
+        squared = plii_max(squared, pli_vec3_length_squared(motion));
     }
     return sqrtf(squared);
 }
 
-/* How far nodes are about to move in this step, with some room for constraints. */
-static float self_faces_wanted_travel(pli_body* body, const plii_self_faces_state* state) {
-    const plii_self_nodes predicted = plii_self_nodes_of_body(body);
-    const float motion = plii_self_faces_largest_motion(body, &predicted);
-    const float most = state->def.max_travel > 0.0f ? state->def.max_travel : 0.5f * state->mean_edge_length;
-    return plii_min(most, 1.25f * motion + 0.5f * state->def.thickness);
+float plii_self_faces_bound(const pli_body* body, const plii_self_nodes* nodes, float room, float most) {
+    const float wanted = 1.25f * self_faces_largest(body, nodes, NULL, false) + room;
+    return wanted > most ? plii_max(most, self_faces_largest(body, nodes, NULL, true)) : wanted;
 }
 
 /* Counts how far nodes have got. What is not finite goes on being so, and is caught elsewhere. */
 static void self_faces_count_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    float squared = 0.0f;
+    state->moved += self_faces_largest(body, nodes, state->last, false) * (1.0f + 1e-5f);
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 x = plii_self_start(nodes, i);
-        squared = plii_max(squared, pli_vec3_length_squared(pli_vec3_sub(x, state->last[i])));
-        state->last[i] = x;
+        state->last[i] = plii_self_start(nodes, i);
     }
-    state->moved += sqrtf(squared) * (1.0f + 1e-5f);
 }
 
 void plii_self_faces_begin(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     const plii_self_nodes nodes = {NULL, body->previous, body->previous};
     state->report = (pli_self_faces_report){.pairs = state->pair_count};
-    state->travel = self_faces_wanted_travel(body, state);
+    const plii_self_nodes predicted = plii_self_nodes_of_body(body);
+    const float most = state->def.max_travel > 0.0f ? state->def.max_travel : state->mean_edge_length;
+    state->travel = plii_self_faces_bound(body, &predicted, 0.5f * state->def.thickness, most);
     self_faces_count_motion(body, state, &nodes);
     const float room = 0.5f * (state->reach - state->def.thickness);
     if (state->reach > 0.0f && state->moved + state->travel <= room) { return; }

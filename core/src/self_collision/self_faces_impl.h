@@ -30,10 +30,10 @@ typedef struct plii_self_faces_hits {
 
 typedef struct plii_self_faces_state {
     pli_self_faces_def def;
-    float travel;           /* m that a node may move in this step, */
+    float travel;           /* m that a node may move in this step, beside what all have in common, */
     float motion;           /* in this step or substep */
     float reach;            /* m, of the last search; 0: none */
-    float moved;            /* m that a node has moved since then at most */
+    float moved;            /* m that a node has moved since then at most, likewise */
     float mean_edge_length; /* m, at rest */
     pli_vec3* rest;         /* [node_count] */
     pli_vec4* starts;       /* [node_count] at the start of the step */
@@ -57,14 +57,15 @@ typedef struct plii_self_faces_state {
 void plii_self_faces_release_hits(pli_body* body, void* data);
 size_t plii_self_faces_hit_bytes(const void* data);
 
-/* The most that a node has moved, m. */
-float plii_self_faces_largest_motion(const pli_body* body, const plii_self_nodes* nodes);
+/* How far nodes may go beside their common motion that have these motions before constraints: with some `room` for
+   those, `most` at most; pinned nodes, which nothing stops, set their own. */
+float plii_self_faces_bound(const pli_body* body, const plii_self_nodes* nodes, float room, float most);
 
 /* Edges of all faces, each once. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);
 /* At the start of a step: pairs that could come together in it. `data`: the state. */
 void plii_self_faces_begin(pli_body* body, void* data);
-/* Collects the pairs that could come together when no node moves by more than `motion`. */
+/* Collects the pairs that could come together when no node moves by more than `motion` beside the common motion. */
 void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes, float motion);
 
 /* Pushes pairs apart that are too near. */

@@ -40,30 +40,23 @@ void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* 
     state->report.contacts = contacts;
 }
 
-/* Of a motion of a node; true when it was longer. */
-static bool self_faces_cut(const plii_self_nodes* nodes, int node, pli_vec3 motion, float longest) {
-    const float squared = pli_vec3_length_squared(motion);
-    if (!(squared > longest * longest)) { return false; }
-    plii_self_move(nodes, node, motion, longest / sqrtf(squared) - 1.0f);
-    return true;
-}
-
 typedef struct self_faces_limit {
     const plii_self_faces_state* state;
     const plii_self_nodes* nodes;
-    const pli_vec4* step_starts;
+    pli_vec3 common;
 } self_faces_limit;
 
 static double self_faces_limit_block(int begin, int end, const void* data) {
     const self_faces_limit* limit = data;
-    const plii_self_faces_state* state = limit->state;
     const plii_self_nodes* nodes = limit->nodes;
+    const float longest = limit->state->motion;
     int shortened = 0;
     for (int i = begin; i < end; ++i) {
-        if (!(nodes->offsets[i].w > 0.0f)) { continue; }
-        shortened += self_faces_cut(nodes, i, plii_self_motion(nodes, i), state->motion);
-        const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(limit->step_starts[i]));
-        shortened += self_faces_cut(nodes, i, moved, state->travel);
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, i), limit->common);
+        const float squared = pli_vec3_length_squared(motion);
+        if (!(nodes->offsets[i].w > 0.0f) || !(squared > longest * longest)) { continue; }
+        plii_self_move(nodes, i, motion, longest / sqrtf(squared) - 1.0f);
+        shortened += 1;
     }
     return shortened;
 }
@@ -71,7 +64,7 @@ static double self_faces_limit_block(int begin, int end, const void* data) {
 enum { SELF_FACES_LIMIT_NS = 5 }; /* per node */
 
 static void self_faces_limit_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    const self_faces_limit limit = {state, nodes, body->solver_class->has_substeps ? body->previous : state->starts};
+    const self_faces_limit limit = {state, nodes, plii_self_common_motion(body, nodes, NULL)};
     state->report.shortened += (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_FACES_LIMIT_NS),
                                                     self_faces_limit_block, &limit);
 }

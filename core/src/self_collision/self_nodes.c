@@ -98,23 +98,33 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
 
 // ------------------------------------------------------------------------------------------------------ the solve
 
-static bool self_nodes_is_too_fast(const self_nodes_state* state, const plii_self_nodes* nodes, int node) {
-    const plii_float4 motion = plii_float4_from(&nodes->offsets[node]) - plii_float4_from(&nodes->starts[node]);
-    const float limit = state->def.speed_limit_ratio * state->def.thickness;
-    return plii_lanes_dot(motion, motion) > limit * limit;
+/* Motions beside the common one, at most `longest`, m, which is 0 without a limit. */
+typedef struct self_nodes_speed_limit {
+    float longest;
+    pli_vec3 common;
+} self_nodes_speed_limit;
+
+static self_nodes_speed_limit self_nodes_find_limit(const pli_body* body, const self_nodes_state* state,
+                                                    const plii_self_nodes* nodes) {
+    const float longest = state->def.speed_limit_ratio * state->def.thickness;
+    self_nodes_speed_limit limit = {.longest = longest};
+    if (longest > 0.0f) { limit.common = plii_self_common_motion(body, nodes, NULL); }
+    return limit;
 }
 
-/* Of a node that is too fast. */
-static float self_nodes_limit_scale(const self_nodes_state* state, const plii_self_nodes* nodes, int node) {
-    return state->def.speed_limit_ratio * state->def.thickness / pli_vec3_length(plii_self_motion(nodes, node));
+/* What is left of the motion of a node beside the common one; 1 unless it is too fast. */
+static float self_nodes_share(const self_nodes_speed_limit* limit, const plii_self_nodes* nodes, int node) {
+    const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, node), limit->common);
+    const float squared = pli_vec3_length_squared(motion);
+    return limit->longest > 0.0f && squared > limit->longest * limit->longest ? limit->longest / sqrtf(squared) : 1.0f;
 }
 
 static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
+    const self_nodes_speed_limit limit = self_nodes_find_limit(body, state, nodes);
     for (int i = 0; i < body->node_count; ++i) {
-        if (!self_nodes_is_too_fast(state, nodes, i) || !(nodes->offsets[i].w > 0.0f)) { continue; }
-        const pli_vec3 motion = pli_vec3_scale(plii_self_motion(nodes, i), self_nodes_limit_scale(state, nodes, i));
-        plii_set_xyz(&nodes->offsets[i], pli_vec3_add(plii_xyz(nodes->starts[i]), motion));
+        const float share = self_nodes_share(&limit, nodes, i);
+        if (share == 1.0f || !(nodes->offsets[i].w > 0.0f)) { continue; }
+        plii_self_move(nodes, i, pli_vec3_sub(plii_self_motion(nodes, i), limit.common), share - 1.0f);
         state->report.limited_nodes += 1;
     }
 }
@@ -264,12 +274,15 @@ static void self_nodes_run_update(pli_body* body, void* data) {
     self_nodes_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
-    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    const self_nodes_speed_limit limit = self_nodes_find_limit(body, state, &nodes);
+    const pli_vec3 common = pli_vec3_scale(limit.common, body->step.inverse_dt);
     for (int i = 0; i < body->node_count; ++i) {
-        if (!self_nodes_is_too_fast(state, &nodes, i)) { continue; }
-        const float scale = self_nodes_limit_scale(state, &nodes, i);
-        plii_set_xyz(&body->velocities[i], pli_vec3_scale(plii_xyz(body->velocities[i]), scale));
+        const float share = self_nodes_share(&limit, &nodes, i);
+        if (share == 1.0f) { continue; }
+        const pli_vec3 velocity = plii_xyz(body->velocities[i]);
+        plii_set_xyz(&body->velocities[i],
+                     pli_vec3_add(pli_vec3_scale(velocity, share), pli_vec3_scale(common, 1.0f - share)));
     }
     self_nodes_limit(body, state, &nodes);
 }
