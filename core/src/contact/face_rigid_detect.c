@@ -8,6 +8,7 @@
 #include "body/pipeline.h"
 #include "body/substep_kinds.h"
 #include "body/world_state.h"
+#include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
 #include "math/definition.h"
@@ -266,10 +267,14 @@ static float rigid_faces_slack(const pli_body* body, const plii_face_sweep* swee
     return plii_max(0.5f * body->collision_margin, RIGID_FACES_SMALLEST_SLACK * size);
 }
 
-static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, float begin_gap) {
+/* A face that was on no side before goes at the recovery speed at most: it would be thrown away by a body that is put
+   into cloth. */
+static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float begin_gap) {
     const pli_rigid_face_contacts_def* def = &pass->state->def;
     const bool is_dynamic = pass->candidate->rigid->kind == PLI_RIGID_DYNAMIC;
-    return plii_min(begin_gap, 0.0f) * (1.0f - (is_dynamic ? def->dynamic_hardness : def->static_hardness));
+    const float gap = plii_min(begin_gap, 0.0f);
+    const float left = gap * (1.0f - (is_dynamic ? def->dynamic_hardness : def->static_hardness));
+    return sweep->has_side ? left : plii_min(left, gap + plii_contact_recovery_speed(0.0f) * pass->body->step.dt);
 }
 
 /* At the start of a step. Of a triangle only its front counts: faces behind it are inside or belong to another one. */
@@ -332,7 +337,7 @@ static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, const plii
         if (!(moment.distance <= target) || !plii_is_finite(end_gap)) { continue; }
         *nearest = plii_min(*nearest, moment.distance);
         const float begin_gap = moment.distance - pass->radius - pass->body->collision_margin;
-        const float target_gap = rigid_faces_target_gap(pass, begin_gap);
+        const float target_gap = rigid_faces_target_gap(pass, sweep, begin_gap);
         PLII_TRY(rigid_faces_add(pass, sweep, &moment, end_gap, target_gap));
     }
     return PLI_OK;
@@ -347,7 +352,7 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     float kept = INFINITY;
     if (!moment.is_overlapping) { PLII_TRY(rigid_faces_keep(pass, sweep, target, &kept)); }
     if (moment.distance > kept - RIGID_FACES_NEW_POINT * margin) { return PLI_OK; }
-    const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
+    const float target_gap = rigid_faces_target_gap(pass, sweep, moment.distance - pass->radius - margin);
     if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
         return PLI_OK;
     }
@@ -383,7 +388,7 @@ static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, 
     float target = pass->radius + margin + slack;
     plii_face_moment moment;
     if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
-    const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
+    const float target_gap = rigid_faces_target_gap(pass, sweep, moment.distance - pass->radius - margin);
     if (!moment.is_overlapping) {
         target = plii_min(target, 0.5f * moment.distance);
         float tolerance = plii_min(0.25f * slack, 0.25f * target);

@@ -164,16 +164,14 @@ static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 nor
     return pli_vec3_dot(normal, pli_mat3_mul_vec3(rotation, pass->triangle->normal)) > 0.0f;
 }
 
-/* The side at the end of the step; a face that overlaps keeps the one that it had. */
+/* The side at the end of the step; a face that overlaps keeps the one that it had, if any. */
 static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     plii_face_sweep free = *sweep;
     free.has_side = false;
     plii_face_moment moment;
     const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(sweep);
     if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return PLI_OK; }
-    if (moment.is_overlapping && !sweep->has_side && !plii_face_sweep_look(sweep, 0.0f, reach, &moment)) {
-        return PLI_OK;
-    }
+    if (moment.is_overlapping && !sweep->has_side) { return PLI_OK; }
     if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
     plii_convex_cache* cache =
         plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass));
