@@ -162,7 +162,8 @@ static void test_tethers_hold_a_heavy_node(void** state) {
             assert_int_equal(pli_world_step(world, dt), PLI_OK);
             most = fmaxf(most, pli_vec3_length(position(rope, 9)));
         }
-        check_at_most(most, 2.0f * 1.01f + 1e-5f);
+        /* The implicit solver has springs of 1e9 N/m for 1e5 N and its swing. */
+        check_at_most(most, 2.0f * 1.01f + 3e-4f);
         pli_body_destroy(rope);
     }
 }

@@ -29,10 +29,9 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// whose edges are links, from the nodes that are pinned and those that are anchored to a static or kinematic body. A
 /// node that hangs together with none of these is not held. Cuts, and changes of rest lengths, of masses and of anchors
 /// are followed from the next step on. Where origins are farther apart than the body reaches, tethers are longer by as
-/// much. A dynamic body that is anchored to a node is held where the anchor is, by the nearest origin. The implicit
-/// solver knows the weight of rigid bodies by itself: under it a body that dynamic bodies are anchored to has no
-/// tethers, and others have those to the nearest origin alone, along links. Enable, or measure anew and change when
-/// enabled.
+/// much. A dynamic body that is anchored to a node is held where the anchor is, by the nearest origin. Under the
+/// implicit solver tethers are springs of its system, 100 times as stiff as its links, and give a little. Enable, or
+/// measure anew and change when enabled.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 /// Cost: 24 B per node, about 150 B per anchor; two looks at distances per node and iteration or substep. Measuring

@@ -212,8 +212,8 @@ typedef struct plii_feature_class {
     int (*list_constraints)(const pli_body* body, const void* state, int capacity,
                             struct plii_node_constraint* constraints);
     /* Springs of nodes to fixed points, for solvers with `solves_constraints`; after FORCES. */
-    void (*visit_springs)(const pli_body* body, const void* state,
-                          void (*visit)(const struct plii_node_spring* spring, void* user), void* user);
+    void (*visit_springs)(pli_body* body, void* state, void (*visit)(const struct plii_node_spring* spring, void* user),
+                          void* user);
     /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
     void (*visit_contacts)(const pli_body* body, const void* state,
                            void (*visit)(const struct plii_contact_report* report, void* user), void* user);

@@ -28,6 +28,7 @@ typedef struct plii_node_constraint {
    the hardness times what is left of the way. Solvers that set the positions of constraints need not ask. */
 typedef struct plii_node_spring {
     int node;
-    float hardness; /* kg: stiffness h^2 */
+    float hardness; /* kg: stiffness h^2; of one along a line, in stiffnesses of the solver's links */
     pli_vec3 way;   /* m, at the start of the step */
+    pli_vec3 along; /* unit: acts along this line only; zero: in all directions */
 } plii_node_spring;

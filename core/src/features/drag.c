@@ -95,8 +95,8 @@ static void drag_finish(pli_body* body, void* data) {
 
 /* Each node on a spring of its own, stiff by its weight: the sum of the forces is that of the point, and its moment
    against the turning of the face is a damper of the step. At the start of a step, before nodes move. */
-static void drag_visit_springs(const pli_body* body, const void* data,
-                               void (*visit)(const plii_node_spring* spring, void* user), void* user) {
+static void drag_visit_springs(pli_body* body, void* data, void (*visit)(const plii_node_spring* spring, void* user),
+                               void* user) {
     const drag_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         drag_item item = state->items[i];

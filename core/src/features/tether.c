@@ -16,6 +16,12 @@
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
 
+/* Stiffness of a tether under solvers that have it as a spring, in that of a link. */
+#define TETHER_FIRMNESS 100.0f
+/* How far these may give, as a factor of the length, before nodes are held after the solution: in a fast turn springs
+   are not enough, as they know the directions of the start. */
+#define TETHER_YIELD 1.015f
+
 /* A rigid body at the end of a tether. */
 typedef struct tether_load {
     int node;
@@ -45,7 +51,6 @@ typedef struct tether_state {
     int landmarks[TETHER_LANDMARKS]; /* origins, or PLI_NULL_INDEX */
     float spread; /* from 1 on: how many times as far as the body is long landmarks are from each other */
     uint32_t link_revision;
-    bool is_loose; /* measured along links, without landmarks */
     plii_node_constraint* constraints;
     int constraint_count, constraint_capacity;
     tether_origin* origins;
@@ -55,11 +60,6 @@ typedef struct tether_state {
 } tether_state;
 
 // ------------------------------------------------------------------------------------------------------- measuring
-
-/* Sheets that are held as tightly as they are long burst under the implicit solver, which solves tethers apart. */
-static bool tether_is_loose(const pli_body* body) {
-    return body->solver_class->solves_constraints;
-}
 
 /* The origin that is farthest from all landmarks so far, the first one at the start. PLI_NULL_INDEX: there is none, or
    no other one. */
@@ -122,15 +122,13 @@ static void tether_mark_origins(const pli_body* body, tether_state* state) {
 static bool tether_measure(const pli_body* body, tether_state* state) {
     tether_mark_origins(body, state);
     plii_scratch scratch = {.context = body->context};
-    const bool is_loose = tether_is_loose(body);
-    plii_tether_surface surface = plii_tether_surface_create(body, !is_loose, &scratch);
+    plii_tether_surface surface = plii_tether_surface_create(body, &scratch);
     pli_tether* measured = PLII_TAKE(&scratch, pli_tether, body->node_count);
     if (!scratch.is_short) {
         plii_tether_measure(&surface, state->tethers);
-        if (!is_loose) { tether_measure_far(state, &surface, measured); }
+        tether_measure_far(state, &surface, measured);
     }
     plii_scratch_free(&scratch);
-    state->is_loose = is_loose;
     state->link_revision = scratch.is_short ? body->link_revision - 1 : body->link_revision;
     return !scratch.is_short;
 }
@@ -171,11 +169,11 @@ static float tether_longest(const tether_state* state, const pli_tether* tether)
 }
 
 /* Bits of the landmarks that a node is too far from. */
-static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TETHER_LANDMARKS], int node,
-                          pli_vec3 at) {
+static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TETHER_LANDMARKS], int node, pli_vec3 at,
+                          float factor) {
     int bits = 0;
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
-        const float longest = state->far[node].lengths[k] * tether_factor(state);
+        const float longest = state->far[node].lengths[k] * factor;
         const pli_vec3 apart = pli_vec3_sub(at, landmarks[k]);
         bits |= (pli_vec3_length_squared(apart) > longest * longest) << k;
     }
@@ -253,16 +251,20 @@ static void tether_find_landmarks(const pli_body* body, tether_state* state, con
     state->spread = tether_spread(state, landmarks);
 }
 
-static void tether_begin(pli_body* body, void* data) {
-    tether_state* state = data;
+/* Origins as they are now, and the lengths from them. */
+static void tether_follow_origins(pli_body* body, tether_state* state) {
     tether_list_constraints(body, state);
     const bool has_changed = tether_gather_origins(body, state);
-    if (has_changed || state->link_revision != body->link_revision || state->is_loose != tether_is_loose(body)) {
-        (void)tether_measure(body, state);
-    }
+    if (has_changed || state->link_revision != body->link_revision) { (void)tether_measure(body, state); }
+}
+
+static void tether_begin(pli_body* body, void* data) {
+    tether_state* state = data;
+    tether_follow_origins(body, state);
     pli_vec3 landmarks[TETHER_LANDMARKS];
     tether_find_landmarks(body, state, NULL, landmarks);
-    tether_gather_loads(body, state);
+    state->load_count = 0;
+    if (!body->solver_class->solves_constraints) { tether_gather_loads(body, state); }
 }
 
 // ------------------------------------------------------------------------------------------------------- holding
@@ -288,13 +290,14 @@ static void tether_hold(pli_body* body, int node, int origin, float longest, con
 static void tether_hold_nodes(pli_body* body, tether_state* state, const plii_substep* substep) {
     pli_vec3 landmarks[TETHER_LANDMARKS];
     tether_find_landmarks(body, state, substep, landmarks);
+    const float factor = tether_factor(state) * (body->solver_class->solves_constraints ? TETHER_YIELD : 1.0f);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }
-        tether_hold(body, i, tether->origin, tether_longest(state, tether), substep);
-        const int too_far = tether_too_far(state, landmarks, i, tether_position(body, substep, i));
+        tether_hold(body, i, tether->origin, tether->length * factor, substep);
+        const int too_far = tether_too_far(state, landmarks, i, tether_position(body, substep, i), factor);
         for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
-            const float longest = state->far[i].lengths[k] * tether_factor(state);
+            const float longest = state->far[i].lengths[k] * factor;
             if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest, substep); }
         }
     }
@@ -321,9 +324,6 @@ static void tether_apply_load(const pli_body* body, const tether_state* state, c
 
 static void tether_solve(pli_body* body, void* data) {
     tether_state* state = data;
-    /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
-       held after it, no force would reach the rigid bodies. */
-    if (body->solver_class->solves_constraints && state->load_count > 0) { return; }
     for (int i = 0; i < state->origin_count; ++i) {
         const tether_origin* origin = &state->origins[i];
         if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
@@ -331,6 +331,55 @@ static void tether_solve(pli_body* body, void* data) {
     tether_hold_nodes(body, state, NULL);
     for (int i = 0; i < state->load_count; ++i) {
         tether_apply_load(body, state, &state->loads[i]);
+    }
+}
+
+/* Where an origin is at the end of the step. `hint`: where to begin among the anchored ones; becomes the next. */
+static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* state, int node, int* hint) {
+    for (int i = 0; i < state->origin_count; ++i) {
+        const int place = (*hint + i) % state->origin_count;
+        if (state->origins[place].node != node) { continue; }
+        *hint = (place + 1) % state->origin_count;
+        if (state->origins[place].is_led) { return state->origins[place].end; }
+        break;
+    }
+    return pli_vec3_add(plii_xyz(body->positions[node]),
+                        pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt));
+}
+
+/* What would get too far away in free flight is on a spring, along the tether: held after the system is solved, no
+   force would reach the rigid bodies in it. */
+static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest,
+                                void (*visit)(const plii_node_spring* spring, void* user), void* user) {
+    const pli_vec3 free = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
+    const pli_vec3 apart = pli_vec3_sub(pli_vec3_add(plii_xyz(body->positions[node]), free), origin);
+    const float distance = pli_vec3_length(apart);
+    if (!(distance > longest) || !plii_is_finite(distance)) { return; }
+    plii_node_spring spring = {.node = node, .hardness = TETHER_FIRMNESS};
+    spring.along = pli_vec3_scale(apart, 1.0f / distance);
+    spring.way = pli_vec3_add(free, pli_vec3_scale(spring.along, longest - distance));
+    visit(&spring, user);
+}
+
+static void tether_visit_springs(pli_body* body, void* data, void (*visit)(const plii_node_spring* spring, void* user),
+                                 void* user) {
+    tether_state* state = data;
+    pli_vec3 landmarks[TETHER_LANDMARKS];
+    int hint = 0;
+    tether_follow_origins(body, state);
+    tether_find_landmarks(body, state, NULL, landmarks);
+    for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
+        landmarks[k] = tether_end_of_origin(body, state, state->landmarks[k], &hint);
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_tether* tether = tether_of(body, state, i);
+        if (tether == NULL) { continue; }
+        const pli_vec3 origin = tether_end_of_origin(body, state, tether->origin, &hint);
+        tether_visit_spring(body, i, origin, tether_longest(state, tether), visit, user);
+        for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+            const float longest = state->far[i].lengths[k] * tether_factor(state);
+            if (longest < INFINITY) { tether_visit_spring(body, i, landmarks[k], longest, visit, user); }
+        }
     }
 }
 
@@ -426,7 +475,7 @@ const plii_feature_class plii_tether_class = {
     .settings = PLII_LIMITS(tether_state, def, tether_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
                                     PLII_STATE_OF(tether_state, landmarks, PLII_SAVED, "4N"),
-                                    PLII_STATE_SPAN(tether_state, spread, is_loose, PLII_LEFT, NULL)),
+                                    PLII_STATE_SPAN(tether_state, spread, link_revision, PLII_LEFT, NULL)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped =
@@ -447,6 +496,7 @@ const plii_feature_class plii_tether_class = {
                           {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
                            .snapshot = PLII_LEFT}),
     .topology_commit = tether_topology_commit,
+    .visit_springs = tether_visit_springs,
 };
 
 pli_tethers_def pli_tethers_def_default(void) {

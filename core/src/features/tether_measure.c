@@ -40,8 +40,8 @@ static void surface_fill_faces(const plii_tether_surface* surface) {
     }
 }
 
-plii_tether_surface plii_tether_surface_create(const pli_body* body, bool has_faces, plii_scratch* scratch) {
-    const int node_count = body->node_count, face_count = has_faces ? body->topology->face_count : 0;
+plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratch* scratch) {
+    const int node_count = body->node_count, face_count = body->topology->face_count;
     plii_tether_surface surface = {
         .body = body,
         .link_begin = PLII_TAKE(scratch, int, node_count + 1),

@@ -27,7 +27,7 @@ typedef struct plii_tether_surface {
 } plii_tether_surface;
 
 /* When out of memory, which the scratch tells, it is not to be used. */
-plii_tether_surface plii_tether_surface_create(const pli_body* body, bool has_faces, plii_scratch* scratch);
+plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratch* scratch);
 
 /* `tethers` holds the origins, at length 0, and else nothing at INFINITY; gives each node the nearest origin, and how
    far it is along links and straight across faces, which are laid flat one beside the other. */

@@ -66,6 +66,7 @@ PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, cons
 
 typedef struct implicit_hold_visit {
     pli_body* body;
+    const pli_implicit_def* def;
     plii_implicit_system* system;
     plii_implicit_holds* holds;
 } implicit_hold_visit;
@@ -80,17 +81,26 @@ static void implicit_add_hold(const plii_node_spring* spring, void* user) {
         !PLII_RESERVE(body->context, &holds->items, &holds->capacity, holds->count + 1)) {
         return;
     }
-    const double hardness = (double)spring->hardness;
-    plii_implicit_hold* hold = &holds->items[holds->count++];
-    *hold = (plii_implicit_hold){.node = node, .hardness = hardness};
-    hold->rhs = plii_dvec3_scale(plii_dvec3_from(spring->way), hardness * (double)body->step.inverse_dt);
+    const double h = (double)body->step.dt;
+    plii_implicit_hold hold = {.node = node, .hardness = (double)spring->hardness};
+    if (!plii_vec3_is_zero(spring->along)) {
+        hold.hardness *= (double)visit->def->stiffness * h * h;
+        hold.along = plii_dvec3_from(spring->along);
+    }
     const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[node]));
-    hold->rhs = plii_dvec3_add_scaled(hold->rhs, velocity, -hardness);
-    visit->system->rhs[node] = plii_dvec3_add(visit->system->rhs[node], hold->rhs);
+    const plii_dvec3 way = plii_dvec3_scale(plii_dvec3_from(spring->way), 1.0 / h);
+    hold.rhs = plii_implicit_hold_mul(&hold, plii_dvec3_sub(way, velocity));
+    visit->system->rhs[node] = plii_dvec3_add(visit->system->rhs[node], hold.rhs);
+    int place = holds->count++;
+    for (; place > 0 && holds->items[place - 1].node > node; --place) {
+        holds->items[place] = holds->items[place - 1];
+    }
+    holds->items[place] = hold;
 }
 
-void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, plii_implicit_holds* holds) {
-    implicit_hold_visit visit = {body, system, holds};
+void plii_implicit_gather_holds(pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
+                                plii_implicit_holds* holds) {
+    implicit_hold_visit visit = {body, def, system, holds};
     holds->count = 0;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
@@ -101,12 +111,29 @@ void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, pl
     system->holds = holds;
 }
 
-static double implicit_hardness(const plii_implicit_holds* holds, int node) {
-    double sum = 0.0;
-    for (int i = 0; i < holds->count; ++i) {
-        if (holds->items[i].node == node) { sum += holds->items[i].hardness; }
+/* Of a node, from hold `first` on. Gives the first one after them. */
+static int implicit_add_held(const plii_implicit_holds* holds, int first, int node, double d[6]) {
+    int i = first;
+    for (; i < holds->count && holds->items[i].node == node; ++i) {
+        const plii_dvec3 x = plii_implicit_hold_mul(&holds->items[i], plii_dvec3_make(1, 0, 0)),
+                         y = plii_implicit_hold_mul(&holds->items[i], plii_dvec3_make(0, 1, 0)),
+                         z = plii_implicit_hold_mul(&holds->items[i], plii_dvec3_make(0, 0, 1));
+        d[0] += x.x;
+        d[1] += x.y;
+        d[2] += x.z;
+        d[3] += y.y;
+        d[4] += y.z;
+        d[5] += z.z;
     }
-    return sum;
+    return i;
+}
+
+static int implicit_first_hold(const plii_implicit_holds* holds, int node) {
+    int first = 0;
+    while (first < holds->count && holds->items[first].node < node) {
+        ++first;
+    }
+    return first;
 }
 
 /* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
@@ -136,7 +163,7 @@ static plii_dvec3 implicit_moved(const pli_body* body, int node) {
 
 PLII_SIMD_INLINE int implicit_assemble_node(const pli_body* body, const plii_link_graph* graph,
                                             const pli_implicit_def* def, double h, int node, const plii_dvec3* leads,
-                                            plii_implicit_system* system) {
+                                            plii_implicit_system* system, int* hold) {
     const double mass = 1.0 / (double)body->positions[node].w;
     double d[6] = {mass, 0.0, 0.0, mass, 0.0, mass}; /* xx, xy, xz, yy, yz, zz */
     plii_dvec3 rhs = system->rhs[node];
@@ -168,10 +195,7 @@ PLII_SIMD_INLINE int implicit_assemble_node(const pli_body* body, const plii_lin
         d[4] += q.y * q.z;
         d[5] += q.z * q.z + b;
     }
-    const double held = implicit_hardness(system->holds, node);
-    d[0] += held;
-    d[3] += held;
-    d[5] += held;
+    *hold = implicit_add_held(system->holds, *hold, node, d);
     system->rhs[node] = rhs;
     system->blocks[node] = implicit_factorise(d, mass);
     return collapsed;
@@ -191,13 +215,13 @@ static double implicit_assemble_block(int begin, int end, const void* data) {
     const pli_body* body = all->body;
     const plii_link_graph* graph = all->graph;
     plii_implicit_system* system = all->system;
-    int collapsed = 0;
+    int collapsed = 0, hold = implicit_first_hold(system->holds, begin);
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             /* Without leads, as in most calls, a copy of its own. */
             collapsed += all->leads == NULL
-                             ? implicit_assemble_node(body, graph, all->def, all->h, i, NULL, system)
-                             : implicit_assemble_node(body, graph, all->def, all->h, i, all->leads, system);
+                             ? implicit_assemble_node(body, graph, all->def, all->h, i, NULL, system, &hold)
+                             : implicit_assemble_node(body, graph, all->def, all->h, i, all->leads, system, &hold);
             continue;
         }
         system->rhs[i] = (plii_dvec3){0};

@@ -48,6 +48,18 @@ static double energy_given(const plii_implicit_constraints* constraints) {
     return sum;
 }
 
+/* What springs to fixed points give to nodes. */
+static double energy_of_holds(const pli_body* body, const plii_implicit_system* system) {
+    double sum = 0.0;
+    for (int i = 0; i < system->holds->count; ++i) {
+        const plii_implicit_hold* hold = &system->holds->items[i];
+        const plii_dvec3 taken = plii_implicit_hold_mul(hold, system->solution[hold->node]);
+        sum +=
+            plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), plii_dvec3_from(plii_xyz(body->velocities[hold->node])));
+    }
+    return sum;
+}
+
 double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, const plii_implicit_system* system) {
     double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0;
     for (int i = 0; i < body->link_count; ++i) {
@@ -68,7 +80,7 @@ double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, c
         const plii_implicit_rigid* rigid = &system->constraints->rigids[i];
         if (rigid->is_dynamic) { energy_add_rigid(rigid, &work, &scale); }
     }
-    work -= energy_given(system->constraints);
+    work -= energy_given(system->constraints) + energy_of_holds(body, system);
     return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
 }
 
@@ -98,7 +110,7 @@ static double energy_potential(const pli_body* body, const pli_implicit_def* def
         const plii_implicit_hold* hold = &system->holds->items[i];
         const plii_dvec3 s = plii_dvec3_add_scaled(
             before[hold->node], plii_dvec3_sub(system->solution[hold->node], before[hold->node]), share);
-        sum += 0.5 * hold->hardness * plii_dvec3_dot(s, s) - plii_dvec3_dot(hold->rhs, s);
+        sum += 0.5 * plii_dvec3_dot(s, plii_implicit_hold_mul(hold, s)) - plii_dvec3_dot(hold->rhs, s);
     }
     for (int i = 0; i < constraints->rigid_count; ++i) {
         const plii_implicit_rigid* rigid = &constraints->rigids[i];

@@ -165,7 +165,7 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
     for (int i = 0; i < system->holds->count; ++i) {
         const plii_implicit_hold* hold = &system->holds->items[i];
         const int group = plii_union_root(system->groups, graph->components[hold->node]);
-        const plii_dvec3 push = plii_dvec3_scale(system->solution[hold->node], hold->hardness);
+        const plii_dvec3 push = plii_implicit_hold_mul(hold, system->solution[hold->node]);
         implicit_add_masses(&masses[group], hold->hardness, hold->hardness, hold->hardness);
         momenta[group] = plii_dvec3_add(momenta[group], plii_dvec3_sub(push, hold->rhs));
     }
@@ -231,7 +231,7 @@ static void implicit_predict(pli_body* body, float dt) {
     };
     state->report = (pli_implicit_report){0};
     implicit_add_external(body, state, step->dt, system->rhs);
-    plii_implicit_gather_holds(body, system, &state->holds);
+    plii_implicit_gather_holds(body, &state->def, system, &state->holds);
     state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, NULL, system);
     plii_implicit_constraints_gather(body, &state->constraints, false, state->blocks, NULL);
     implicit_iterate(body, state, false);

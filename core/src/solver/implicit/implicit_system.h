@@ -16,11 +16,12 @@ typedef struct plii_implicit_half {
     int neighbour;
 } plii_implicit_half;
 
-/* A spring from a node to a fixed point: h^2 k on the diagonal of its block. */
+/* A spring from a node to a fixed point: h^2 k on the diagonal of its block, or along a line. By node. */
 typedef struct plii_implicit_hold {
     int node;
-    double hardness; /* kg */
-    plii_dvec3 rhs;  /* its part of the right-hand side */
+    double hardness;  /* kg */
+    plii_dvec3 along; /* unit, or zero */
+    plii_dvec3 rhs;   /* its part of the right-hand side */
 } plii_implicit_hold;
 typedef struct plii_implicit_holds {
     plii_implicit_hold* items;
@@ -53,7 +54,8 @@ int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, c
                            const plii_dvec3* leads, plii_implicit_system* system);
 
 /* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
-void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, plii_implicit_holds* holds);
+void plii_implicit_gather_holds(pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
+                                plii_implicit_holds* holds);
 
 /* What a sweep makes of the solution at a node. */
 plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
@@ -74,12 +76,17 @@ static inline void plii_implicit_run(const plii_implicit_system* system, pli_ran
     plii_parallel_for(system->context, range, task, system->node_count, plii_grain(nanoseconds));
 }
 
+static inline plii_dvec3 plii_implicit_hold_mul(const plii_implicit_hold* hold, plii_dvec3 x) {
+    const double along = plii_dvec3_dot(hold->along, x);
+    return plii_dvec3_dot(hold->along, hold->along) > 0.0 ? plii_dvec3_scale(hold->along, hold->hardness * along)
+                                                          : plii_dvec3_scale(x, hold->hardness);
+}
 /* sum += scale * what holds make of x. */
 static inline void plii_implicit_add_holds(const plii_implicit_system* system, const plii_dvec3* x, double scale,
                                            plii_dvec3* sum) {
     for (int i = 0; i < system->holds->count; ++i) {
         const plii_implicit_hold* hold = &system->holds->items[i];
-        sum[hold->node] = plii_dvec3_add_scaled(sum[hold->node], x[hold->node], scale * hold->hardness);
+        sum[hold->node] = plii_dvec3_add_scaled(sum[hold->node], plii_implicit_hold_mul(hold, x[hold->node]), scale);
     }
 }
 
