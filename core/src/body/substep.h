@@ -41,7 +41,6 @@ typedef struct plii_substep_class {
     /* Of the sweep, an enum constant in the feature's own file: to 49 what holds the body together, from 50 on anchors
        and contacts, so that what is drawn does not penetrate. */
     int order;
-    const plii_feature_class* klass;
     bool is_of_xpbd;       /* enabled by plii_xpbd_enable_kind; goes when another solver steps the body */
     bool is_in_iterations; /* of the position-based solver too, but in reference mode: see plii_follows_rigids */
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */

@@ -81,7 +81,6 @@ enum { ANCHOR_SUBSTEP_ORDER = 50 }; /* they take their nodes along after links a
 
 const plii_substep_class plii_anchor_substepped = {
     .order = ANCHOR_SUBSTEP_ORDER,
-    .klass = &plii_anchor_class,
     .begin = anchor_substeps_begin,
     .restart = anchor_substep_restart,
     .sweep = anchor_substep_sweep,

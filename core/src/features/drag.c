@@ -204,7 +204,6 @@ const plii_feature_class plii_drag_class = {
     .substepped =
         &(const plii_substep_class){
             .order = DRAG_SUBSTEP_ORDER,
-            .klass = &plii_drag_class,
             .restart = drag_restart,
             .sweep = drag_sweep,
             .is_idle = drag_is_idle,

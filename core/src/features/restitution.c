@@ -136,7 +136,6 @@ const plii_feature_class plii_restitution_class = {
     .stages = {[PLII_STAGE_PREPARE] = {restitution_prepare, RESTITUTION_ORDER},
                [PLII_STAGE_FINISH] = {restitution_finish, RESTITUTION_FINISH_ORDER}},
     .substepped = &(const plii_substep_class){.order = RESTITUTION_ORDER,
-                                              .klass = &plii_restitution_class,
                                               .begin = restitution_prepare,
                                               .is_idle = restitution_is_idle},
     .reserve = restitution_reserve,

@@ -311,7 +311,6 @@ const plii_feature_class plii_target_class = {
     .substepped =
         &(const plii_substep_class){
             .order = TARGET_SUBSTEP_ORDER,
-            .klass = &plii_target_class,
             .sweep = target_sweep,
             .room = target_room,
             .is_limit = target_has_limits,

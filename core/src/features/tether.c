@@ -432,7 +432,6 @@ const plii_feature_class plii_tether_class = {
     .substepped =
         &(const plii_substep_class){
             .order = TETHER_SUBSTEP_ORDER,
-            .klass = &plii_tether_class,
             .begin = tether_begin,
             .restart = tether_restart,
             .sweep = tether_sweep,

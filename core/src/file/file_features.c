@@ -5,7 +5,7 @@
 #include "body/all_features.h"
 #include "body/feature_arrays.h"
 #include "body/pipeline.h"
-#include "solver/xpbd/xpbd_impl.h"
+#include "body/substep.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -25,15 +25,6 @@ static const plii_feature_class* file_find_class(const char* name) {
     return NULL;
 }
 
-static const plii_substep_class* file_xpbd_kind(const plii_feature_class* klass) {
-    const plii_substep_class* const kinds[] = {&plii_xpbd_links_kind, &plii_xpbd_bending_kind, &plii_xpbd_tetras_kind,
-                                               &plii_xpbd_volume_kind};
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; ++i) {
-        if (kinds[i]->klass == klass) { return kinds[i]; }
-    }
-    return NULL;
-}
-
 static bool file_may_enable(const pli_body* body, const plii_feature_class* klass) {
     if (plii_feature_is_enabled(body, klass)) { return false; }
     for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
@@ -42,7 +33,8 @@ static bool file_may_enable(const pli_body* body, const plii_feature_class* klas
     const bool is_solver = klass == &plii_xpbd_class || klass == &plii_implicit_class;
     const bool has_solver = body->solver_class != &plii_position_solver;
     if (is_solver && has_solver) { return false; }
-    if (file_xpbd_kind(klass) != NULL && !plii_feature_is_enabled(body, &plii_xpbd_class)) { return false; }
+    const bool is_of_xpbd = klass->substepped != NULL && klass->substepped->is_of_xpbd;
+    if (is_of_xpbd && !plii_feature_is_enabled(body, &plii_xpbd_class)) { return false; }
     if (klass == &plii_xpbd_tetras_class && body->topology->tetra_count == 0) { return false; }
     const bool is_of_positions = klass == &plii_colored_links_class || klass == &plii_velocity_links_class;
     return !(is_of_positions && has_solver);
@@ -53,17 +45,11 @@ static void file_enable(plii_file* file, pli_body* body, const plii_feature_clas
         plii_file_refuse(file, "the feature does not go with those before it");
         return;
     }
-    pli_status status = plii_feature_append(body, klass, by_user);
-    const plii_substep_class* kind = file_xpbd_kind(klass);
-    if (status == PLI_OK && kind != NULL) {
-        void* state = NULL;
-        status = plii_xpbd_enable_kind(body, kind, file->function, &state);
+    file->status = plii_feature_append(body, klass, by_user);
+    if (file->status == PLI_ERROR_OUT_OF_MEMORY) {
+        plii_fail(file->context, file->status, file->function, "no memory for %s of body %d", klass->name,
+                  file->body_index);
     }
-    if (status == PLI_ERROR_OUT_OF_MEMORY) {
-        status = plii_fail(file->context, status, file->function, "no memory for %s of body %d", klass->name,
-                           file->body_index);
-    }
-    file->status = status;
 }
 
 /* Name and by_user of feature `index`. */

@@ -107,7 +107,6 @@ const plii_feature_class plii_self_faces_class = {
     .substepped =
         &(const plii_substep_class){
             .order = SELF_FACES_SUBSTEP_ORDER,
-            .klass = &plii_self_faces_class,
             .begin = plii_self_faces_begin,
             .restart = self_faces_restart_substep,
             .sweep = self_faces_sweep,

@@ -343,7 +343,6 @@ const plii_feature_class plii_self_nodes_class = {
     .substepped =
         &(const plii_substep_class){
             .order = SELF_NODES_SUBSTEP_ORDER,
-            .klass = &plii_self_nodes_class,
             .begin = self_nodes_begin_substeps,
             .restart = self_nodes_restart,
             .sweep = self_nodes_sweep,

@@ -191,6 +191,8 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
 
 static const plii_field xpbd_tetras_fields[] = {PLII_FIELD(xpbd_tetras_state, compliance, 0, PLI_MAX_COEFFICIENT)};
 
+enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
+
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
@@ -200,16 +202,12 @@ const plii_feature_class plii_xpbd_tetras_class = {
     .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
                            .snapshot = PLII_FILED, .fields = "16n8f"}),
     .enable = xpbd_tetras_enable,
-    .substepped = &plii_xpbd_tetras_kind,
-};
-
-enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
-
-const plii_substep_class plii_xpbd_tetras_kind = {
-    .order = XPBD_TETRAS_ORDER,
-    .klass = &plii_xpbd_tetras_class,
-    .is_of_xpbd = true,
-    .sweep = xpbd_tetras_sweep,
+    .substepped =
+        &(const plii_substep_class){
+            .order = XPBD_TETRAS_ORDER,
+            .is_of_xpbd = true,
+            .sweep = xpbd_tetras_sweep,
+        },
 };
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
@@ -220,11 +218,11 @@ pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
     }
     void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_tetras_kind, __func__, &state));
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, __func__, &state));
     ((xpbd_tetras_state*)state)->compliance = compliance;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_xpbd_tetras(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &plii_xpbd_tetras_kind, __func__);
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_xpbd_tetras_class);
 }
