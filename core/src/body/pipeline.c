@@ -170,6 +170,15 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
     return PLI_OK;
 }
 
+pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                    void** state) {
+    void* enabled = NULL;
+    PLII_TRY(plii_feature_enable(body, klass, &enabled));
+    memcpy((char*)enabled + klass->settings.offset, given, size);
+    if (state != NULL) { *state = enabled; }
+    return PLI_OK;
+}
+
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
     const int index = feature_find(body, klass);
     if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) { return; }

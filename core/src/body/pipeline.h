@@ -6,6 +6,10 @@
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
+/* The same with what the user gives, which was checked: so many bytes, which go to where the `settings` of the class
+   are in the state. */
+pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                    void** state);
 /* One that is not enabled, while its needs are; those that only others need are appended before these. */
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */

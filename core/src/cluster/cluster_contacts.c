@@ -284,13 +284,8 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
     PLII_TRY_DEF(body->context, pli_cluster_contacts_def, &used, cluster_contacts_fields, __func__);
     const bool had_clusters = plii_body_clusters(body) != NULL;
     if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
-    void* data = NULL;
-    const pli_status status = plii_feature_enable(body, &plii_cluster_contacts_class, &data);
-    if (status == PLI_OK) {
-        ((plii_cluster_contacts*)data)->def = used;
-    } else if (!had_clusters) {
-        (void)pli_body_disable_clusters(body);
-    }
+    const pli_status status = plii_feature_enable_with(body, &plii_cluster_contacts_class, &used, sizeof used, NULL);
+    if (status != PLI_OK && !had_clusters) { (void)pli_body_disable_clusters(body); }
     return status;
 }
 

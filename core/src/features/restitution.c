@@ -146,12 +146,8 @@ const plii_feature_class plii_restitution_class = {
 
 pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const restitution_state used = {.restitution = restitution};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, restitution_fields, __func__));
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_restitution_class, &state));
-    ((restitution_state*)state)->restitution = restitution;
-    return PLI_OK;
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &restitution, restitution_fields, __func__));
+    return plii_feature_enable_with(body, &plii_restitution_class, &restitution, sizeof restitution, NULL);
 }
 
 pli_status pli_body_disable_restitution(pli_body* body) {

@@ -366,8 +366,7 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     const pli_sleep_def used = def != NULL ? *def : pli_sleep_def_default();
     PLII_TRY_DEF(body->context, pli_sleep_def, &used, sleep_fields, __func__);
     sleep_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_sleep_class, (void**)&state));
-    state->def = used;
+    PLII_TRY(plii_feature_enable_with(body, &plii_sleep_class, &used, sizeof used, (void**)&state));
     state->time = 0.0f;
     return PLI_OK;
 }

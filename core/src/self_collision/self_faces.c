@@ -145,8 +145,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     PLII_TRY_DEF(body->context, pli_self_faces_def, &used, self_faces_fields, __func__);
     PLII_TRY(plii_check_faces(body, "faces are kept apart", __func__));
     plii_self_faces_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_faces_class, (void**)&state));
-    state->def = used;
+    PLII_TRY(plii_feature_enable_with(body, &plii_self_faces_class, &used, sizeof used, (void**)&state));
     state->reach = 0.0f;
     return PLI_OK;
 }

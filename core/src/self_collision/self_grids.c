@@ -115,10 +115,7 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
     PLII_TRY_DEF(body->context, pli_self_grids_def, &used, self_grids_fields, __func__);
-    self_grids_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_grids_class, (void**)&state));
-    state->def = used;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_self_grids_class, &used, sizeof used, NULL);
 }
 
 pli_status pli_body_disable_self_grids(pli_body* body) {

@@ -380,10 +380,7 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
     PLII_TRY_DEF(body->context, pli_self_collision_def, &used, self_nodes_fields, __func__);
-    self_nodes_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_nodes_class, (void**)&state));
-    state->def = used;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_self_nodes_class, &used, sizeof used, NULL);
 }
 
 pli_status pli_body_disable_self_collision(pli_body* body) {

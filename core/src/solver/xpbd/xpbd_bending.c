@@ -213,10 +213,7 @@ pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_d
     const pli_xpbd_bending_def used = def != NULL ? *def : pli_xpbd_bending_def_default();
     PLII_TRY_DEF(body->context, pli_xpbd_bending_def, &used, xpbd_bending_fields, __func__);
     PLII_TRY(plii_check_faces(body, "bending is between faces", __func__));
-    void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_bending_class, __func__, &state));
-    ((xpbd_bending_state*)state)->def = used;
-    return PLI_OK;
+    return plii_xpbd_enable_kind(body, &plii_xpbd_bending_class, &used, sizeof used, __func__, NULL);
 }
 
 pli_status pli_body_disable_xpbd_bending(pli_body* body) {

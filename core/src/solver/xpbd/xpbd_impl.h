@@ -6,8 +6,9 @@
 #include "body/substep.h"
 #include "pliant/xpbd.h"
 
-/* Enables the feature of a kind and lets it take part in sweeps; fails unless the body is stepped by XPBD. */
-pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const char* function, void** state);
+/* plii_feature_enable_with for a kind, which takes part in sweeps then; fails unless the body is stepped by XPBD. */
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                 const char* function, void** state);
 
 /* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26).
    c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. 0 where the

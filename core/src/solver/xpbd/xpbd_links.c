@@ -141,13 +141,10 @@ pli_xpbd_links_def pli_xpbd_links_def_default(void) {
 
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_xpbd_links_def defaults = pli_xpbd_links_def_default();
-    if (def == NULL) { def = &defaults; }
-    PLII_TRY_DEF(body->context, pli_xpbd_links_def, def, xpbd_links_fields, __func__);
-    void* data = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_class, __func__, &data));
-    xpbd_links_state* state = data;
-    state->def = *def;
+    const pli_xpbd_links_def used = def != NULL ? *def : pli_xpbd_links_def_default();
+    PLII_TRY_DEF(body->context, pli_xpbd_links_def, &used, xpbd_links_fields, __func__);
+    xpbd_links_state* state = NULL;
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_class, &used, sizeof used, __func__, (void**)&state));
     state->link_revision = body->link_revision - 1;
     xpbd_links_begin(body, state); /* takes memory now; where there is none the step tells */
     return PLI_OK;

@@ -206,13 +206,14 @@ const plii_feature_class plii_xpbd_class = {
 
 // -------------------------------------------------------------------------------------------- kinds of constraints
 
-pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const char* function, void** state) {
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                 const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
     if (!plii_feature_is_enabled(body, &plii_xpbd_class)) {
         return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
                          "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     }
-    return plii_feature_enable(body, klass, state);
+    return plii_feature_enable_with(body, klass, given, size, state);
 }
 
 // --------------------------------------------------------------------------------------------------------- settings
@@ -227,14 +228,12 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY_DEF(body->context, pli_xpbd_def, &used, xpbd_fields, __func__);
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_xpbd_class, &data));
-    xpbd_state* state = data;
+    xpbd_state* state = NULL;
+    PLII_TRY(plii_feature_enable_with(body, &plii_xpbd_class, &used, sizeof used, (void**)&state));
     if (is_new) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
         plii_feature_disable(body, &plii_links_class);
     }
-    state->def = used;
     return PLI_OK;
 }
 

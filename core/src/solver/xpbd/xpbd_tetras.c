@@ -212,15 +212,11 @@ const plii_feature_class plii_xpbd_tetras_class = {
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const xpbd_tetras_state used = {.compliance = compliance};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, xpbd_tetras_fields, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &compliance, xpbd_tetras_fields, __func__));
     if (body->topology->tetra_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
     }
-    void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, __func__, &state));
-    ((xpbd_tetras_state*)state)->compliance = compliance;
-    return PLI_OK;
+    return plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, &compliance, sizeof compliance, __func__, NULL);
 }
 
 pli_status pli_body_disable_xpbd_tetras(pli_body* body) {

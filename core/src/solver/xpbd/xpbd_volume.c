@@ -156,10 +156,7 @@ pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def
     const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
     PLII_TRY_DEF(body->context, pli_xpbd_volume_def, &used, xpbd_volume_fields, __func__);
     PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
-    void* data = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_volume_class, __func__, &data));
-    ((xpbd_volume_state*)data)->def = used;
-    return PLI_OK;
+    return plii_xpbd_enable_kind(body, &plii_xpbd_volume_class, &used, sizeof used, __func__, NULL);
 }
 
 pli_status pli_body_disable_xpbd_volume(pli_body* body) {
