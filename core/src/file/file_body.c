@@ -9,25 +9,19 @@
 static const plii_state_part file_body_parts[] = {
     PLII_STATE_OF(pli_body, is_frozen, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_body, bounds, PLII_SAVED, "6f"),
-    PLII_STATE_OF(pli_body, collision_margin, PLII_SAVED, "f"),
-    PLII_STATE_OF(pli_body, solver, PLII_SAVED, "3i3f"),
-    PLII_STATE_OF(pli_body, step, PLII_SAVED, "2f"),
-    PLII_STATE_OF(pli_body, link_revision, PLII_SAVED, "u"),
-    PLII_STATE_OF(pli_body, length_revision, PLII_SAVED, "u"),
+    PLII_STATE_SPAN(pli_body, collision_margin, step, PLII_SAVED, "f3i5f"),
+    PLII_STATE_SPAN(pli_body, link_revision, length_revision, PLII_SAVED, "2u"),
     {0},
 };
 
 /* What features change as they are enabled. */
 static const plii_state_part file_body_last_parts[] = {
     PLII_STATE_OF(pli_body, is_asleep, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_body, is_resting, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_body, is_woken, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_body, was_asleep, PLII_SAVED, "B"),
+    PLII_STATE_SPAN(pli_body, is_resting, was_asleep, PLII_SAVED, "3B"),
     PLII_STATE_OF(pli_body, records_contacts, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_body, sleep_group, PLII_SAVED, "u"),
     PLII_STATE_OF(pli_body, interval, PLII_SAVED, "2i2f2B"),
-    PLII_STATE_OF(pli_body, joint_iterations, PLII_SAVED, "i"),
-    PLII_STATE_OF(pli_body, sweeping_features, PLII_SAVED, "i"),
+    PLII_STATE_SPAN(pli_body, joint_iterations, sweeping_features, PLII_SAVED, "2i"),
     {0},
 };
 
