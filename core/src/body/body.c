@@ -29,9 +29,7 @@ pli_status plii_check_body_idle(pli_body* body, const char* function) {
 
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {
     PLII_TRY(plii_check_body(body, function));
-    if (node >= 0 && node < body->node_count) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "node %d is out of range, the body has %d nodes", node, body->node_count);
+    return plii_check_index(body->context, node, body->node_count, "node", "body", function);
 }
 
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function) {
@@ -301,9 +299,7 @@ pli_bounds pli_body_get_bounds(const pli_body* body) {
 
 static pli_status body_check_link(const pli_body* body, int link, const char* function) {
     PLII_TRY(plii_check_body(body, function));
-    if (link >= 0 && link < body->link_count) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "link %d is out of range, the body has %d links", link, body->link_count);
+    return plii_check_index(body->context, link, body->link_count, "link", "body", function);
 }
 
 float pli_body_get_rest_length(const pli_body* body, int link) {
@@ -462,9 +458,7 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
         }
     }
     for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) {
-            plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), velocity));
-        }
+        if (body->positions[i].w > 0.0f) { plii_add_xyz(&body->velocities[i], velocity); }
     }
     return PLI_OK;
 }

@@ -152,6 +152,11 @@ extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
 
+static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* positions) {
+    for (int i = 0; i < body->node_count; ++i) {
+        positions[i] = plii_xyz(body->positions[i]);
+    }
+}
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
 static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {

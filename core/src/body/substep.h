@@ -70,15 +70,13 @@ static inline pli_vec3 plii_substep_motion(const plii_substep* substep, int node
 }
 static inline void plii_substep_move(const plii_substep* substep, int node, pli_vec3 gradient, float multiplier) {
     pli_vec4* displacement = &substep->displacements[node];
-    plii_set_xyz(displacement,
-                 pli_vec3_add(plii_xyz(*displacement), pli_vec3_scale(gradient, displacement->w * multiplier)));
+    plii_add_xyz(displacement, pli_vec3_scale(gradient, displacement->w * multiplier));
 }
 
 /* Before the sweeps of a substep: moves a node as if it had started there, so that no velocity comes of it. */
 static inline void plii_substep_shift(const plii_substep* substep, int node, pli_vec3 shift) {
-    pli_vec4 *displacement = &substep->displacements[node], *start = &substep->start_displacements[node];
-    plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), shift));
-    plii_set_xyz(start, pli_vec3_add(plii_xyz(*start), shift));
+    plii_add_xyz(&substep->displacements[node], shift);
+    plii_add_xyz(&substep->start_displacements[node], shift);
 }
 
 /* The least that features leave. */

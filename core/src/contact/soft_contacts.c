@@ -58,9 +58,7 @@ static void soft_contacts_update(pli_body* body, void* data) {
     state->has_coupled = false;
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
     body->soft_shifts = state->shifts;
-    for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
-        state->predicted[i] = plii_xyz(body->positions[i]);
-    }
+    if (state->is_sweeping) { plii_body_copy_positions(body, state->predicted); }
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
     soft_contacts_update_boxes(body, state);

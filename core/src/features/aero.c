@@ -139,8 +139,7 @@ static aero_step aero_begin(const pli_body* body) {
 }
 
 static void aero_push(const aero_step* step, pli_vec3 force, float inverse_mass, pli_vec4* velocity) {
-    const pli_vec3 change = pli_vec3_scale(force, inverse_mass * step->dt);
-    plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), change));
+    plii_add_xyz(velocity, pli_vec3_scale(force, inverse_mass * step->dt));
 }
 
 PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* step, aero_nodes nodes) {

@@ -80,8 +80,7 @@ static void drag_solve(pli_body* body, void* data) {
         const pli_vec3 push = drag_impulse(item, body, drag_point(item, body->positions));
         for (int k = 0; k < item->node_count; ++k) {
             pli_vec4* position = &body->positions[item->nodes[k]];
-            plii_set_xyz(position,
-                         pli_vec3_add(plii_xyz(*position), pli_vec3_scale(push, item->weights[k] * position->w)));
+            plii_add_xyz(position, pli_vec3_scale(push, item->weights[k] * position->w));
         }
     }
 }
@@ -227,9 +226,7 @@ static pli_status drag_check(const pli_body* body, const pli_drag_def* def, cons
     pli_context* context = body->context;
     PLII_TRY_DEF(context, pli_drag_def, def, drag_fields, function);
     if (def->face == PLI_NULL_INDEX) { return plii_check_node(body, def->node, function); }
-    if (def->face >= 0 && def->face < body->topology->face_count) { return PLI_OK; }
-    return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function, "face %d is out of range, the body has %d faces",
-                     def->face, body->topology->face_count);
+    return plii_check_index(context, def->face, body->topology->face_count, "face", "body", function);
 }
 
 /* A face without an area is held at its first node. */

@@ -63,8 +63,7 @@ static void restitution_push(pli_body* body, const plii_contact_report* report, 
                 weight = own + plii_substep_rigid_point_weight(&touched, report->normal);
     const pli_vec3 impulse = pli_vec3_scale(report->normal, lacking / weight);
     if (!(lacking > 0.0f) || !plii_vec3_is_finite(impulse)) { return; }
-    pli_vec4* velocity = &body->velocities[report->nodes[k]];
-    plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), pli_vec3_scale(impulse, own)));
+    plii_add_xyz(&body->velocities[report->nodes[k]], pli_vec3_scale(impulse, own));
     if (report->rigid->state.inverse_mass > 0.0f) {
         plii_rigid_apply_impulse(report->rigid, pli_vec3_neg(impulse), arm);
     }

@@ -26,9 +26,7 @@ static bool sleep_is_near(pli_vec3 a, pli_vec3 b, float reach) {
 
 static void sleep_take_places(pli_body* body, void* data) {
     sleep_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->places[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->places);
     state->time = 0.0f;
 }
 

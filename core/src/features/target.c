@@ -138,8 +138,7 @@ static void target_sweep(pli_body* body, void* data, const plii_substep* substep
         const target_pose pose = target_between(&item->from, &item->to, plii_min(share, 1.0f));
         const pli_vec3 place = plii_substep_position(body, substep, node);
         const pli_vec3 move = pli_vec3_sub(target_allowed(&item->limits, &pose, place), place);
-        pli_vec4* displacement = &substep->displacements[node];
-        plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), move));
+        plii_add_xyz(&substep->displacements[node], move);
     }
 }
 

@@ -22,6 +22,10 @@ static inline void plii_set_xyz(pli_vec4* target, pli_vec3 v) {
     target->z = v.z;
 }
 
+static inline void plii_add_xyz(pli_vec4* target, pli_vec3 v) {
+    plii_set_xyz(target, pli_vec3_add(plii_xyz(*target), v));
+}
+
 static inline bool plii_is_finite(float value) {
     return isfinite(value) != 0;
 }

@@ -17,15 +17,11 @@ pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
 }
 
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function) {
-    if (node >= 0 && node < mesh->node_count) { return PLI_OK; }
-    return plii_fail(mesh->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "node %d is out of range, the mesh has %d nodes", node, mesh->node_count);
+    return plii_check_index(mesh->context, node, mesh->node_count, "node", "mesh", function);
 }
 
 pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function) {
-    if (material >= 0 && material < mesh->material_count) { return PLI_OK; }
-    return plii_fail(mesh->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "material %d is out of range, the mesh has %d materials", material, mesh->material_count);
+    return plii_check_index(mesh->context, material, mesh->material_count, "material", "mesh", function);
 }
 
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass) {

@@ -30,8 +30,7 @@ static inline pli_vec3 plii_self_motion(const plii_self_nodes* nodes, int node) 
     return pli_vec3_sub(plii_xyz(nodes->offsets[node]), plii_xyz(nodes->starts[node]));
 }
 static inline void plii_self_move(const plii_self_nodes* nodes, int node, pli_vec3 direction, float length) {
-    pli_vec4* offset = &nodes->offsets[node];
-    plii_set_xyz(offset, pli_vec3_add(plii_xyz(*offset), pli_vec3_scale(direction, length)));
+    plii_add_xyz(&nodes->offsets[node], pli_vec3_scale(direction, length));
 }
 
 /* As the solvers without substeps see it. */

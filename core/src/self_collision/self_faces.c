@@ -12,6 +12,8 @@
 #include "math/definition.h"
 #include "self_collision/self_faces_impl.h"
 
+#include <string.h>
+
 /* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
 #define SELF_FACES_SUBSTEP_ROOM 0.1f
 
@@ -21,9 +23,7 @@ static plii_self_nodes self_faces_nodes(pli_body* body, const plii_self_faces_st
 
 static void self_faces_run_prepare(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->starts[i] = body->previous[i];
-    }
+    memcpy(state->starts, body->previous, (size_t)body->node_count * sizeof *state->starts);
     const plii_self_nodes nodes = self_faces_nodes(body, state);
     plii_self_faces_begin(body, state);
     plii_self_faces_restart(body, state, &nodes, state->travel);
@@ -39,14 +39,11 @@ static void self_faces_run_finish(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     const plii_self_nodes nodes = self_faces_nodes(body, state);
-    for (int i = 0; i < body->node_count; ++i) {
-        state->was[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->was);
     plii_self_faces_finish(body, state, &nodes);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
-        plii_set_xyz(&body->velocities[i],
-                     pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(change, body->step.inverse_dt)));
+        plii_add_xyz(&body->velocities[i], pli_vec3_scale(change, body->step.inverse_dt));
     }
 }
 
@@ -66,9 +63,7 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
 
 static pli_status self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->rest[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->rest);
     plii_self_faces_find_edges(body, state);
     return PLI_OK;
 }

@@ -34,12 +34,12 @@ static void self_grids_part(pli_body* body, const self_grids_state* state, int a
     const float length = sqrtf(squared), share_a = x[a].w / weight, share_b = 1.0f - share_a;
     const pli_vec3 n = length > 1e-6f * distance ? plii_vec3_divide(apart, length) : plii_self_direction(a, b);
     const float move = length - 2.0f * state->def.separation * distance;
-    plii_set_xyz(&x[a], pli_vec3_add(plii_xyz(x[a]), pli_vec3_scale(n, move * share_a)));
-    plii_set_xyz(&x[b], pli_vec3_sub(plii_xyz(x[b]), pli_vec3_scale(n, move * share_b)));
+    plii_add_xyz(&x[a], pli_vec3_scale(n, move * share_a));
+    plii_add_xyz(&x[b], pli_vec3_scale(n, -move * share_b));
     const float approach = pli_vec3_dot(pli_vec3_sub(plii_xyz(v[b]), plii_xyz(v[a])), n);
     if (approach < 0.0f) {
-        plii_set_xyz(&v[a], pli_vec3_add(plii_xyz(v[a]), pli_vec3_scale(n, approach * share_a)));
-        plii_set_xyz(&v[b], pli_vec3_sub(plii_xyz(v[b]), pli_vec3_scale(n, approach * share_b)));
+        plii_add_xyz(&v[a], pli_vec3_scale(n, approach * share_a));
+        plii_add_xyz(&v[b], pli_vec3_scale(n, -approach * share_b));
     }
 }
 
@@ -77,9 +77,7 @@ static bool self_grids_solve(pli_body* body, self_grids_state* state, float shif
 
 static void self_grids_run(pli_body* body, void* data) {
     self_grids_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->positions[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->positions);
     state->report = (pli_self_grids_report){0};
     if (!self_grids_solve(body, state, 0.0f, NULL)) { return; }
     const plii_spatial_hash first = state->hash; /* its geometry; the tables are built anew */

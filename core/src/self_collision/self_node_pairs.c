@@ -368,7 +368,7 @@ static void self_nodes_step_range(int begin, int end, void* data) {
     plii_self_node_pairs* state = paths->state;
     const pli_body* body = paths->body;
     for (int i = begin; i < end; ++i) {
-        plii_set_xyz(&state->searched[i], pli_vec3_add(plii_xyz(state->searched[i]), paths->shift));
+        plii_add_xyz(&state->searched[i], paths->shift);
         const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
         self_nodes_set_travel(state, i, motion, 1.0f, SELF_NODES_MARGIN_DECAY);
     }

@@ -277,9 +277,7 @@ static void self_nodes_run_update(pli_body* body, void* data) {
 static pli_status self_nodes_enable(pli_body* body, void* data) {
     self_nodes_state* state = data;
     plii_self_node_pairs_start(&state->pairs);
-    for (int i = 0; i < body->node_count; ++i) {
-        state->pairs.rest[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->pairs.rest);
     return PLI_OK;
 }
 
