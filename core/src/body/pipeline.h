@@ -16,6 +16,12 @@ pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, 
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
 /* The call of a user, when it was found allowed; returns `check`. */
 pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass);
+/* That call, which looks the same for all features. */
+#define PLII_DEFINE_DISABLE(function, check, klass)                                                                    \
+    pli_status function(pli_body* body) {                                                                              \
+        return plii_feature_disable_if(check(body, __func__), body, &(klass));                                         \
+    }
+
 bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
 /* Another body of the world has it. */
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);

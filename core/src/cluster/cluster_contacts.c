@@ -289,9 +289,7 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
     return status;
 }
 
-pli_status pli_body_disable_cluster_contacts(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_cluster_contacts_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }

@@ -203,9 +203,7 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
     return PLI_OK;
 }
 
-pli_status pli_body_disable_soft_contacts(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_soft_contacts_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_soft_contacts, plii_check_body_change, plii_soft_contacts_class)
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }

@@ -390,9 +390,7 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     return PLI_OK;
 }
 
-pli_status pli_body_disable_contact_events(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_contact_events_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_contact_events, plii_check_body_idle, plii_contact_events_class)
 
 const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_contact_phase phase, int* count) {
     if (count != NULL) { *count = 0; }

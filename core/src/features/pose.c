@@ -127,9 +127,7 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     return PLI_OK;
 }
 
-pli_status pli_body_disable_pose_matching(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_pose_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_pose_matching, plii_check_body_change, plii_pose_class)
 
 pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {
     PLII_TRY(plii_check_body(body, __func__));

@@ -149,6 +149,4 @@ pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
     return plii_feature_enable_with(body, &plii_restitution_class, &restitution, sizeof restitution, NULL);
 }
 
-pli_status pli_body_disable_restitution(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_restitution_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_restitution, plii_check_body_change, plii_restitution_class)

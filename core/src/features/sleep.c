@@ -369,6 +369,4 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     return PLI_OK;
 }
 
-pli_status pli_body_disable_sleep(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_sleep_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_sleep, plii_check_body_idle, plii_sleep_class)

@@ -469,9 +469,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     return PLI_OK;
 }
 
-pli_status pli_body_disable_tethers(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_tether_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_tethers, plii_check_body_idle, plii_tether_class)
 
 pli_tether pli_body_get_tether(const pli_body* body, int node) {
     const pli_tether none = {PLI_NULL_INDEX, 0.0f};

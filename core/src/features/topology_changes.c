@@ -72,9 +72,7 @@ pli_status pli_body_enable_topology_changes(pli_body* body) {
     return PLI_OK;
 }
 
-pli_status pli_body_disable_topology_changes(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_topology_changes_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_topology_changes, plii_check_body_idle, plii_topology_changes_class)
 
 pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {
     const topology_changes_state* state =

@@ -54,6 +54,4 @@ pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient
     return plii_feature_enable_with(body, &plii_volume_class, &coefficient, sizeof coefficient, NULL);
 }
 
-pli_status pli_body_disable_volume_conservation(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_volume_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_volume_conservation, plii_check_body_change, plii_volume_class)

@@ -145,9 +145,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     return PLI_OK;
 }
 
-pli_status pli_body_disable_self_faces(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_faces_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
     const plii_self_faces_state* state =

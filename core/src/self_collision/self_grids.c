@@ -116,9 +116,7 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
     return plii_feature_enable_with(body, &plii_self_grids_class, &used, sizeof used, NULL);
 }
 
-pli_status pli_body_disable_self_grids(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_grids_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_self_grids, plii_check_body_idle, plii_self_grids_class)
 
 pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {
     const self_grids_state* state =

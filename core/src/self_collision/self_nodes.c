@@ -381,9 +381,7 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
     return plii_feature_enable_with(body, &plii_self_nodes_class, &used, sizeof used, NULL);
 }
 
-pli_status pli_body_disable_self_collision(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_nodes_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
     const self_nodes_state* state =

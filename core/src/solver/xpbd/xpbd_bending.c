@@ -216,6 +216,4 @@ pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_d
     return plii_xpbd_enable_kind(body, &plii_xpbd_bending_class, &used, sizeof used, __func__, NULL);
 }
 
-pli_status pli_body_disable_xpbd_bending(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_xpbd_bending_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_bending, plii_check_body_idle, plii_xpbd_bending_class)

@@ -150,6 +150,4 @@ pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* 
     return PLI_OK;
 }
 
-pli_status pli_body_disable_xpbd_links(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_xpbd_links_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_links, plii_check_body_idle, plii_xpbd_links_class)

@@ -219,6 +219,4 @@ pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     return plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, &compliance, sizeof compliance, __func__, NULL);
 }
 
-pli_status pli_body_disable_xpbd_tetras(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_xpbd_tetras_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_tetras, plii_check_body_idle, plii_xpbd_tetras_class)

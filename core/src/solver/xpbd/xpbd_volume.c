@@ -159,6 +159,4 @@ pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def
     return plii_xpbd_enable_kind(body, &plii_xpbd_volume_class, &used, sizeof used, __func__, NULL);
 }
 
-pli_status pli_body_disable_xpbd_volume(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_xpbd_volume_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_volume, plii_check_body_idle, plii_xpbd_volume_class)
