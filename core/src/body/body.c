@@ -560,8 +560,7 @@ pli_vec3 pli_body_momentum(const pli_body* body) {
 float pli_body_max_stretch(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
     float max_stretch = 0.0f;
-    for (int i = 0; i < body->link_count; ++i) {
-        const plii_link* link = &body->links[i];
+    for (PLII_EACH(const plii_link, link, body->links, body->link_count)) {
         if (!(link->rest_length_squared > 0.0f)) { continue; }
         const pli_vec3 delta =
             pli_vec3_sub(plii_xyz(body->positions[link->nodes[1]]), plii_xyz(body->positions[link->nodes[0]]));

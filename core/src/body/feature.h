@@ -279,3 +279,6 @@ typedef struct plii_pipeline {
     int begin[PLII_STAGE_COUNT + 1];
     uint32_t revision; /* counts features that come and go */
 } plii_pipeline;
+/* In a `for`: each feature of a body. */
+#define PLII_EACH_FEATURE(feature, body)                                                                               \
+    PLII_EACH(const plii_feature, feature, (body)->pipeline.features, (body)->pipeline.feature_count)

@@ -169,8 +169,7 @@ void plii_cluster_update_frame(const pli_body* body, const plii_clusters* cluste
 }
 
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
-    for (int i = 0; i < clusters->count; ++i) {
-        plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(plii_cluster, cluster, clusters->items, clusters->count)) {
         if (cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near)) {
             plii_cluster_update_frame(body, clusters, cluster);
         }
@@ -244,8 +243,7 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
 /* Changes of velocity are summed, corrections averaged. */
 static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bool is_drift) {
     bool any = false;
-    for (int i = 0; i < clusters->count; ++i) {
-        const plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         plii_cluster_impulse sum = is_drift ? cluster->drift : cluster->impulse;
         if (sum.count == 0) { continue; }
         any = true;
@@ -278,8 +276,7 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
 
 static void clusters_finish(pli_body* body, void* state) {
     plii_clusters* clusters = state;
-    for (int i = 0; i < clusters->count; ++i) {
-        const plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         if (cluster->settings.node_damping > 0.0f && !cluster->has_no_inverse && !cluster->has_no_frame) {
             cluster_damp_nodes(body, clusters, cluster);
         }
@@ -352,8 +349,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
     memmove(clusters->members, &clusters->members[clusters->member_count],
             (size_t)clusters->next_member_count * sizeof *clusters->members);
     clusters->member_count = 0;
-    for (int i = 0; i < clusters->count; ++i) {
-        plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(plii_cluster, cluster, clusters->items, clusters->count)) {
         cluster->first_member = clusters->member_count;
         cluster->member_count = cluster->next_member_count;
         clusters->member_count += cluster->member_count;
@@ -368,8 +364,7 @@ enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
 static bool clusters_is_sound(const pli_body* body, const void* data) {
     const plii_clusters* clusters = data;
     int members = 0;
-    for (int i = 0; i < clusters->count; ++i) {
-        const plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         if (cluster->first_member != members || cluster->member_count < 1) { return false; }
         if (cluster->member_count > clusters->member_count - members) { return false; }
         members += cluster->member_count;

@@ -29,8 +29,7 @@ static void joints_visit_joined(const void* state, plii_joined_fn* visit, void* 
 
 static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
-    for (int i = 0; i < joints->count; ++i) {
-        plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
         const pli_rigid* rigid = joint->other.rigid;
         joint->is_idle = rigid != NULL && rigid->is_absent;
         if (joint->is_idle) { continue; }
@@ -65,8 +64,7 @@ static void joint_apply_split_drift(const plii_joint* joint) {
 
 static void joints_finish(pli_body* body, void* state) {
     const joints_state* joints = state;
-    for (int i = 0; i < joints->count; ++i) {
-        const plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(const plii_joint, joint, joints->items, joints->count)) {
         if (!joint->is_idle && joint->softness.split > 0.0f) { joint_apply_split_drift(joint); }
     }
 }
@@ -88,8 +86,7 @@ void plii_joint_split_drift(plii_joint* joint, int iterations, float response, f
 /* Takes out the joint of a slot, or those with what goes away, a body or a rigid body; the others keep their order. */
 static void joints_remove(pli_body* body, joints_state* joints, int slot, const void* gone) {
     int kept = 0;
-    for (int i = 0; i < joints->count; ++i) {
-        const plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(const plii_joint, joint, joints->items, joints->count)) {
         const bool has_gone = body == gone || joint->other.body == gone || joint->other.rigid == gone;
         if (joint->slot == slot || (gone != NULL && has_gone)) {
             plii_id_pool_free(&joints->ids, joint->slot);
@@ -135,8 +132,7 @@ static bool joints_is_sound(const pli_body* body, const void* data) {
 static void joints_keep_callbacks(void* data, const void* before) {
     joints_state* joints = data;
     const joints_state* old = before;
-    for (int i = 0; i < joints->count; ++i) {
-        plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
         const uint32_t generation = joints->ids.slots[joint->slot].generation;
         const int item = plii_id_pool_find(&old->ids, joint->slot + 1, generation);
         if (item != PLI_NULL_INDEX) { joint->controller = old->items[item].controller; }

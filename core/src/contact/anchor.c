@@ -25,8 +25,7 @@ pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anch
 
 static void anchor_prepare(pli_body* body, void* state) {
     plii_anchors* anchors = state;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
         pli_rigid* rigid = anchor->rigid;
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
@@ -62,8 +61,7 @@ static void anchor_solve(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
     const float dt = body->step.dt;
     if (body->solver_class->solves_constraints) { return; }
-    for (int i = 0; i < anchors->item_count; ++i) {
-        const plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
         pli_vec4* position = &body->positions[anchor->node];
         if (plii_anchor_is_exact(body, anchor)) {
@@ -91,8 +89,7 @@ static void anchor_solve(pli_body* body, void* state) {
 /* After all else that moves nodes or changes velocities. */
 static void anchor_finish(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        const plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle || !plii_anchor_is_exact(body, anchor)) { continue; }
         if (!(body->positions[anchor->node].w > 0.0f)) { continue; }
         const pli_transform end = plii_anchor_end_pose(body, anchor);
@@ -106,8 +103,7 @@ static int anchor_list_constraints(const pli_body* body, const void* state, int 
                                    plii_node_constraint* constraints) {
     const plii_anchors* anchors = state;
     int count = 0;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        const plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->rigid->is_absent || count++ >= capacity) { continue; }
         plii_node_constraint* constraint = &constraints[count - 1];
         *constraint = (plii_node_constraint){

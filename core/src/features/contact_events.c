@@ -245,8 +245,7 @@ static void contact_events_end(pli_body* body, void* data) {
     /* Both have the same size, so that a snapshot of one fits the other. */
     (void)contact_list_reserve(body->context, &state->present, state->past.capacity);
     contact_visit visit = {body, state};
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_contacts == NULL) { continue; }
         feature->klass->visit_contacts(body, feature->state, contact_events_visit, &visit);
     }
@@ -271,8 +270,7 @@ static void contact_forget(pli_contact_event* event, const void* gone) {
 
 /* The next step tells that its contacts have ended. */
 static void contact_events_forget(contact_events* state, const void* gone) {
-    for (int i = 0; i < state->present.count; ++i) {
-        contact_item* item = &state->present.items[i];
+    for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
         if (item->key.other == gone) { item->key.other = NULL; }
         contact_forget(&item->event, gone);
     }
@@ -296,8 +294,7 @@ static void contact_events_on_body_removed(pli_body* body, void* data, const pli
 /* Faces and links have other indices now: those of `other`, or of the body itself (NULL). */
 static void contact_events_drop_faces(pli_body* body, void* data, const pli_body* other) {
     contact_events* state = data;
-    for (int i = 0; i < state->present.count; ++i) {
-        contact_item* item = &state->present.items[i];
+    for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
         pli_contact_event* event = &item->event;
         int* face = other != NULL ? &event->other_face : &event->face;
         if (other != NULL && event->other != other) { continue; }

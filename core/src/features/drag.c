@@ -66,8 +66,7 @@ static pli_vec3 drag_impulse(drag_item* item, const pli_body* body, pli_vec3 poi
 
 static void drag_prepare(pli_body* body, void* data) {
     drag_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         drag_begin_solve(item, drag_point(item, body->previous), item->to, body->step.dt);
     }
 }
@@ -75,8 +74,7 @@ static void drag_prepare(pli_body* body, void* data) {
 static void drag_solve(pli_body* body, void* data) {
     drag_state* state = data;
     if (body->solver_class->solves_constraints) { return; } /* has the spring in its system */
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         const pli_vec3 push = drag_impulse(item, body, drag_point(item, body->positions));
         for (int k = 0; k < item->node_count; ++k) {
             pli_vec4* position = &body->positions[item->nodes[k]];
@@ -123,8 +121,7 @@ static pli_vec3 drag_place(const pli_body* body, const drag_item* item, const pl
 static void drag_restart(pli_body* body, void* data, const plii_substep* substep) {
     drag_state* state = data;
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         const pli_vec3 goal = pli_vec3_lerp(item->from, item->to, share);
         drag_begin_solve(item, drag_place(body, item, substep, substep->start_displacements), goal, substep->dt);
     }
@@ -132,8 +129,7 @@ static void drag_restart(pli_body* body, void* data, const plii_substep* substep
 
 static void drag_sweep(pli_body* body, void* data, const plii_substep* substep) {
     drag_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         const pli_vec3 push = drag_impulse(item, body, drag_place(body, item, substep, substep->displacements));
         for (int k = 0; k < item->node_count; ++k) {
             plii_substep_move(substep, item->nodes[k], push, item->weights[k]);
@@ -148,8 +144,7 @@ static bool drag_is_idle(const void* data) {
 /* Faces that are cut are no longer there; their old nodes are. */
 static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     drag_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         int face = 0, heaviest = 0;
         while (face < change->face_count && memcmp(item->nodes, change->faces[face], sizeof item->nodes) != 0) {
             ++face;

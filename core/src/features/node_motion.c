@@ -45,8 +45,7 @@ static void node_motion_start(pli_body* body, void* data) {
 
 static void node_motion_finish(pli_body* body, void* data) {
     node_motion_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        const node_motion* motion = &state->motions[i];
+    for (PLII_EACH(const node_motion, motion, state->motions, state->count)) {
         plii_set_xyz(&body->positions[motion->node], motion->target); /* but for rounding it is there */
         plii_set_xyz(&body->velocities[motion->node], motion->velocity);
     }

@@ -95,8 +95,7 @@ static bool target_is_free(const pli_body* body, const target_item* item) {
 
 static void target_start(pli_body* body, void* data) {
     const target_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        const target_item* item = &state->items[i];
+    for (PLII_EACH(const target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         if (!item->is_held || target_is_free(body, item)) { continue; }
         const pli_vec3 way = pli_vec3_sub(item->to.position, plii_xyz(body->positions[node]));
@@ -106,8 +105,7 @@ static void target_start(pli_body* body, void* data) {
 
 static void target_solve(pli_body* body, void* data) {
     const target_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        const target_item* item = &state->items[i];
+    for (PLII_EACH(const target_item, item, state->items, state->count)) {
         if (!target_is_free(body, item)) { continue; }
         pli_vec4* position = &body->positions[item->limits.node];
         plii_set_xyz(position, target_allowed(&item->limits, &item->to, plii_xyz(*position)));
@@ -116,8 +114,7 @@ static void target_solve(pli_body* body, void* data) {
 
 static void target_finish(pli_body* body, void* data) {
     target_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        target_item* item = &state->items[i];
+    for (PLII_EACH(target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         if (item->is_held && !target_is_free(body, item)) {
             const pli_vec3 way = pli_vec3_sub(item->to.position, plii_xyz(body->previous[node]));
@@ -131,8 +128,7 @@ static void target_finish(pli_body* body, void* data) {
 static void target_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const target_state* state = data;
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
-    for (int i = 0; i < state->count; ++i) {
-        const target_item* item = &state->items[i];
+    for (PLII_EACH(const target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         if (!target_is_free(body, item)) { continue; }
         const target_pose pose = target_between(&item->from, &item->to, plii_min(share, 1.0f));
@@ -189,8 +185,7 @@ static void target_let_go_all(pli_body* body, target_state* state) {
 
 /* Puts the node of each where it may be. */
 static void target_place_nodes(pli_body* body, target_state* state) {
-    for (int i = 0; i < state->count; ++i) {
-        target_item* item = &state->items[i];
+    for (PLII_EACH(target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         item->from = item->to;
         if (!item->is_held && !target_is_free(body, item)) { continue; }

@@ -187,8 +187,7 @@ static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TE
 static void tether_list_constraints(pli_body* body, tether_state* state) {
     state->constraint_count = 0;
     if (body->anchored == NULL) { return; }
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->list_constraints == NULL) { continue; }
         const int found = feature->klass->list_constraints(body, feature->state, 0, NULL),
                   count = state->constraint_count;
@@ -204,8 +203,7 @@ static bool tether_gather_origins(pli_body* body, tether_state* state) {
     const int before = state->origin_count;
     bool has_changed = false;
     state->origin_count = 0;
-    for (int i = 0; i < state->constraint_count; ++i) {
-        const plii_node_constraint* constraint = &state->constraints[i];
+    for (PLII_EACH(const plii_node_constraint, constraint, state->constraints, state->constraint_count)) {
         if (!constraint->is_anchor || constraint->rigid->state.inverse_mass > 0.0f) { continue; }
         const int place = state->origin_count;
         if (!PLII_RESERVE(body->context, &state->origins, &state->origin_capacity, place + 1)) { break; }
@@ -220,8 +218,7 @@ static bool tether_gather_origins(pli_body* body, tether_state* state) {
 /* Where memory fails some are left out. */
 static void tether_gather_loads(pli_body* body, tether_state* state) {
     state->load_count = 0;
-    for (int i = 0; i < state->constraint_count; ++i) {
-        const plii_node_constraint* constraint = &state->constraints[i];
+    for (PLII_EACH(const plii_node_constraint, constraint, state->constraints, state->constraint_count)) {
         if (!constraint->is_anchor || !(constraint->rigid->state.inverse_mass > 0.0f) ||
             !tether_of(body, state, constraint->node)) {
             continue;
@@ -324,8 +321,7 @@ static void tether_solve(pli_body* body, void* data) {
     /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
        held after it, no force would reach the rigid bodies. */
     if (body->solver_class->solves_constraints && state->load_count > 0) { return; }
-    for (int i = 0; i < state->origin_count; ++i) {
-        const tether_origin* origin = &state->origins[i];
+    for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
         if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
     }
     tether_hold_nodes(body, state, NULL);
@@ -342,8 +338,7 @@ static pli_vec3 tether_load_position(const tether_load* load) {
 
 static void tether_restart(pli_body* body, void* data, const plii_substep* substep) {
     const tether_state* state = data;
-    for (int i = 0; i < state->load_count; ++i) {
-        tether_load* load = &state->loads[i];
+    for (PLII_EACH(tether_load, load, state->loads, state->load_count)) {
         plii_substep_rigid_pivot_turn(&load->pivot);
         const pli_tether* tether = &state->tethers[load->node];
         const int origin = tether->origin;
@@ -373,8 +368,7 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
         if (state->origins[i].is_led) { tether_lead_origin(body, &state->origins[i], substep); }
     }
     tether_hold_nodes(body, state, substep);
-    for (int i = 0; i < state->load_count; ++i) {
-        const tether_load* load = &state->loads[i];
+    for (PLII_EACH(const tether_load, load, state->loads, state->load_count)) {
         const pli_vec3 place =
             pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->pivot.point, substep));
         const int origin = state->tethers[load->node].origin;

@@ -228,8 +228,7 @@ void plii_file_settle_features(plii_file* file, pli_body* body) {
 }
 
 void plii_file_take_over(pli_body* body, const pli_body* before) {
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->on_restored != NULL) { feature->klass->on_restored(body, feature->state); }
         const void* state = plii_feature_state(before, feature->klass);
         if (feature->klass->keep_callbacks != NULL && state != NULL) {

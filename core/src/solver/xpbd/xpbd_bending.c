@@ -81,8 +81,7 @@ static float xpbd_hinge_difference(float angle, float rest) {
 
 static void xpbd_bending_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_bending_state* state = data;
-    for (int i = 0; i < state->hinge_count; ++i) {
-        xpbd_hinge* hinge = &state->hinges[i];
+    for (PLII_EACH(xpbd_hinge, hinge, state->hinges, state->hinge_count)) {
         pli_vec3 x[4];
         for (int k = 0; k < 4; ++k) {
             x[k] = plii_substep_position(body, substep, hinge->nodes[k]);
