@@ -63,8 +63,8 @@ static pli_body* file_make_body(plii_file* file, pli_world* world, const file_bo
                                       : plii_body_create_bare(world, sizes->nodes, sizes->links, sizes->materials,
                                                               sizes->has_tags, topology);
     if (body == NULL) {
-        file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
-                                 "no memory for a body of %d nodes and %d links", sizes->nodes, sizes->links);
+        PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for a body of %d nodes and %d links", sizes->nodes,
+                       sizes->links);
     }
     return body;
 }
@@ -157,8 +157,8 @@ void plii_file_ignored_rigids(plii_file* file, pli_body* body) {
     const int count = plii_file_count(file, body->ignored_rigid_count, 4);
     if (file->mode == PLII_FILE_READ && file->status == PLI_OK) {
         if (!PLII_RESERVE(file->context, &body->ignored_rigids, &body->ignored_rigid_capacity, count)) {
-            file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
-                                     "no memory for rigid bodies that body %d ignores", file->body_index);
+            PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for rigid bodies that body %d ignores",
+                           file->body_index);
             return;
         }
         body->ignored_rigid_count = count;

@@ -47,8 +47,7 @@ static void file_enable(plii_file* file, pli_body* body, const plii_feature_clas
     }
     file->status = plii_feature_append(body, klass, by_user);
     if (file->status == PLI_ERROR_OUT_OF_MEMORY) {
-        plii_fail(file->context, file->status, file->function, "no memory for %s of body %d", klass->name,
-                  file->body_index);
+        PLII_FILE_FAIL(file, file->status, "no memory for %s of body %d", klass->name, file->body_index);
     }
 }
 
@@ -120,8 +119,7 @@ static void file_list(plii_file* file, pli_body* body, const plii_feature_array*
         void** block = file_member(state, array->member);
         int* capacity = file_member(state, array->capacity);
         if (!plii_reserve(body->context, block, capacity, count, array->element_size)) {
-            file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
-                                     "no memory for %s of body %d", file->what, file->body_index);
+            PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for %s of body %d", file->what, file->body_index);
             return;
         }
         memcpy(file_member(state, array->count), &count, sizeof count);

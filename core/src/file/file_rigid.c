@@ -73,9 +73,9 @@ static void file_check_numbers(plii_file* file, const float* numbers) {
 static pli_shape* file_find_shape(plii_file* file, const pli_world_file_def* def, uint64_t id) {
     pli_shape* shape = def->find_shape != NULL ? def->find_shape(id, def->user) : NULL;
     if (shape == NULL) {
-        file->status = plii_fail(file->context, PLI_ERROR_INVALID_VALUE, file->function,
-                                 "rigid body %d has a shape of the caller, of id %llu, that find_shape does not give",
-                                 file->rigid_index, (unsigned long long)id);
+        PLII_FILE_FAIL(file, PLI_ERROR_INVALID_VALUE,
+                       "rigid body %d has a shape of the caller, of id %llu, that find_shape does not give",
+                       file->rigid_index, (unsigned long long)id);
         return NULL;
     }
     file->status =
@@ -176,14 +176,13 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
     pli_transform* poses = NULL;
     if (is_wanted && count > 0 &&
         (!PLII_ALLOCATE(file->context, &shapes, count) || !PLII_ALLOCATE(file->context, &poses, count))) {
-        file->status =
-            plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function, "no memory for %d shapes", count);
+        PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", count);
     }
     file_rigid_shapes(file, def, world, index, count, shapes, poses, is_wanted);
     if (file->status == PLI_OK && source != NULL && source->shape_count != count) {
-        file->status = plii_fail(file->context, PLI_ERROR_INVALID_VALUE, file->function,
-                                 "the world does not fit the file: rigid body %d has %d shapes, %d in the file", index,
-                                 source->shape_count, count);
+        PLII_FILE_FAIL(file, PLI_ERROR_INVALID_VALUE,
+                       "the world does not fit the file: rigid body %d has %d shapes, %d in the file", index,
+                       source->shape_count, count);
     }
     read.shape_count = count;
     read.shapes = is_wanted ? shapes : source->shapes;
