@@ -3,6 +3,7 @@
 #include "base/handle.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
+#include "math/bounds.h"
 #include "math/definition.h"
 #include "math/dvec3.h"
 #include "mesh/mesh_impl.h"
@@ -268,6 +269,11 @@ void plii_body_refresh(pli_body* body) {
     plii_walk_begin(&walk, body->context, PLII_WALK_STEP);
     plii_body_refresh_in_step(body);
     plii_walk_end(&walk);
+}
+
+pli_bounds plii_body_face_box(int face, const void* user) {
+    const pli_body* body = user;
+    return plii_bounds_of_face(body->positions, body->topology->faces[face]);
 }
 
 // ---------------------------------------------------------------------------------------------------- state

@@ -159,6 +159,8 @@ static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* posi
 }
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
+/* Of a face as it is now, for trees. */
+pli_bounds plii_body_face_box(int face, const void* body);
 static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {
     return plii_check_between(context, margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", function);
 }

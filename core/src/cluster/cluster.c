@@ -383,13 +383,11 @@ const plii_feature_class plii_clusters_class = {
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
-    .arrays =
-        PLII_ARRAYS({PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count),
-                     PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
-                     .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
-                    {PLII_LIST_OF(plii_clusters, members, member_capacity),
-                     PLII_COUNTED_BY(plii_clusters, member_count), PLII_SAVED_AS("n4f")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
+         .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
+        {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,

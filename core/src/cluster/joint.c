@@ -152,11 +152,10 @@ const plii_feature_class plii_joints_class = {
     .is_sound = joints_is_sound,
     .keep_callbacks = joints_keep_callbacks,
     /* Joints hold to clusters, which follow a cut and keep their index. */
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(joints_state, items, capacity), .is_kept = true,
-                           PLII_COUNTED_BY(joints_state, count), PLII_SAVED_AS("JiiPiR9f3X*"),
-                           .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
-                          {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true,
-                           PLII_COUNTED_BY(joints_state, ids.count), PLII_SAVED_AS("uii")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(joints_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("JiiPiR9f3X*"),
+         .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
+        {PLII_COUNTED_LIST(joints_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},

@@ -205,10 +205,9 @@ const plii_feature_class plii_anchor_class = {
     .is_sound = anchor_is_sound,
     /* Anchors stay with their node; a copy of the node is free. */
     .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, item_count),
+        {PLII_COUNTED_LIST(plii_anchors, items, item_capacity, item_count), .is_kept = true,
          PLII_SAVED_AS("niS5fB3fu*"), .settings = {anchor_fields, 2, 0}},
-        {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count),
-         PLII_SAVED_AS("uii")},
+        {PLII_COUNTED_LIST(plii_anchors, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")},
         {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("B")}),
     .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},

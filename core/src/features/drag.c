@@ -188,20 +188,16 @@ const plii_feature_class plii_drag_class = {
     /* Stays when the last drag ends, so that old ids stay stale. */
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = drag_is_sound,
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count),
-                           .is_kept = true, PLII_SAVED_AS("i3ni21f"), .settings = {drag_item_fields, 3, 0}},
-                          {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count),
-                           .is_kept = true, PLII_SAVED_AS("uii")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(drag_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("i3ni21f"),
+         .settings = {drag_item_fields, 3, 0}},
+        {PLII_COUNTED_LIST(drag_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
                [PLII_STAGE_FINISH] = {drag_finish, DRAG_FINISH_ORDER}},
     .substepped =
         &(const plii_substep_class){
-            .order = DRAG_SUBSTEP_ORDER,
-            .restart = drag_restart,
-            .sweep = drag_sweep,
-            .is_idle = drag_is_idle,
-        },
+            .order = DRAG_SUBSTEP_ORDER, .restart = drag_restart, .sweep = drag_sweep, .is_idle = drag_is_idle},
     .visit_springs = drag_visit_springs,
     .topology_commit = drag_topology_commit,
 };

@@ -423,22 +423,17 @@ const plii_feature_class plii_tether_class = {
                                     PLII_STATE_SPAN(tether_state, spread, is_loose, PLII_LEFT, NULL)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
-    .substepped =
-        &(const plii_substep_class){
-            .order = TETHER_SUBSTEP_ORDER,
-            .begin = tether_begin,
-            .restart = tether_restart,
-            .sweep = tether_sweep,
-            .room = tether_room,
-        },
-    .arrays = PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
-                          {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-                          {PLII_LIST_OF(tether_state, constraints, constraint_capacity),
-                           PLII_COUNTED_BY(tether_state, constraint_count), .snapshot = PLII_LEFT},
-                          {PLII_LIST_OF(tether_state, origins, origin_capacity),
-                           PLII_COUNTED_BY(tether_state, origin_count), PLII_SAVED_AS("nB6f")},
-                          {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
-                           .snapshot = PLII_LEFT}),
+    .substepped = &(const plii_substep_class){.order = TETHER_SUBSTEP_ORDER,
+                                              .begin = tether_begin,
+                                              .restart = tether_restart,
+                                              .sweep = tether_sweep,
+                                              .room = tether_room},
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
+        {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+        {PLII_COUNTED_LIST(tether_state, constraints, constraint_capacity, constraint_count), .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
+        {PLII_COUNTED_LIST(tether_state, loads, load_capacity, load_count), .snapshot = PLII_LEFT}),
     .topology_commit = tether_topology_commit,
 };
 

@@ -57,8 +57,8 @@ const plii_feature_class plii_topology_changes_class = {
     .state_parts =
         PLII_STATE_PARTS(PLII_STATE_SPAN(topology_changes_state, old_node_count, old_face_count, PLII_SAVED, "2i")),
     .is_sound = topology_changes_is_sound,
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
-                           PLII_COUNTED_BY(topology_changes_state, new_node_count), PLII_SAVED_AS("2nf")},
+    .arrays = PLII_ARRAYS({PLII_COUNTED_LIST(topology_changes_state, new_nodes, new_node_capacity, new_node_count),
+                           .is_kept = true, PLII_SAVED_AS("2nf")},
                           {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, PLII_SAVED_AS("i")}),
     .topology_reserve = changes_topology_reserve,
     .topology_commit = changes_topology_commit,

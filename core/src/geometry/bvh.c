@@ -244,6 +244,17 @@ bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_b
     return tree->count > 0;
 }
 
+bool plii_bvh_build_from(pli_context* context, plii_bvh* tree, int count, plii_bvh_box_fn* box, const void* user) {
+    pli_bounds* boxes = NULL;
+    if (!PLII_ALLOCATE(context, &boxes, count)) { return false; }
+    for (int i = 0; i < count; ++i) {
+        boxes[i] = box(i, user);
+    }
+    const bool is_built = plii_bvh_build(context, tree, count, boxes);
+    PLII_RELEASE(context, boxes, count);
+    return is_built;
+}
+
 void plii_bvh_free(pli_context* context, plii_bvh* tree) {
     plii_bvh4_free(context, &tree->boxes);
     PLII_RELEASE(context, tree->items, tree->item_capacity);

@@ -25,6 +25,10 @@ static inline pli_bounds plii_bounds_join(pli_bounds a, pli_bounds b) {
 static inline pli_bounds plii_bounds_of_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return (pli_bounds){plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
 }
+static inline pli_bounds plii_bounds_of_face(const pli_vec4* positions, const int* face) {
+    return plii_bounds_of_triangle(plii_xyz(positions[face[0]]), plii_xyz(positions[face[1]]),
+                                   plii_xyz(positions[face[2]]));
+}
 static inline pli_bounds plii_bounds_grow(pli_bounds b, float margin) {
     const pli_vec3 m = pli_vec3_make(margin, margin, margin);
     b.min = pli_vec3_sub(b.min, m);

@@ -196,11 +196,7 @@ const plii_feature_class plii_xpbd_bending_class = {
         {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
     .build = xpbd_bending_build,
     .substepped =
-        &(const plii_substep_class){
-            .order = XPBD_BENDING_ORDER,
-            .is_of_xpbd = true,
-            .sweep = xpbd_bending_sweep,
-        },
+        &(const plii_substep_class){.order = XPBD_BENDING_ORDER, .is_of_xpbd = true, .sweep = xpbd_bending_sweep},
 };
 
 pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {

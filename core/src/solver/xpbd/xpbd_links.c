@@ -124,15 +124,12 @@ const plii_feature_class plii_xpbd_links_class = {
         {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
     .on_restored = xpbd_links_on_restored,
-    .substepped =
-        &(const plii_substep_class){
-            .order = XPBD_LINKS_ORDER,
-            .is_of_xpbd = true,
-            .begin = xpbd_links_begin,
-            .is_idle = xpbd_links_is_idle,
-            .restart = xpbd_links_restart,
-            .sweep = xpbd_links_sweep,
-        },
+    .substepped = &(const plii_substep_class){.order = XPBD_LINKS_ORDER,
+                                              .is_of_xpbd = true,
+                                              .begin = xpbd_links_begin,
+                                              .is_idle = xpbd_links_is_idle,
+                                              .restart = xpbd_links_restart,
+                                              .sweep = xpbd_links_sweep},
 };
 
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {

@@ -203,11 +203,7 @@ const plii_feature_class plii_xpbd_tetras_class = {
                            .snapshot = PLII_FILED, .fields = "16n8f"}),
     .enable = xpbd_tetras_enable,
     .substepped =
-        &(const plii_substep_class){
-            .order = XPBD_TETRAS_ORDER,
-            .is_of_xpbd = true,
-            .sweep = xpbd_tetras_sweep,
-        },
+        &(const plii_substep_class){.order = XPBD_TETRAS_ORDER, .is_of_xpbd = true, .sweep = xpbd_tetras_sweep},
 };
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {

@@ -140,11 +140,7 @@ const plii_feature_class plii_xpbd_volume_class = {
     .enable = xpbd_volume_enable,
     .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
     .substepped =
-        &(const plii_substep_class){
-            .order = XPBD_VOLUME_ORDER,
-            .is_of_xpbd = true,
-            .sweep = xpbd_volume_sweep,
-        },
+        &(const plii_substep_class){.order = XPBD_VOLUME_ORDER, .is_of_xpbd = true, .sweep = xpbd_volume_sweep},
 };
 
 pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
