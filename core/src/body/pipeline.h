@@ -27,6 +27,11 @@ bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* kla
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);
 /* NULL when not enabled, or without state. */
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
+/* For a call that only looks: NULL with a wrong handle, too, which is an error. */
+static inline void* plii_feature_state_for(const pli_body* body, const plii_feature_class* klass,
+                                           const char* function) {
+    return plii_check_body(body, function) == PLI_OK ? plii_feature_state(body, klass) : NULL;
+}
 /* What its features join it to. */
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user);
 /* Tells the features of all bodies in its world. */

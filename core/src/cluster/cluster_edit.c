@@ -121,8 +121,7 @@ pli_status plii_check_cluster(const pli_body* body, int cluster, const char* fun
 }
 
 int pli_body_cluster_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = plii_feature_state_for(body, &plii_clusters_class, __func__);
     return clusters != NULL ? clusters->count : 0;
 }
 

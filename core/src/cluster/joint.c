@@ -239,7 +239,6 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
 }
 
 int pli_body_joint_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const joints_state* joints = plii_feature_state(body, &plii_joints_class);
+    const joints_state* joints = plii_feature_state_for(body, &plii_joints_class, __func__);
     return joints != NULL ? joints->count : 0;
 }

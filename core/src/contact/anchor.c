@@ -406,8 +406,7 @@ pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {
 }
 
 int pli_body_anchor_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
+    const plii_anchors* anchors = plii_feature_state_for(body, &plii_anchor_class, __func__);
     return anchors != NULL ? anchors->item_count : 0;
 }
 

@@ -200,8 +200,7 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
 PLII_DEFINE_DISABLE(pli_body_disable_soft_contacts, plii_check_body_change, plii_soft_contacts_class)
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
+    const plii_soft_contacts_state* state = plii_feature_state_for(body, &plii_soft_contacts_class, __func__);
     if (state == NULL) { return 0; }
     for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
         const plii_soft_contact* contact = &state->contacts[i];

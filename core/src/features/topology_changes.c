@@ -75,8 +75,7 @@ pli_status pli_body_enable_topology_changes(pli_body* body) {
 PLII_DEFINE_DISABLE(pli_body_disable_topology_changes, plii_check_body_idle, plii_topology_changes_class)
 
 pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {
-    const topology_changes_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_topology_changes_class) : NULL;
+    const topology_changes_state* state = plii_feature_state_for(body, &plii_topology_changes_class, __func__);
     if (state == NULL) { return (pli_topology_changes){0}; }
     return (pli_topology_changes){
         .old_node_count = state->old_node_count,

@@ -17,6 +17,7 @@ typedef struct file_header {
     uint64_t size;     /* bytes, with the header */
     uint64_t checksum; /* of what follows */
 } file_header;
+#define FILE_HEADER_FIELDS "4u2U"
 enum { FILE_VERSION = 1 };
 #define FILE_MAGIC_0 0x57494c50u
 #define FILE_MAGIC_1 0x444c524fu
@@ -56,15 +57,6 @@ uint64_t plii_file_checksum(const unsigned char* bytes, size_t size) {
     return sum;
 }
 
-static void file_put_header(plii_file* file, file_header* header) {
-    plii_file_number(file, &header->magic[0], 4);
-    plii_file_number(file, &header->magic[1], 4);
-    plii_file_number(file, &header->version, 4);
-    plii_file_number(file, &header->reserved, 4);
-    plii_file_number(file, &header->size, 8);
-    plii_file_number(file, &header->checksum, 8);
-}
-
 // ------------------------------------------------------------------------------------------------------- the walk
 
 /* The walk and what it needs beside. */
@@ -78,13 +70,10 @@ typedef struct file_walk {
 } file_walk;
 
 static void file_world_settings(plii_file* file, pli_world_def* def) {
+    static const plii_state_part parts[] = {
+        PLII_STATE_SPAN(pli_world_def, gravity, host_puts_to_sleep, PLII_SAVED, "5f3B"), {0}};
     plii_file_begin_part(file, "settings of the world");
-    plii_file_fields(file, "3f", &def->gravity);
-    plii_file_fields(file, "f", &def->air_density);
-    plii_file_fields(file, "f", &def->max_force_displacement);
-    plii_file_fields(file, "B", &def->preallocates);
-    plii_file_fields(file, "B", &def->reference_mode);
-    plii_file_fields(file, "B", &def->host_puts_to_sleep);
+    plii_file_parts(file, parts, def);
 }
 
 static void file_world_state(plii_file* file, pli_world* world) {
@@ -254,7 +243,7 @@ pli_status pli_world_file_write(const pli_world* world, const pli_world_file_def
         .size = needed,
         .checksum = plii_file_checksum((unsigned char*)buffer + PLII_FILE_HEADER_SIZE, needed - PLII_FILE_HEADER_SIZE)};
     walk.stream.at = 0;
-    file_put_header(&walk.stream, &header);
+    plii_file_fields(&walk.stream, FILE_HEADER_FIELDS, &header);
     return PLI_OK;
 }
 
@@ -263,7 +252,7 @@ pli_status pli_world_file_write(const pli_world* world, const pli_world_file_def
 static pli_status file_check_header(plii_file* file) {
     if (file->from == NULL) { return PLII_FILE_FAIL(file, PLI_ERROR_NULL_ARGUMENT, "buffer is null"); }
     file_header header = {0};
-    if (file->size >= PLII_FILE_HEADER_SIZE) { file_put_header(file, &header); }
+    if (file->size >= PLII_FILE_HEADER_SIZE) { plii_file_fields(file, FILE_HEADER_FIELDS, &header); }
     const pli_status wrong = PLI_ERROR_FILE_FORMAT;
     if (header.magic[0] != FILE_MAGIC_0 || header.magic[1] != FILE_MAGIC_1) {
         return PLII_FILE_FAIL(file, wrong, "the %zu bytes are no file of a world", file->size);

@@ -78,6 +78,18 @@ static inline pli_vec3 plii_vec3_max(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_max(a.x, b.x), plii_max(a.y, b.y), plii_max(a.z, b.z));
 }
 
+/* The first of those that lie farthest along a direction; there is one point at least. */
+static inline pli_vec3 plii_vec3_farthest(int count, const pli_vec3* points, pli_vec3 direction) {
+    int farthest = 0;
+    float most = pli_vec3_dot(points[0], direction);
+    for (int i = 1; i < count; ++i) {
+        const float along = pli_vec3_dot(points[i], direction);
+        farthest = along > most ? i : farthest;
+        most = along > most ? along : most;
+    }
+    return points[farthest];
+}
+
 /* By x, then y, then z: < 0, 0 or > 0. */
 static inline int plii_vec3_compare(pli_vec3 a, pli_vec3 b) {
     if (a.x != b.x) { return a.x < b.x ? -1 : 1; }

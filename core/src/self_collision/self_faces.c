@@ -143,7 +143,6 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
 PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
-    const plii_self_faces_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_faces_class) : NULL;
+    const plii_self_faces_state* state = plii_feature_state_for(body, &plii_self_faces_class, __func__);
     return state != NULL ? state->report : (pli_self_faces_report){0};
 }

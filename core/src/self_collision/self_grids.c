@@ -119,7 +119,6 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
 PLII_DEFINE_DISABLE(pli_body_disable_self_grids, plii_check_body_idle, plii_self_grids_class)
 
 pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {
-    const self_grids_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_grids_class) : NULL;
+    const self_grids_state* state = plii_feature_state_for(body, &plii_self_grids_class, __func__);
     return state != NULL ? state->report : (pli_self_grids_report){0};
 }

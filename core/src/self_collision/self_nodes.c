@@ -381,7 +381,6 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
 PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
-    const self_nodes_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_nodes_class) : NULL;
+    const self_nodes_state* state = plii_feature_state_for(body, &plii_self_nodes_class, __func__);
     return state != NULL ? state->report : (pli_self_collision_report){0};
 }
