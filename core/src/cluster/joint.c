@@ -189,13 +189,10 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
     return PLII_CHECK_FIELDS(context, &joint->softness, joint_softness_fields, function);
 }
 
-/* A point or an axis in a frame. The point as btTransform::inverse() * point: turned, then moved by the turned origin.
- */
+/* A point or an axis in a frame. */
 static pli_vec3 joint_localize(const plii_joint_end* side, pli_vec3 value, bool is_axis) {
-    const pli_vec3 turned = pli_mat3_transpose_mul_vec3(side->frame.rotation, value);
-    if (is_axis) { return turned; }
-    const pli_vec3 origin = pli_mat3_transpose_mul_vec3(side->frame.rotation, pli_vec3_neg(side->frame.origin));
-    return pli_vec3_add(pli_vec3_add(turned, origin), side->rest_centre);
+    if (is_axis) { return pli_mat3_transpose_mul_vec3(side->frame.rotation, value); }
+    return pli_vec3_add(plii_localize(side->frame, value), side->rest_centre);
 }
 
 /* Nodes may have been moved since the step that it is of. In reference mode as in Bullet it stays. */

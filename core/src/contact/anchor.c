@@ -247,13 +247,6 @@ static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const 
     return PLI_OK;
 }
 
-/* Rounded as btTransform::inverse() times the point. */
-static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
-    const pli_transform pose = rigid->state.pose;
-    return pli_vec3_add(pli_mat3_transpose_mul_vec3(pose.rotation, point),
-                        pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
-}
-
 static bool anchor_reserve(pli_body* body, plii_anchors* anchors, int more) {
     return more <= INT_MAX - anchors->item_count &&
            PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + more) &&
@@ -268,8 +261,9 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
                             .rigid = def->rigid,
                             .influence = def->influence,
                             .compliance = def->compliance};
-    anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
-                                             : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
+    anchor->pivot = def->local_pivot != NULL
+                        ? *def->local_pivot
+                        : plii_localize(def->rigid->state.pose, plii_xyz(body->positions[def->node]));
     anchor_note_start(anchor);
     anchors->item_count += 1;
     body->anchored[def->node] = 1;

@@ -51,6 +51,12 @@ static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
     return pli_vec3_make(1, 0, 0);
 }
 
+/* A point in the frame of a pose, rounded as btTransform::inverse() times the point. */
+static inline pli_vec3 plii_localize(pli_transform pose, pli_vec3 point) {
+    return pli_vec3_add(pli_mat3_transpose_mul_vec3(pose.rotation, point),
+                        pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
+}
+
 static inline float plii_min(float a, float b) {
     return a < b ? a : b;
 }
