@@ -146,6 +146,12 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
     plii_allocate_array(context, (void**)(pointer), (size_t)(count) * sizeof **(pointer))
 #define PLII_RELEASE(context, array, count) plii_release(context, array, (size_t)(count) * sizeof *(array))
 
+/* In a `for`: each of the items of an array, which may be NULL where there are none. */
+#define PLII_EACH(type, item, items, count)                                                                            \
+    type* item = (items);                                                                                              \
+    item != NULL && (item) < (items) + (count);                                                                        \
+    ++item
+
 /* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
 #define PLII_RESERVE(context, data, capacity, needed)                                                                  \

@@ -3,6 +3,7 @@
 #include "base/handle.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
+#include "math/bounds.h"
 #include "math/definition.h"
 #include "math/dvec3.h"
 #include "mesh/mesh_impl.h"
@@ -29,9 +30,7 @@ pli_status plii_check_body_idle(pli_body* body, const char* function) {
 
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {
     PLII_TRY(plii_check_body(body, function));
-    if (node >= 0 && node < body->node_count) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "node %d is out of range, the body has %d nodes", node, body->node_count);
+    return plii_check_index(body->context, node, body->node_count, "node", "body", function);
 }
 
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function) {
@@ -272,6 +271,11 @@ void plii_body_refresh(pli_body* body) {
     plii_walk_end(&walk);
 }
 
+pli_bounds plii_body_face_box(int face, const void* user) {
+    const pli_body* body = user;
+    return plii_bounds_of_face(body->positions, body->topology->faces[face]);
+}
+
 // ---------------------------------------------------------------------------------------------------- state
 
 pli_body_view pli_body_get_view(const pli_body* body) {
@@ -301,9 +305,7 @@ pli_bounds pli_body_get_bounds(const pli_body* body) {
 
 static pli_status body_check_link(const pli_body* body, int link, const char* function) {
     PLII_TRY(plii_check_body(body, function));
-    if (link >= 0 && link < body->link_count) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "link %d is out of range, the body has %d links", link, body->link_count);
+    return plii_check_index(body->context, link, body->link_count, "link", "body", function);
 }
 
 float pli_body_get_rest_length(const pli_body* body, int link) {
@@ -462,9 +464,7 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
         }
     }
     for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) {
-            plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), velocity));
-        }
+        if (body->positions[i].w > 0.0f) { plii_add_xyz(&body->velocities[i], velocity); }
     }
     return PLI_OK;
 }
@@ -566,8 +566,7 @@ pli_vec3 pli_body_momentum(const pli_body* body) {
 float pli_body_max_stretch(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
     float max_stretch = 0.0f;
-    for (int i = 0; i < body->link_count; ++i) {
-        const plii_link* link = &body->links[i];
+    for (PLII_EACH(const plii_link, link, body->links, body->link_count)) {
         if (!(link->rest_length_squared > 0.0f)) { continue; }
         const pli_vec3 delta =
             pli_vec3_sub(plii_xyz(body->positions[link->nodes[1]]), plii_xyz(body->positions[link->nodes[0]]));

@@ -152,8 +152,15 @@ extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
 
+static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* positions) {
+    for (int i = 0; i < body->node_count; ++i) {
+        positions[i] = plii_xyz(body->positions[i]);
+    }
+}
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
+/* Of a face as it is now, for trees. */
+pli_bounds plii_body_face_box(int face, const void* body);
 static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {
     return plii_check_between(context, margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", function);
 }

@@ -127,6 +127,8 @@ typedef struct plii_feature_array {
 
 #define PLII_SAVED_AS(letters) .snapshot = PLII_SAVED, .fields = letters
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
+#define PLII_COUNTED_LIST(type, pointer, capacity_member, count_member)                                                \
+    PLII_LIST_OF(type, pointer, capacity_member), PLII_COUNTED_BY(type, count_member)
 
 /* Slots of a plii_key_table: after a snapshot was restored they are filled anew. */
 #define PLII_KEY_TABLE_OF(type, table)                                                                                 \
@@ -144,10 +146,10 @@ typedef struct plii_feature_array {
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
 /* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
 #define PLII_PAIR_CACHE_LISTS(type, cache, of_present, of_before)                                                      \
-    {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count),            \
-     .is_kept = true, .snapshot = of_present, .fields = PLII_PAIR_RECORD_FIELDS},                                      \
+    {PLII_COUNTED_LIST(type, cache.present, cache.present_capacity, cache.present_count), .is_kept = true,             \
+     .snapshot = of_present, .fields = PLII_PAIR_RECORD_FIELDS},                                                       \
         {PLII_KEY_TABLE_OF(type, cache.table)}, {                                                                      \
-        PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count),            \
+        PLII_COUNTED_LIST(type, cache.before, cache.before_capacity, cache.before_count),                              \
             .is_kept = true, .snapshot = of_before, .fields = PLII_PAIR_RECORD_FIELDS                                  \
     }
 
@@ -279,3 +281,6 @@ typedef struct plii_pipeline {
     int begin[PLII_STAGE_COUNT + 1];
     uint32_t revision; /* counts features that come and go */
 } plii_pipeline;
+/* In a `for`: each feature of a body. */
+#define PLII_EACH_FEATURE(feature, body)                                                                               \
+    PLII_EACH(const plii_feature, feature, (body)->pipeline.features, (body)->pipeline.feature_count)

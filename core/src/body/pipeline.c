@@ -41,8 +41,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
     body->collides_with_bodies = false;
     for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
         pipeline->begin[stage] = count;
-        for (int i = 0; i < pipeline->feature_count; ++i) {
-            const plii_feature* feature = &pipeline->features[i];
+        for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
             const plii_feature_class* klass = feature->klass;
             body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
             if (klass->stages[stage].run == NULL) { continue; }
@@ -170,6 +169,15 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
     return PLI_OK;
 }
 
+pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                    void** state) {
+    void* enabled = NULL;
+    PLII_TRY(plii_feature_enable(body, klass, &enabled));
+    memcpy((char*)enabled + klass->settings.offset, given, size);
+    if (state != NULL) { *state = enabled; }
+    return PLI_OK;
+}
+
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
     const int index = feature_find(body, klass);
     if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) { return; }
@@ -183,8 +191,7 @@ pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_
 }
 
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_joined != NULL) { feature->klass->visit_joined(feature->state, visit, user); }
     }
 }
@@ -193,8 +200,7 @@ void plii_features_notify(const pli_body* about, plii_body_notice notice) {
     for (int i = 0; i < about->world->body_count; ++i) {
         pli_body* body = about->world->bodies[i];
         if (body == about && notice == PLII_TOPOLOGY_CHANGED) { continue; }
-        for (int k = 0; k < body->pipeline.feature_count; ++k) {
-            const plii_feature* feature = &body->pipeline.features[k];
+        for (PLII_EACH_FEATURE(feature, body)) {
             plii_body_notice_fn* on_body = feature->klass->on_body[notice];
             if (on_body != NULL) { on_body(body, feature->state, about); }
         }

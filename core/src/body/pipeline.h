@@ -6,17 +6,32 @@
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
+/* The same with what the user gives, which was checked: so many bytes, which go to where the `settings` of the class
+   are in the state. */
+pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                    void** state);
 /* One that is not enabled, while its needs are; those that only others need are appended before these. */
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
 /* The call of a user, when it was found allowed; returns `check`. */
 pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass);
+/* That call, which looks the same for all features. */
+#define PLII_DEFINE_DISABLE(function, check, klass)                                                                    \
+    pli_status function(pli_body* body) {                                                                              \
+        return plii_feature_disable_if(check(body, __func__), body, &(klass));                                         \
+    }
+
 bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
 /* Another body of the world has it. */
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);
 /* NULL when not enabled, or without state. */
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
+/* For a call that only looks: NULL with a wrong handle, too, which is an error. */
+static inline void* plii_feature_state_for(const pli_body* body, const plii_feature_class* klass,
+                                           const char* function) {
+    return plii_check_body(body, function) == PLI_OK ? plii_feature_state(body, klass) : NULL;
+}
 /* What its features join it to. */
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user);
 /* Tells the features of all bodies in its world. */

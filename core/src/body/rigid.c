@@ -45,17 +45,13 @@ static bool rigid_state_is_within(const pli_rigid_state* state) {
                                    RIGID_THREE(PLI_MAX_INVERSE_INERTIA),
                                    RIGID_THREE(PLI_MAX_INVERSE_INERTIA)};
 #undef RIGID_THREE
-    enum { COUNT = sizeof *state / sizeof(float) };
-    _Static_assert(sizeof *state == sizeof limits && COUNT % PLII_LANES == 0, "a state consists of floats");
+    _Static_assert(sizeof *state == sizeof limits, "a state consists of floats");
     const float* values = (const float*)state;
-    const plii_mask4 not_sign = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
-    plii_mask4 is_within = plii_float4_all(0.0f) <= plii_float4_all(0.0f);
-#pragma GCC unroll 7 /* each body that takes part comes here twice in a step */
-    for (int i = 0; i < COUNT; i += PLII_LANES) {
-        const plii_float4 size = plii_lanes_where(not_sign, plii_float4_load(&values[i]));
-        is_within = is_within & (size <= plii_float4_load(&limits[i]));
+    int is_within = 1; /* without a branch: each body that takes part comes here twice in a step */
+    for (size_t i = 0; i < sizeof limits / sizeof *limits; ++i) {
+        is_within &= fabsf(values[i]) <= limits[i];
     }
-    return plii_lanes_bits(is_within) == 15;
+    return is_within != 0;
 }
 
 /* Static bodies use the first four, kinematic ones six. */
@@ -390,7 +386,7 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
 }
 
 void plii_rigid_find_places(pli_rigid* rigid) {
-    plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
+    rigid->bounds = (pli_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_shape_def* def = &rigid->shapes[i]->def;
         plii_shape_place* place = &rigid->shape_places[i];
@@ -399,13 +395,10 @@ void plii_rigid_find_places(pli_rigid* rigid) {
         place->least_extent = plii_min(half.x, plii_min(half.y, half.z));
         place->radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
         place->pose = plii_rigid_shape_transform(rigid, i);
-        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&place->pose.rotation);
-        place->bounds = plii_lanes_bounds_transform(&own, &rotation, plii_lanes_from_vec3(&place->pose.origin));
-        all.low = plii_lanes_min(all.low, place->bounds.low);
-        all.high = plii_lanes_max(all.high, place->bounds.high);
+        const pli_bounds bounds = plii_bounds_transform(own, place->pose);
+        place->bounds = (plii_lanes_bounds){plii_lanes_from_vec3(&bounds.min), plii_lanes_from_vec3(&bounds.max)};
+        rigid->bounds = plii_bounds_join(rigid->bounds, bounds);
     }
-    plii_lanes_to_vec3(&rigid->bounds.min, all.low);
-    plii_lanes_to_vec3(&rigid->bounds.max, all.high);
     rigid->are_shapes_placed = true;
 }
 

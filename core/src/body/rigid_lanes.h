@@ -5,6 +5,10 @@
 #include "body/rigid_impl.h"
 #include "math/simd_float4.h"
 
+typedef struct plii_lanes_bounds {
+    plii_float4 low, high;
+} plii_lanes_bounds;
+
 /* A shape of a rigid body at its present pose. */
 typedef struct plii_shape_place {
     pli_transform pose;

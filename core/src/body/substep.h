@@ -41,7 +41,6 @@ typedef struct plii_substep_class {
     /* Of the sweep, an enum constant in the feature's own file: to 49 what holds the body together, from 50 on anchors
        and contacts, so that what is drawn does not penetrate. */
     int order;
-    const plii_feature_class* klass;
     bool is_of_xpbd;       /* enabled by plii_xpbd_enable_kind; goes when another solver steps the body */
     bool is_in_iterations; /* of the position-based solver too, but in reference mode: see plii_follows_rigids */
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
@@ -71,15 +70,13 @@ static inline pli_vec3 plii_substep_motion(const plii_substep* substep, int node
 }
 static inline void plii_substep_move(const plii_substep* substep, int node, pli_vec3 gradient, float multiplier) {
     pli_vec4* displacement = &substep->displacements[node];
-    plii_set_xyz(displacement,
-                 pli_vec3_add(plii_xyz(*displacement), pli_vec3_scale(gradient, displacement->w * multiplier)));
+    plii_add_xyz(displacement, pli_vec3_scale(gradient, displacement->w * multiplier));
 }
 
 /* Before the sweeps of a substep: moves a node as if it had started there, so that no velocity comes of it. */
 static inline void plii_substep_shift(const plii_substep* substep, int node, pli_vec3 shift) {
-    pli_vec4 *displacement = &substep->displacements[node], *start = &substep->start_displacements[node];
-    plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), shift));
-    plii_set_xyz(start, pli_vec3_add(plii_xyz(*start), shift));
+    plii_add_xyz(&substep->displacements[node], shift);
+    plii_add_xyz(&substep->start_displacements[node], shift);
 }
 
 /* The least that features leave. */

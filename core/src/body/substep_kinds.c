@@ -4,14 +4,13 @@
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
 
-static void substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_class* kind, void* state) {
+static void substep_kinds_insert(plii_substep_kinds* kinds, const plii_feature* feature) {
+    const int order = feature->klass->substepped->order;
     int place = kinds->count++;
-    for (; place > 0 && kinds->at[place - 1]->order > kind->order; --place) {
+    for (; place > 0 && kinds->at[place - 1]->klass->substepped->order > order; --place) {
         kinds->at[place] = kinds->at[place - 1];
-        kinds->states[place] = kinds->states[place - 1];
     }
-    kinds->at[place] = kind;
-    kinds->states[place] = state;
+    kinds->at[place] = feature;
 }
 
 static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits* limits) {
@@ -32,16 +31,15 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
         const plii_feature* feature = &body->pipeline.features[i];
         const plii_substep_class* kind = feature->klass->substepped;
         if (kind == NULL || (in_iterations && !kind->is_in_iterations)) { continue; }
-        substep_kinds_insert(kinds, kind, feature->state);
+        substep_kinds_insert(kinds, feature);
     }
     int busy = 0;
     for (int k = 0; k < kinds->count; ++k) {
-        const plii_substep_class* kind = kinds->at[k];
-        plii_thread.pass.feature = kind->klass;
-        if (kind->begin != NULL) { kind->begin(body, kinds->states[k]); }
-        if (kind->is_idle != NULL && kind->is_idle(kinds->states[k])) { continue; }
-        kinds->at[busy] = kind;
-        kinds->states[busy++] = kinds->states[k];
+        const plii_feature* feature = kinds->at[k];
+        const plii_substep_class* kind = feature->klass->substepped;
+        plii_thread.pass.feature = feature->klass;
+        if (kind->begin != NULL) { kind->begin(body, feature->state); }
+        if (kind->is_idle == NULL || !kind->is_idle(feature->state)) { kinds->at[busy++] = feature; }
     }
     kinds->count = busy;
     substep_kinds_find_limits(body, &kinds->limits);
@@ -50,13 +48,16 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
     plii_substep_rigids_restart(body, substep);
     for (int k = 0; k < kinds->count; ++k) {
-        if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
+        const plii_feature* feature = kinds->at[k];
+        plii_substep_fn* restart = feature->klass->substepped->restart;
+        if (restart != NULL) { restart(body, feature->state, substep); }
     }
 }
 
 void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
     for (int k = 0; k < kinds->count; ++k) {
-        kinds->at[k]->sweep(body, kinds->states[k], substep);
+        const plii_feature* feature = kinds->at[k];
+        feature->klass->substepped->sweep(body, feature->state, substep);
     }
 }
 

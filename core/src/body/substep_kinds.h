@@ -6,15 +6,14 @@
 
 enum { PLII_MAX_SUBSTEP_KINDS = 16 };
 
-/* What takes part, by order; equals as they came. */
+/* Features of the body that take part, by order; equals as they came. */
 typedef struct plii_substep_kinds {
     int count;
-    const plii_substep_class* at[PLII_MAX_SUBSTEP_KINDS];
-    void* states[PLII_MAX_SUBSTEP_KINDS];
+    const plii_feature* at[PLII_MAX_SUBSTEP_KINDS];
     plii_substep_limits limits;
 } plii_substep_kinds;
 
-/* Those of the body's features, but for what has nothing to do in this step. */
+/* All but those that have nothing to do in this step. */
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations);
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
 void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);

@@ -12,8 +12,6 @@
 
 #include <string.h>
 
-#define CLUSTER_BATCH (2 * PLII_ROTATION_LANES) /* frames that are fitted at once */
-
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_vec3 sum = pli_vec3_make(0, 0, 0);
@@ -154,74 +152,40 @@ static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sum
     return covariance;
 }
 
-static void clusters_update_batch(const pli_body* body, const plii_clusters* clusters, plii_cluster* const* items,
-                                  int count) {
-    pli_mat3 covariances[CLUSTER_BATCH] = {{.rows = {{0}}}};
-    pli_quat warm_rotations[CLUSTER_BATCH] = {{0}};
-    for (int i = 0; i < count; ++i) {
-        plii_cluster* cluster = items[i];
-        const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
-        covariances[i] = cluster_read_sums(cluster, &sums);
-        warm_rotations[i] = cluster->warm_rotation;
-    }
-    pli_mat3 rotations[CLUSTER_BATCH];
-    plii_rotation_fit_warm(count, covariances, warm_rotations, rotations);
-    for (int i = 0; i < count; ++i) {
-        plii_cluster* cluster = items[i];
-        cluster->warm_rotation = warm_rotations[i];
-        cluster->frame.rotation = rotations[i];
-        cluster_update_inertia(cluster);
-        cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
-        const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
-        plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
-                                                                1.0f - cluster->settings.angular_damping));
-        cluster->has_frame = true;
-    }
-}
-
-typedef struct cluster_batch {
-    const pli_body* body;
-    const plii_clusters* clusters;
-    plii_cluster* items[CLUSTER_BATCH];
-    int count;
-} cluster_batch;
-
-static void cluster_batch_end(cluster_batch* batch) {
-    if (batch->count > 0) { clusters_update_batch(batch->body, batch->clusters, batch->items, batch->count); }
-    batch->count = 0;
-}
-static void cluster_batch_add(cluster_batch* batch, plii_cluster* cluster) {
-    batch->items[batch->count++] = cluster;
-    if (batch->count == CLUSTER_BATCH) { cluster_batch_end(batch); }
+static void cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
+    const pli_mat3 covariance = cluster_read_sums(cluster, &sums);
+    cluster->frame.rotation = plii_rotation_fit_warm(&covariance, &cluster->warm_rotation);
+    cluster_update_inertia(cluster);
+    cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
+    const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
+    plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
+                                                            1.0f - cluster->settings.angular_damping));
+    cluster->has_frame = true;
 }
 
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    if (!cluster->has_frame) { clusters_update_batch(body, clusters, &cluster, 1); }
+    if (!cluster->has_frame) { cluster_update_frame(body, clusters, cluster); }
 }
 
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
-    cluster_batch batch = {.body = body, .clusters = clusters};
-    for (int i = 0; i < clusters->count; ++i) {
-        plii_cluster* cluster = &clusters->items[i];
-        if (!cluster->has_frame && cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near)) {
-            cluster_batch_add(&batch, cluster);
+    for (PLII_EACH(plii_cluster, cluster, clusters->items, clusters->count)) {
+        if (cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near)) {
+            plii_cluster_update_frame(body, clusters, cluster);
         }
     }
-    cluster_batch_end(&batch);
 }
 
-/* Frames that are needed for sure first, a batch at a time; then matching. */
-static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
-    cluster_batch batch = {.body = body, .clusters = clusters};
+/* All frames that are needed for sure before any matching. */
+static void clusters_update_apart(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
         cluster->has_frame = false;
         cluster->impulse.count = cluster->drift.count = 0;
         if (!in_step || cluster->settings.matching > 0.0f || cluster->settings.node_damping > 0.0f) {
-            cluster_batch_add(&batch, cluster);
+            cluster_update_frame(body, clusters, cluster);
         }
     }
-    cluster_batch_end(&batch);
     for (int i = first; in_step && i < clusters->count; ++i) {
         if (clusters->items[i].settings.matching > 0.0f) { cluster_match(body, clusters, &clusters->items[i]); }
     }
@@ -234,7 +198,7 @@ static void clusters_update_from(pli_body* body, plii_clusters* clusters, int fi
     if (clusters->def.reference_mode) {
         clusters_update_in_order(body, clusters, first, in_step);
     } else {
-        clusters_update_in_batches(body, clusters, first, in_step);
+        clusters_update_apart(body, clusters, first, in_step);
     }
 }
 
@@ -279,8 +243,7 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
 /* Changes of velocity are summed, corrections averaged. */
 static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bool is_drift) {
     bool any = false;
-    for (int i = 0; i < clusters->count; ++i) {
-        const plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         plii_cluster_impulse sum = is_drift ? cluster->drift : cluster->impulse;
         if (sum.count == 0) { continue; }
         any = true;
@@ -313,8 +276,7 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
 
 static void clusters_finish(pli_body* body, void* state) {
     plii_clusters* clusters = state;
-    for (int i = 0; i < clusters->count; ++i) {
-        const plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         if (cluster->settings.node_damping > 0.0f && !cluster->has_no_inverse && !cluster->has_no_frame) {
             cluster_damp_nodes(body, clusters, cluster);
         }
@@ -387,8 +349,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
     memmove(clusters->members, &clusters->members[clusters->member_count],
             (size_t)clusters->next_member_count * sizeof *clusters->members);
     clusters->member_count = 0;
-    for (int i = 0; i < clusters->count; ++i) {
-        plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(plii_cluster, cluster, clusters->items, clusters->count)) {
         cluster->first_member = clusters->member_count;
         cluster->member_count = cluster->next_member_count;
         clusters->member_count += cluster->member_count;
@@ -403,8 +364,7 @@ enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
 static bool clusters_is_sound(const pli_body* body, const void* data) {
     const plii_clusters* clusters = data;
     int members = 0;
-    for (int i = 0; i < clusters->count; ++i) {
-        const plii_cluster* cluster = &clusters->items[i];
+    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         if (cluster->first_member != members || cluster->member_count < 1) { return false; }
         if (cluster->member_count > clusters->member_count - members) { return false; }
         members += cluster->member_count;
@@ -423,13 +383,11 @@ const plii_feature_class plii_clusters_class = {
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
-    .arrays =
-        PLII_ARRAYS({PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count),
-                     PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
-                     .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
-                    {PLII_LIST_OF(plii_clusters, members, member_capacity),
-                     PLII_COUNTED_BY(plii_clusters, member_count), PLII_SAVED_AS("n4f")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
+         .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
+        {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,

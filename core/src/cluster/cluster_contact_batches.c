@@ -136,8 +136,7 @@ static pli_vec4 groups_with_zero(pli_vec3 v) {
 }
 
 static void groups_read_rigids(plii_contact_batches* groups) {
-    for (int i = 0; i < groups->rigid_count; ++i) {
-        plii_group_rigid* touched = &groups->rigids[i];
+    for (PLII_EACH(plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
         if (touched->rigid == NULL) { continue; }
         touched->linear_velocity = groups_with_zero(touched->rigid->state.linear_velocity);
         touched->angular_velocity = groups_with_zero(touched->rigid->state.angular_velocity);
@@ -168,8 +167,7 @@ void plii_contact_batches_solve(plii_contact_batches* groups) {
     if (groups->count == 0) { return; }
     groups_read_rigids(groups); /* joints may have moved them */
     groups->kernel->solve(groups);
-    for (int i = 0; i < groups->rigid_count; ++i) {
-        const plii_group_rigid* touched = &groups->rigids[i];
+    for (PLII_EACH(const plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
         if (touched->rigid == NULL || touched->rigid->state.inverse_mass == 0.0f) { continue; }
         touched->rigid->state.linear_velocity = plii_xyz(touched->linear_velocity);
         touched->rigid->state.angular_velocity = plii_xyz(touched->angular_velocity);

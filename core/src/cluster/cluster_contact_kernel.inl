@@ -262,8 +262,7 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
 }
 
 static void groups_prepare(plii_contact_batches* groups, const plii_step* step) {
-    for (int i = 0; i < groups->count; ++i) {
-        plii_contact_batch* group = &groups->groups[i];
+    for (PLII_EACH(plii_contact_batch, group, groups->groups, groups->count)) {
         const group_terms common = groups_load_terms(groups, group, step);
         for (int k = 0; k < group->block_count; ++k) {
             const plii_cluster_contact* contacts[PLII_GROUP_LANES];
@@ -322,8 +321,7 @@ static inline void groups_solve_block(const plii_contact_batch* group, plii_cont
 }
 
 static void groups_solve(plii_contact_batches* groups) {
-    for (int i = 0; i < groups->count; ++i) {
-        const plii_contact_batch* group = &groups->groups[i];
+    for (PLII_EACH(const plii_contact_batch, group, groups->groups, groups->count)) {
         const plii_group_side *a = &group->sides[0], *b = &group->sides[1];
         group_motion motion = {groups_gather(a->linear, b->linear), groups_gather(a->angular, b->angular)};
         const group_motion before = motion;
@@ -399,8 +397,7 @@ static inline void groups_to_vec4s(plii_vec3x8 v, pli_vec4 records[2 * PLII_GROU
    share nodes are averaged over those that were pushed, displacements by their number: none must not count. A rigid
    body is not displaced; Bullet gives it a velocity instead, and momentum from nothing. */
 static void groups_finish(plii_contact_batches* groups) {
-    for (int i = 0; i < groups->count; ++i) {
-        const plii_contact_batch* group = &groups->groups[i];
+    for (PLII_EACH(const plii_contact_batch, group, groups->groups, groups->count)) {
         group_sums sums;
         groups_sum_up(groups, group, &sums);
         pli_vec4 linear[2 * PLII_GROUP_LANES], angular[2 * PLII_GROUP_LANES];

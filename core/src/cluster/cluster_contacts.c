@@ -239,13 +239,12 @@ const plii_feature_class plii_cluster_contacts_class = {
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
     .arrays =
-        PLII_ARRAYS({PLII_LIST_OF(plii_cluster_contacts, contacts, capacity),
-                     PLII_COUNTED_BY(plii_cluster_contacts, count), .snapshot = PLII_LEFT},
+        PLII_ARRAYS({PLII_COUNTED_LIST(plii_cluster_contacts, contacts, capacity, count), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
-                     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), PLII_SAVED_AS("2i9fOf70f")},
+                    {PLII_COUNTED_LIST(plii_cluster_contacts, manifolds, manifold_capacity, manifold_count),
+                     PLII_SAVED_AS("2i9fOf70f")},
                     {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
@@ -284,23 +283,15 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
     PLII_TRY_DEF(body->context, pli_cluster_contacts_def, &used, cluster_contacts_fields, __func__);
     const bool had_clusters = plii_body_clusters(body) != NULL;
     if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
-    void* data = NULL;
-    const pli_status status = plii_feature_enable(body, &plii_cluster_contacts_class, &data);
-    if (status == PLI_OK) {
-        ((plii_cluster_contacts*)data)->def = used;
-    } else if (!had_clusters) {
-        (void)pli_body_disable_clusters(body);
-    }
+    const pli_status status = plii_feature_enable_with(body, &plii_cluster_contacts_class, &used, sizeof used, NULL);
+    if (status != PLI_OK && !had_clusters) { (void)pli_body_disable_clusters(body); }
     return status;
 }
 
-pli_status pli_body_disable_cluster_contacts(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_cluster_contacts_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_cluster_contacts* state = plii_feature_state(body, &plii_cluster_contacts_class);
+    const plii_cluster_contacts* state = plii_feature_state_for(body, &plii_cluster_contacts_class, __func__);
     if (state == NULL) { return 0; }
     for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
         contacts[i] = state->contacts[i].info;

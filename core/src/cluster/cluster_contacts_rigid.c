@@ -5,7 +5,6 @@
 #include "body/world_state.h"
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
-#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 #define CLUSTER_CONTACTS_BATCH 64
@@ -156,9 +155,10 @@ static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_co
     plii_clusters* clusters = plii_body_clusters(body);
     const bool is_convex = shape->def.support != NULL;
     const bool reference_mode = clusters->def.reference_mode;
-    pli_bounds near = cluster_contacts_near(body, reference_mode, rigid, shape_index);
-    if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
-    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &near)); }
+    pli_bounds reach = cluster_contacts_near(body, reference_mode, rigid, shape_index);
+    if (!reference_mode && !plii_bounds_overlap(reach, body->bounds)) { return PLI_OK; }
+    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &reach)); }
+    const pli_bounds near = reach;
     if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     plii_clusters_update_frames(body, clusters, near);
     for (int i = 0; i < clusters->count; ++i) {

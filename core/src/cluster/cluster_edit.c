@@ -117,14 +117,11 @@ pli_status plii_check_cluster(const pli_body* body, int cluster, const char* fun
     PLII_TRY(plii_check_body(body, function));
     const plii_clusters* clusters = plii_body_clusters(body);
     const int count = clusters != NULL ? clusters->count : 0;
-    if (cluster >= 0 && cluster < count) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "cluster %d is out of range, the body has %d clusters", cluster, count);
+    return plii_check_index(body->context, cluster, count, "cluster", "body", function);
 }
 
 int pli_body_cluster_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = plii_feature_state_for(body, &plii_clusters_class, __func__);
     return clusters != NULL ? clusters->count : 0;
 }
 

@@ -29,8 +29,7 @@ static void joints_visit_joined(const void* state, plii_joined_fn* visit, void* 
 
 static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
-    for (int i = 0; i < joints->count; ++i) {
-        plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
         const pli_rigid* rigid = joint->other.rigid;
         joint->is_idle = rigid != NULL && rigid->is_absent;
         if (joint->is_idle) { continue; }
@@ -65,8 +64,7 @@ static void joint_apply_split_drift(const plii_joint* joint) {
 
 static void joints_finish(pli_body* body, void* state) {
     const joints_state* joints = state;
-    for (int i = 0; i < joints->count; ++i) {
-        const plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(const plii_joint, joint, joints->items, joints->count)) {
         if (!joint->is_idle && joint->softness.split > 0.0f) { joint_apply_split_drift(joint); }
     }
 }
@@ -88,8 +86,7 @@ void plii_joint_split_drift(plii_joint* joint, int iterations, float response, f
 /* Takes out the joint of a slot, or those with what goes away, a body or a rigid body; the others keep their order. */
 static void joints_remove(pli_body* body, joints_state* joints, int slot, const void* gone) {
     int kept = 0;
-    for (int i = 0; i < joints->count; ++i) {
-        const plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(const plii_joint, joint, joints->items, joints->count)) {
         const bool has_gone = body == gone || joint->other.body == gone || joint->other.rigid == gone;
         if (joint->slot == slot || (gone != NULL && has_gone)) {
             plii_id_pool_free(&joints->ids, joint->slot);
@@ -135,8 +132,7 @@ static bool joints_is_sound(const pli_body* body, const void* data) {
 static void joints_keep_callbacks(void* data, const void* before) {
     joints_state* joints = data;
     const joints_state* old = before;
-    for (int i = 0; i < joints->count; ++i) {
-        plii_joint* joint = &joints->items[i];
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
         const uint32_t generation = joints->ids.slots[joint->slot].generation;
         const int item = plii_id_pool_find(&old->ids, joint->slot + 1, generation);
         if (item != PLI_NULL_INDEX) { joint->controller = old->items[item].controller; }
@@ -156,11 +152,10 @@ const plii_feature_class plii_joints_class = {
     .is_sound = joints_is_sound,
     .keep_callbacks = joints_keep_callbacks,
     /* Joints hold to clusters, which follow a cut and keep their index. */
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(joints_state, items, capacity), .is_kept = true,
-                           PLII_COUNTED_BY(joints_state, count), PLII_SAVED_AS("JiiPiR9f3X*"),
-                           .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
-                          {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true,
-                           PLII_COUNTED_BY(joints_state, ids.count), PLII_SAVED_AS("uii")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(joints_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("JiiPiR9f3X*"),
+         .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
+        {PLII_COUNTED_LIST(joints_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
@@ -194,13 +189,10 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
     return PLII_CHECK_FIELDS(context, &joint->softness, joint_softness_fields, function);
 }
 
-/* A point or an axis in a frame. The point as btTransform::inverse() * point: turned, then moved by the turned origin.
- */
+/* A point or an axis in a frame. */
 static pli_vec3 joint_localize(const plii_joint_end* side, pli_vec3 value, bool is_axis) {
-    const pli_vec3 turned = pli_mat3_transpose_mul_vec3(side->frame.rotation, value);
-    if (is_axis) { return turned; }
-    const pli_vec3 origin = pli_mat3_transpose_mul_vec3(side->frame.rotation, pli_vec3_neg(side->frame.origin));
-    return pli_vec3_add(pli_vec3_add(turned, origin), side->rest_centre);
+    if (is_axis) { return pli_mat3_transpose_mul_vec3(side->frame.rotation, value); }
+    return pli_vec3_add(plii_localize(side->frame, value), side->rest_centre);
 }
 
 /* Nodes may have been moved since the step that it is of. In reference mode as in Bullet it stays. */
@@ -244,7 +236,6 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
 }
 
 int pli_body_joint_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const joints_state* joints = plii_feature_state(body, &plii_joints_class);
+    const joints_state* joints = plii_feature_state_for(body, &plii_joints_class, __func__);
     return joints != NULL ? joints->count : 0;
 }

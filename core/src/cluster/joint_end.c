@@ -66,5 +66,5 @@ void plii_joint_apply_torque(const plii_joint_target* target, pli_vec3 impulse, 
     const pli_vec3 change = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
     plii_cluster_impulse_add(is_drift ? &cluster->drift : &cluster->impulse, pli_vec3_make(0, 0, 0), change, 1);
     if (is_drift) { return; }
-    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), change));
+    plii_add_xyz(&cluster->angular_velocity, change);
 }

@@ -50,8 +50,8 @@ static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli
     if (cluster == NULL) { return; }
     const pli_vec3 change = pli_vec3_scale(impulse, cluster->inverse_mass);
     const pli_vec3 angular_change = pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse));
-    plii_set_xyz(&cluster->linear_velocity, pli_vec3_add(plii_xyz(cluster->linear_velocity), change));
-    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), angular_change));
+    plii_add_xyz(&cluster->linear_velocity, change);
+    plii_add_xyz(&cluster->angular_velocity, angular_change);
     plii_cluster_impulse_add(&cluster->impulse, change, angular_change, 1);
 }
 void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset);

@@ -25,8 +25,7 @@ pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anch
 
 static void anchor_prepare(pli_body* body, void* state) {
     plii_anchors* anchors = state;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
         pli_rigid* rigid = anchor->rigid;
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
@@ -62,8 +61,7 @@ static void anchor_solve(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
     const float dt = body->step.dt;
     if (body->solver_class->solves_constraints) { return; }
-    for (int i = 0; i < anchors->item_count; ++i) {
-        const plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
         pli_vec4* position = &body->positions[anchor->node];
         if (plii_anchor_is_exact(body, anchor)) {
@@ -91,8 +89,7 @@ static void anchor_solve(pli_body* body, void* state) {
 /* After all else that moves nodes or changes velocities. */
 static void anchor_finish(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        const plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle || !plii_anchor_is_exact(body, anchor)) { continue; }
         if (!(body->positions[anchor->node].w > 0.0f)) { continue; }
         const pli_transform end = plii_anchor_end_pose(body, anchor);
@@ -106,8 +103,7 @@ static int anchor_list_constraints(const pli_body* body, const void* state, int 
                                    plii_node_constraint* constraints) {
     const plii_anchors* anchors = state;
     int count = 0;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        const plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->rigid->is_absent || count++ >= capacity) { continue; }
         plii_node_constraint* constraint = &constraints[count - 1];
         *constraint = (plii_node_constraint){
@@ -209,10 +205,9 @@ const plii_feature_class plii_anchor_class = {
     .is_sound = anchor_is_sound,
     /* Anchors stay with their node; a copy of the node is free. */
     .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, item_count),
+        {PLII_COUNTED_LIST(plii_anchors, items, item_capacity, item_count), .is_kept = true,
          PLII_SAVED_AS("niS5fB3fu*"), .settings = {anchor_fields, 2, 0}},
-        {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count),
-         PLII_SAVED_AS("uii")},
+        {PLII_COUNTED_LIST(plii_anchors, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")},
         {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("B")}),
     .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
@@ -252,13 +247,6 @@ static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const 
     return PLI_OK;
 }
 
-/* Rounded as btTransform::inverse() times the point. */
-static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
-    const pli_transform pose = rigid->state.pose;
-    return pli_vec3_add(pli_mat3_transpose_mul_vec3(pose.rotation, point),
-                        pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
-}
-
 static bool anchor_reserve(pli_body* body, plii_anchors* anchors, int more) {
     return more <= INT_MAX - anchors->item_count &&
            PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + more) &&
@@ -273,8 +261,9 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
                             .rigid = def->rigid,
                             .influence = def->influence,
                             .compliance = def->compliance};
-    anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
-                                             : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
+    anchor->pivot = def->local_pivot != NULL
+                        ? *def->local_pivot
+                        : plii_localize(def->rigid->state.pose, plii_xyz(body->positions[def->node]));
     anchor_note_start(anchor);
     anchors->item_count += 1;
     body->anchored[def->node] = 1;
@@ -411,8 +400,7 @@ pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {
 }
 
 int pli_body_anchor_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
+    const plii_anchors* anchors = plii_feature_state_for(body, &plii_anchor_class, __func__);
     return anchors != NULL ? anchors->item_count : 0;
 }
 

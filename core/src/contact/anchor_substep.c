@@ -5,8 +5,7 @@
 
 static void anchor_substeps_begin(pli_body* body, void* data) {
     plii_anchors* anchors = data;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
         pli_rigid* rigid = anchor->rigid;
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
@@ -28,8 +27,7 @@ static float anchor_alpha(const plii_anchor* anchor, const plii_substep* substep
 
 static void anchor_substep_restart(pli_body* body, void* data, const plii_substep* substep) {
     const plii_anchors* anchors = data;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
         const pli_rigid* rigid = anchor->rigid;
         if (rigid->kind == PLI_RIGID_DYNAMIC) { plii_substep_rigid_pivot_turn(&anchor->substeps.pivot); }
@@ -54,8 +52,7 @@ static pli_vec3 anchor_goal(const pli_body* body, const plii_anchor* anchor, con
 
 static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const plii_anchors* anchors = data;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        plii_anchor* anchor = &anchors->items[i];
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
         const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
         const pli_vec3 goal = anchor_goal(body, anchor, substep);
@@ -81,7 +78,6 @@ enum { ANCHOR_SUBSTEP_ORDER = 50 }; /* they take their nodes along after links a
 
 const plii_substep_class plii_anchor_substepped = {
     .order = ANCHOR_SUBSTEP_ORDER,
-    .klass = &plii_anchor_class,
     .begin = anchor_substeps_begin,
     .restart = anchor_substep_restart,
     .sweep = anchor_substep_sweep,

@@ -104,7 +104,6 @@ enum { RIGID_FACES_SUBSTEP_ORDER = 58 }; /* before those of nodes */
 
 const plii_substep_class plii_rigid_faces_substepped = {
     .order = RIGID_FACES_SUBSTEP_ORDER,
-    .klass = &plii_rigid_faces_class,
     .is_in_iterations = true,
     .begin = faces_begin,
     .restart = faces_restart,

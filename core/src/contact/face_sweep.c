@@ -31,17 +31,7 @@ static plii_dvec3 face_sweep_core_point(const face_sweep_core* core, pli_vec3 lo
 
 /* Of a triangle. */
 static pli_vec3 face_sweep_support(const void* user, pli_vec3 direction) {
-    const pli_vec3* corners = user;
-    int farthest = 0;
-    float most = pli_vec3_dot(corners[0], direction);
-    for (int k = 1; k < 3; ++k) {
-        const float along = pli_vec3_dot(corners[k], direction);
-        if (along > most) {
-            most = along;
-            farthest = k;
-        }
-    }
-    return corners[farthest];
+    return plii_vec3_farthest(3, user, direction);
 }
 
 static plii_dvec3 face_sweep_core_farthest(const face_sweep_core* core, pli_vec3 direction) {

@@ -47,6 +47,4 @@ pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
     return plii_feature_enable(body, &plii_node_boxes_class, NULL);
 }
 
-pli_status pli_body_disable_bullet_node_boxes(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_node_boxes_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_bullet_node_boxes, plii_check_body_idle, plii_node_boxes_class)

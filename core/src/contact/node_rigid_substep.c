@@ -250,7 +250,6 @@ enum { RIGID_SUBSTEP_ORDER = 60 }; /* after all that holds the body together and
 
 const plii_substep_class plii_rigid_contacts_substepped = {
     .order = RIGID_SUBSTEP_ORDER,
-    .klass = &plii_rigid_contacts_class,
     .is_in_iterations = true,
     .begin = rigid_substep_begin,
     .restart = rigid_substep_restart,

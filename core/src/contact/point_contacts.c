@@ -95,8 +95,7 @@ static void point_recover(const pli_body* body, const plii_substep* substep, pli
 
 void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
                                  float recovery_speed) {
-    for (int i = 0; i < contacts->count; ++i) {
-        plii_point_contact* contact = &contacts->items[i];
+    for (PLII_EACH(plii_point_contact, contact, contacts->items, contacts->count)) {
         const float gap = point_height(body, substep, substep->start_displacements, contact) - point_raised(contact);
         point_recover(body, substep, contact, gap, recovery_speed * substep->dt);
         contact->push = contact->held_push = 0.0f;
@@ -142,8 +141,7 @@ static void point_contacts_hold(const pli_body* body, plii_point_contacts* conta
     }
     for (int pass = 0; pass < POINT_CONTACTS_HOLD_PASSES; ++pass) {
         bool has_held = false;
-        for (int i = 0; i < contacts->count; ++i) {
-            plii_point_contact* contact = &contacts->items[i];
+        for (PLII_EACH(plii_point_contact, contact, contacts->items, contacts->count)) {
             if (contact->surface_weight > 0.0f && contact->allowance < INFINITY) {
                 has_held = point_hold(substep, contact) || has_held;
             }
@@ -194,8 +192,7 @@ void plii_point_contacts_sweep(pli_body* body, plii_point_contacts* contacts, co
                                float compliance) {
     const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
     point_contacts_hold(body, contacts, substep);
-    for (int i = 0; i < contacts->count; ++i) {
-        plii_point_contact* contact = &contacts->items[i];
+    for (PLII_EACH(plii_point_contact, contact, contacts->items, contacts->count)) {
         point_press(body, substep, alpha, contact);
         if (contact->push > 0.0f || !plii_vec3_is_zero(contact->friction)) { point_rub(substep, contact); }
     }

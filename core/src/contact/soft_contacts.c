@@ -18,8 +18,8 @@ static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_s
         state->node_boxes[i].max = x;
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
-        state->face_boxes[i] = plii_bounds_grow(
-            plii_soft_contacts_face_bounds(body->previous, body->topology->faces[i]), 100.0f * PLII_EPSILON);
+        state->face_boxes[i] =
+            plii_bounds_grow(plii_bounds_of_face(body->previous, body->topology->faces[i]), 100.0f * PLII_EPSILON);
     }
     state->has_boxes = true;
 }
@@ -40,7 +40,7 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
             pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[face[0]]), plii_xyz(body->velocities[face[1]])),
                          plii_xyz(body->velocities[face[2]]));
         plii_fat_aabb_update(&state->face_boxes[i],
-                             plii_bounds_grow(plii_soft_contacts_face_bounds(body->positions, face), margin),
+                             plii_bounds_grow(plii_bounds_of_face(body->positions, face), margin),
                              pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
     }
 }
@@ -58,9 +58,7 @@ static void soft_contacts_update(pli_body* body, void* data) {
     state->has_coupled = false;
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
     body->soft_shifts = state->shifts;
-    for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
-        state->predicted[i] = plii_xyz(body->positions[i]);
-    }
+    if (state->is_sweeping) { plii_body_copy_positions(body, state->predicted); }
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
     soft_contacts_update_boxes(body, state);
@@ -142,22 +140,16 @@ const plii_feature_class plii_soft_contacts_class = {
         {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
         {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, PLII_SAVED_AS("6f")},
-        {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity), PLII_COUNTED_BY(plii_soft_contacts_state, count),
-         .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_soft_contacts_state, contacts, capacity, count), .snapshot = PLII_LEFT},
         {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
-        {PLII_LIST_OF(plii_soft_contacts_state, met, met_capacity),
-         PLII_COUNTED_BY(plii_soft_contacts_state, met_count), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity),
-         PLII_COUNTED_BY(plii_soft_contacts_state, face_count), .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_soft_contacts_state, met, met_capacity, met_count), .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_soft_contacts_state, faces, face_capacity, face_count), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, near.groups, near.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity),
-         PLII_COUNTED_BY(plii_soft_contacts_state, hit_count), .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_soft_contacts_state, hits, hit_capacity, hit_count), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_soft_contacts_state, groups, group_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity),
-         PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity),
-         PLII_COUNTED_BY(plii_soft_contacts_state, order_count), PLII_SAVED_AS("F")}),
+        {PLII_COUNTED_LIST(plii_soft_contacts_state, nodes, node_capacity, node_count), .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_soft_contacts_state, face_order, order_capacity, order_count), PLII_SAVED_AS("F")}),
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},
@@ -205,13 +197,10 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
     return PLI_OK;
 }
 
-pli_status pli_body_disable_soft_contacts(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_soft_contacts_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_soft_contacts, plii_check_body_change, plii_soft_contacts_class)
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
+    const plii_soft_contacts_state* state = plii_feature_state_for(body, &plii_soft_contacts_class, __func__);
     if (state == NULL) { return 0; }
     for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
         const plii_soft_contact* contact = &state->contacts[i];

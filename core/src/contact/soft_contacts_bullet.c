@@ -4,14 +4,10 @@
 
 #include "contact/soft_contacts_impl.h"
 
-static void soft_bullet_move(pli_vec4* position, pli_vec3 step) {
-    plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
-}
-
 /* As if the node had been there at the start of the step, so that no velocity comes of it. */
 static void soft_bullet_shift(pli_body* body, int node, pli_vec3 by) {
-    plii_set_xyz(&body->positions[node], pli_vec3_add(plii_xyz(body->positions[node]), by));
-    plii_set_xyz(&body->previous[node], pli_vec3_add(plii_xyz(body->previous[node]), by));
+    plii_add_xyz(&body->positions[node], by);
+    plii_add_xyz(&body->previous[node], by);
 }
 
 /* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
@@ -63,11 +59,11 @@ void plii_soft_contacts_solve_bullet(pli_body* body, void* data) {
         plii_set_xyz(&body->positions[contact->node], pli_vec3_add(x, pli_vec3_scale(correction, contact->node_share)));
         const float w[3] = {weights.x, weights.y, weights.z};
         for (int k = 0; k < 3; ++k) {
-            soft_bullet_move(&other->positions[face[k]], pli_vec3_scale(correction, contact->face_share * w[k]));
+            plii_add_xyz(&other->positions[face[k]], pli_vec3_scale(correction, -contact->face_share * w[k]));
             if (!shifts || !other->is_solved) { continue; }
             /* It takes its velocities from positions no more. */
             const pli_vec3 share = pli_vec3_scale(correction, contact->face_share);
-            soft_bullet_move(&other->velocities[face[k]], pli_vec3_scale(share, w[k] * other->step.inverse_dt));
+            plii_add_xyz(&other->velocities[face[k]], pli_vec3_scale(share, -w[k] * other->step.inverse_dt));
         }
         if (i < state->impulse_count) { plii_soft_contacts_note(body, state, i, correction); }
     }

@@ -170,20 +170,13 @@ static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_s
     const int face_count = body->topology->face_count;
     if (state->order_count == face_count) { return true; }
     plii_bvh tree = {0};
-    const size_t size = (size_t)face_count * sizeof(pli_bounds);
-    pli_bounds* boxes = plii_allocate(context, size);
-    for (int i = 0; boxes != NULL && i < face_count; ++i) {
-        boxes[i] = plii_soft_contacts_face_bounds(body->positions, body->topology->faces[i]);
-    }
-    const bool is_ordered = boxes != NULL &&
-                            PLII_RESERVE(context, &state->face_order, &state->order_capacity, face_count) &&
-                            plii_bvh_build(context, &tree, face_count, boxes);
+    const bool is_ordered = PLII_RESERVE(context, &state->face_order, &state->order_capacity, face_count) &&
+                            plii_bvh_build_from(context, &tree, face_count, plii_body_face_box, body);
     if (is_ordered) {
         memcpy(state->face_order, tree.items, (size_t)face_count * sizeof *state->face_order);
         state->order_count = face_count;
     }
     plii_bvh_free(context, &tree);
-    plii_release(context, boxes, size);
     return is_ordered;
 }
 

@@ -72,11 +72,6 @@ typedef struct plii_soft_contacts_state {
 
 extern const plii_feature_class plii_soft_contacts_class;
 
-static inline pli_bounds plii_soft_contacts_face_bounds(const pli_vec4* positions, const int* face) {
-    const pli_vec3 a = plii_xyz(positions[face[0]]), b = plii_xyz(positions[face[1]]), c = plii_xyz(positions[face[2]]);
-    return plii_bounds_of_triangle(a, b, c);
-}
-
 static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {
     return plii_vec3_is_finite(box.min) && plii_vec3_is_finite(box.max);
 }

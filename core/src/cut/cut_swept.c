@@ -49,10 +49,9 @@ const plii_feature_class plii_trace_class = {
     .name = "cut trace",
     .state_size = sizeof(trace_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(trace_state, has_ray, ray, PLII_SAVED, "B6f")),
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity),
-                           PLII_COUNTED_BY(trace_state, ends.tip_count), PLII_SAVED_AS("n")},
-                          {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity),
-                           PLII_COUNTED_BY(trace_state, ends.edge_count), PLII_SAVED_AS("2n")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(trace_state, ends.tips, ends.tip_capacity, ends.tip_count), PLII_SAVED_AS("n")},
+        {PLII_COUNTED_LIST(trace_state, ends.edges, ends.edge_capacity, ends.edge_count), PLII_SAVED_AS("2n")}),
     .build = trace_forget,
 };
 

@@ -121,8 +121,7 @@ static bool swept_meet_edge(swept_pass* pass, int end_a, int end_b, unsigned fla
 
 static bool swept_find_edges(swept_pass* pass) {
     const plii_edit* edit = pass->edit;
-    for (int i = 0; i < edit->link_count; ++i) {
-        const plii_edit_link* link = &edit->links[i];
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         if (!plii_edit_link_is_bending(link) && !swept_meet_edge(pass, link->nodes[0], link->nodes[1], 0)) {
             return false;
         }
@@ -135,8 +134,7 @@ static bool swept_find_edges(swept_pass* pass) {
         }
     }
     /* An edge with an end on the blade is met there. */
-    for (int i = 0; i < pass->edges.count; ++i) {
-        plii_edge* edge = &pass->edges.edges[i];
+    for (PLII_EACH(plii_edge, edge, pass->edges.edges, pass->edges.count)) {
         if (swept_is_on_blade(pass, edge->a) || swept_is_on_blade(pass, edge->b)) { edge->flags = 0; }
     }
     return true;
@@ -324,8 +322,7 @@ static bool swept_judge_faces(swept_pass* pass) {
         if (!swept_judge_face(pass, pass->edit->faces[i].nodes)) { return false; }
     }
     /* An edge between two nodes on the blade is opened when it has faces on both sides of the plane. */
-    for (int i = 0; i < pass->borders.count; ++i) {
-        const plii_edge* border = &pass->borders.edges[i];
+    for (PLII_EACH(const plii_edge, border, pass->borders.edges, pass->borders.count)) {
         if (border->flags == (SWEPT_FACE_BELOW | SWEPT_FACE_ABOVE) && !swept_open(pass, border->a, border->b)) {
             return false;
         }
@@ -357,8 +354,7 @@ static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node
 static bool swept_find_closed_edges(swept_pass* pass, const uint8_t* is_parted) {
     plii_swept_ends* ends = &pass->work->ends;
     ends->edge_count = 0;
-    for (int i = 0; i < pass->cuts.count; ++i) {
-        const plii_edge* edge = &pass->cuts.edges[i];
+    for (PLII_EACH(const plii_edge, edge, pass->cuts.edges, pass->cuts.count)) {
         if (is_parted[edge->a] != 0 || is_parted[edge->b] != 0) { continue; }
         if (!PLII_RESERVE(pass->edit->context, &ends->edges, &ends->edge_capacity, ends->edge_count + 1)) {
             return false;

@@ -267,8 +267,7 @@ static void refine_mark_sides(const int* nodes, int count, unsigned side, uint8_
 
 static void refine_find_sides(const refine_work* work, const plii_edge_map* borders, uint8_t* sides) {
     const plii_edit* edit = &work->edit;
-    for (int i = 0; i < edit->link_count; ++i) {
-        const plii_edit_link* link = &edit->links[i];
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         refine_mark_sides(link->nodes, 2, refine_link_side(work, borders, link), sides);
     }
     for (int i = 0; i < edit->face_count; ++i) {

@@ -186,8 +186,7 @@ float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, 
 }
 
 void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map) {
-    for (int i = 0; i < edit->link_count; ++i) {
-        const plii_edit_link* link = &edit->links[i];
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         plii_edge* edge = plii_edge_map_find(map, link->nodes[0], link->nodes[1]);
         if (edge == NULL || edge->rest_squared >= 0.0f || plii_edit_link_is_bending(link)) { continue; }
         edge->rest_squared = link->rest_squared;

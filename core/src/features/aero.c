@@ -139,8 +139,7 @@ static aero_step aero_begin(const pli_body* body) {
 }
 
 static void aero_push(const aero_step* step, pli_vec3 force, float inverse_mass, pli_vec4* velocity) {
-    const pli_vec3 change = pli_vec3_scale(force, inverse_mass * step->dt);
-    plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), change));
+    plii_add_xyz(velocity, pli_vec3_scale(force, inverse_mass * step->dt));
 }
 
 PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* step, aero_nodes nodes) {
@@ -326,11 +325,9 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY_DEF(body->context, pli_aero_def, &used, aero_fields, __func__);
     PLII_TRY(plii_check_faces(body, "aerodynamics act on faces", __func__));
     const bool on_faces = (int)used.model >= (int)PLI_AERO_FACE_TWO_SIDED;
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, on_faces ? &plii_aero_face_class : &plii_aero_vertex_class, &state));
+    const plii_feature_class* klass = on_faces ? &plii_aero_face_class : &plii_aero_vertex_class;
+    PLII_TRY(plii_feature_enable_with(body, klass, &used, sizeof used, NULL));
     plii_feature_disable(body, on_faces ? &plii_aero_vertex_class : &plii_aero_face_class);
-    aero_state* aero = state;
-    aero->def = used;
     return PLI_OK;
 }
 

@@ -245,8 +245,7 @@ static void contact_events_end(pli_body* body, void* data) {
     /* Both have the same size, so that a snapshot of one fits the other. */
     (void)contact_list_reserve(body->context, &state->present, state->past.capacity);
     contact_visit visit = {body, state};
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_contacts == NULL) { continue; }
         feature->klass->visit_contacts(body, feature->state, contact_events_visit, &visit);
     }
@@ -271,8 +270,7 @@ static void contact_forget(pli_contact_event* event, const void* gone) {
 
 /* The next step tells that its contacts have ended. */
 static void contact_events_forget(contact_events* state, const void* gone) {
-    for (int i = 0; i < state->present.count; ++i) {
-        contact_item* item = &state->present.items[i];
+    for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
         if (item->key.other == gone) { item->key.other = NULL; }
         contact_forget(&item->event, gone);
     }
@@ -296,8 +294,7 @@ static void contact_events_on_body_removed(pli_body* body, void* data, const pli
 /* Faces and links have other indices now: those of `other`, or of the body itself (NULL). */
 static void contact_events_drop_faces(pli_body* body, void* data, const pli_body* other) {
     contact_events* state = data;
-    for (int i = 0; i < state->present.count; ++i) {
-        contact_item* item = &state->present.items[i];
+    for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
         pli_contact_event* event = &item->event;
         int* face = other != NULL ? &event->other_face : &event->face;
         if (other != NULL && event->other != other) { continue; }
@@ -352,15 +349,15 @@ const plii_feature_class plii_contact_events_class = {
         PLII_STATE(contact_events, past.table, PLII_LEFT), PLII_STATE(contact_events, event_counts, PLII_LEFT)),
     .on_restored = contact_events_on_restored,
     /* What there is outlives a cut. */
-    .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(contact_events, present.items, present.capacity), PLII_COUNTED_BY(contact_events, present.count),
-         .is_kept = true, PLII_SAVED_AS("RPXiNHLiii9fB|iiOi|3fB")},
-        {PLII_LIST_OF(contact_events, past.items, past.capacity), PLII_COUNTED_BY(contact_events, past.count),
-         .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_KEY_TABLE_OF(contact_events, present.table)}, {PLII_KEY_TABLE_OF(contact_events, past.table)},
-        {PLII_LIST_OF(contact_events, sensed, sensed_capacity), PLII_COUNTED_BY(contact_events, sensed_count),
-         .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS({PLII_COUNTED_LIST(contact_events, present.items, present.capacity, present.count), .is_kept = true,
+                     PLII_SAVED_AS("RPXiNHLiii9fB|iiOi|3fB")},
+                    {PLII_COUNTED_LIST(contact_events, past.items, past.capacity, past.count), .is_kept = true,
+                     .snapshot = PLII_LEFT},
+                    {PLII_KEY_TABLE_OF(contact_events, present.table)}, {PLII_KEY_TABLE_OF(contact_events, past.table)},
+                    {PLII_COUNTED_LIST(contact_events, sensed, sensed_capacity, sensed_count), .is_kept = true,
+                     .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_UPDATE] = {contact_events_begin, CONTACT_EVENTS_BEGIN_ORDER},
                [PLII_STAGE_REFRESH] = {contact_events_end, CONTACT_EVENTS_END_ORDER}},
     .disable = contact_events_disable,
@@ -390,9 +387,7 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     return PLI_OK;
 }
 
-pli_status pli_body_disable_contact_events(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_contact_events_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_contact_events, plii_check_body_idle, plii_contact_events_class)
 
 const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_contact_phase phase, int* count) {
     if (count != NULL) { *count = 0; }

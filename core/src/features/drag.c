@@ -66,8 +66,7 @@ static pli_vec3 drag_impulse(drag_item* item, const pli_body* body, pli_vec3 poi
 
 static void drag_prepare(pli_body* body, void* data) {
     drag_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         drag_begin_solve(item, drag_point(item, body->previous), item->to, body->step.dt);
     }
 }
@@ -75,13 +74,11 @@ static void drag_prepare(pli_body* body, void* data) {
 static void drag_solve(pli_body* body, void* data) {
     drag_state* state = data;
     if (body->solver_class->solves_constraints) { return; } /* has the spring in its system */
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         const pli_vec3 push = drag_impulse(item, body, drag_point(item, body->positions));
         for (int k = 0; k < item->node_count; ++k) {
             pli_vec4* position = &body->positions[item->nodes[k]];
-            plii_set_xyz(position,
-                         pli_vec3_add(plii_xyz(*position), pli_vec3_scale(push, item->weights[k] * position->w)));
+            plii_add_xyz(position, pli_vec3_scale(push, item->weights[k] * position->w));
         }
     }
 }
@@ -124,8 +121,7 @@ static pli_vec3 drag_place(const pli_body* body, const drag_item* item, const pl
 static void drag_restart(pli_body* body, void* data, const plii_substep* substep) {
     drag_state* state = data;
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         const pli_vec3 goal = pli_vec3_lerp(item->from, item->to, share);
         drag_begin_solve(item, drag_place(body, item, substep, substep->start_displacements), goal, substep->dt);
     }
@@ -133,8 +129,7 @@ static void drag_restart(pli_body* body, void* data, const plii_substep* substep
 
 static void drag_sweep(pli_body* body, void* data, const plii_substep* substep) {
     drag_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         const pli_vec3 push = drag_impulse(item, body, drag_place(body, item, substep, substep->displacements));
         for (int k = 0; k < item->node_count; ++k) {
             plii_substep_move(substep, item->nodes[k], push, item->weights[k]);
@@ -149,8 +144,7 @@ static bool drag_is_idle(const void* data) {
 /* Faces that are cut are no longer there; their old nodes are. */
 static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     drag_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        drag_item* item = &state->items[i];
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
         int face = 0, heaviest = 0;
         while (face < change->face_count && memcmp(item->nodes, change->faces[face], sizeof item->nodes) != 0) {
             ++face;
@@ -194,21 +188,16 @@ const plii_feature_class plii_drag_class = {
     /* Stays when the last drag ends, so that old ids stay stale. */
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(drag_state, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = drag_is_sound,
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count),
-                           .is_kept = true, PLII_SAVED_AS("i3ni21f"), .settings = {drag_item_fields, 3, 0}},
-                          {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count),
-                           .is_kept = true, PLII_SAVED_AS("uii")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(drag_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("i3ni21f"),
+         .settings = {drag_item_fields, 3, 0}},
+        {PLII_COUNTED_LIST(drag_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
                [PLII_STAGE_FINISH] = {drag_finish, DRAG_FINISH_ORDER}},
     .substepped =
         &(const plii_substep_class){
-            .order = DRAG_SUBSTEP_ORDER,
-            .klass = &plii_drag_class,
-            .restart = drag_restart,
-            .sweep = drag_sweep,
-            .is_idle = drag_is_idle,
-        },
+            .order = DRAG_SUBSTEP_ORDER, .restart = drag_restart, .sweep = drag_sweep, .is_idle = drag_is_idle},
     .visit_springs = drag_visit_springs,
     .topology_commit = drag_topology_commit,
 };
@@ -228,9 +217,7 @@ static pli_status drag_check(const pli_body* body, const pli_drag_def* def, cons
     pli_context* context = body->context;
     PLII_TRY_DEF(context, pli_drag_def, def, drag_fields, function);
     if (def->face == PLI_NULL_INDEX) { return plii_check_node(body, def->node, function); }
-    if (def->face >= 0 && def->face < body->topology->face_count) { return PLI_OK; }
-    return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function, "face %d is out of range, the body has %d faces",
-                     def->face, body->topology->face_count);
+    return plii_check_index(context, def->face, body->topology->face_count, "face", "body", function);
 }
 
 /* A face without an area is held at its first node. */

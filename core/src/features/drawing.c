@@ -33,9 +33,7 @@ pli_status pli_body_enable_normals(pli_body* body) {
     return plii_feature_enable(body, &plii_drawn_normals_class, NULL);
 }
 
-pli_status pli_body_disable_normals(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_drawn_normals_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_normals, plii_check_body_idle, plii_drawn_normals_class)
 
 const pli_vec3* pli_body_get_face_normals(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK ? body->face_normals : NULL;

@@ -45,8 +45,7 @@ static void node_motion_start(pli_body* body, void* data) {
 
 static void node_motion_finish(pli_body* body, void* data) {
     node_motion_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        const node_motion* motion = &state->motions[i];
+    for (PLII_EACH(const node_motion, motion, state->motions, state->count)) {
         plii_set_xyz(&body->positions[motion->node], motion->target); /* but for rounding it is there */
         plii_set_xyz(&body->velocities[motion->node], motion->velocity);
     }
@@ -69,8 +68,8 @@ const plii_feature_class plii_node_motion_class = {
     .is_sound = node_motion_is_sound,
     .stages = {[PLII_STAGE_FORCES] = {node_motion_start, NODE_MOTION_START_ORDER},
                [PLII_STAGE_FINISH] = {node_motion_finish, NODE_MOTION_FINISH_ORDER}},
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true,
-                           PLII_COUNTED_BY(node_motion_state, count), PLII_SAVED_AS("n6f")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(node_motion_state, motions, capacity, count), .is_kept = true, PLII_SAVED_AS("n6f")}),
 };
 
 /* Only of a list so long that it has some node twice, as that of a body that is called for but not stepped. */

@@ -115,11 +115,9 @@ const plii_feature_class plii_pose_class = {
 
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const pose_state used = {.matching = matching};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, pose_fields, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &matching, pose_fields, __func__));
     pose_state* pose = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_pose_class, (void**)&pose));
-    pose->matching = matching;
+    PLII_TRY(plii_feature_enable_with(body, &plii_pose_class, &matching, sizeof matching, (void**)&pose));
     pose->rotation = pli_mat3_identity();
     pose_update_weights(body, pose);
     pose->centre = pose_centre(body, pose);
@@ -129,9 +127,7 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     return PLI_OK;
 }
 
-pli_status pli_body_disable_pose_matching(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_pose_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_pose_matching, plii_check_body_change, plii_pose_class)
 
 pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {
     PLII_TRY(plii_check_body(body, __func__));

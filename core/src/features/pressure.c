@@ -45,15 +45,9 @@ const plii_feature_class plii_pressure_class = {
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const pressure_state used = {coefficient};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, pressure_fields, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &coefficient, pressure_fields, __func__));
     PLII_TRY(plii_check_faces(body, "pressure acts on faces", __func__));
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_pressure_class, &state));
-    *(pressure_state*)state = used;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_pressure_class, &coefficient, sizeof coefficient, NULL);
 }
 
-pli_status pli_body_disable_pressure(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_pressure_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_pressure, plii_check_body_change, plii_pressure_class)

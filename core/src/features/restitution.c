@@ -63,8 +63,7 @@ static void restitution_push(pli_body* body, const plii_contact_report* report, 
                 weight = own + plii_substep_rigid_point_weight(&touched, report->normal);
     const pli_vec3 impulse = pli_vec3_scale(report->normal, lacking / weight);
     if (!(lacking > 0.0f) || !plii_vec3_is_finite(impulse)) { return; }
-    pli_vec4* velocity = &body->velocities[report->nodes[k]];
-    plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), pli_vec3_scale(impulse, own)));
+    plii_add_xyz(&body->velocities[report->nodes[k]], pli_vec3_scale(impulse, own));
     if (report->rigid->state.inverse_mass > 0.0f) {
         plii_rigid_apply_impulse(report->rigid, pli_vec3_neg(impulse), arm);
     }
@@ -136,7 +135,6 @@ const plii_feature_class plii_restitution_class = {
     .stages = {[PLII_STAGE_PREPARE] = {restitution_prepare, RESTITUTION_ORDER},
                [PLII_STAGE_FINISH] = {restitution_finish, RESTITUTION_FINISH_ORDER}},
     .substepped = &(const plii_substep_class){.order = RESTITUTION_ORDER,
-                                              .klass = &plii_restitution_class,
                                               .begin = restitution_prepare,
                                               .is_idle = restitution_is_idle},
     .reserve = restitution_reserve,
@@ -147,14 +145,8 @@ const plii_feature_class plii_restitution_class = {
 
 pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const restitution_state used = {.restitution = restitution};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, restitution_fields, __func__));
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_restitution_class, &state));
-    ((restitution_state*)state)->restitution = restitution;
-    return PLI_OK;
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &restitution, restitution_fields, __func__));
+    return plii_feature_enable_with(body, &plii_restitution_class, &restitution, sizeof restitution, NULL);
 }
 
-pli_status pli_body_disable_restitution(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_restitution_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_restitution, plii_check_body_change, plii_restitution_class)

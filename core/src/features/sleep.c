@@ -26,9 +26,7 @@ static bool sleep_is_near(pli_vec3 a, pli_vec3 b, float reach) {
 
 static void sleep_take_places(pli_body* body, void* data) {
     sleep_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->places[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->places);
     state->time = 0.0f;
 }
 
@@ -366,12 +364,9 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     const pli_sleep_def used = def != NULL ? *def : pli_sleep_def_default();
     PLII_TRY_DEF(body->context, pli_sleep_def, &used, sleep_fields, __func__);
     sleep_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_sleep_class, (void**)&state));
-    state->def = used;
+    PLII_TRY(plii_feature_enable_with(body, &plii_sleep_class, &used, sizeof used, (void**)&state));
     state->time = 0.0f;
     return PLI_OK;
 }
 
-pli_status pli_body_disable_sleep(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_sleep_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_sleep, plii_check_body_idle, plii_sleep_class)

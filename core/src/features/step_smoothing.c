@@ -98,6 +98,4 @@ pli_status pli_body_enable_step_smoothing(pli_body* body) {
     return plii_feature_enable(body, &plii_step_smoothing_class, NULL);
 }
 
-pli_status pli_body_disable_step_smoothing(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_step_smoothing_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_step_smoothing, plii_check_body_idle, plii_step_smoothing_class)

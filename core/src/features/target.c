@@ -95,8 +95,7 @@ static bool target_is_free(const pli_body* body, const target_item* item) {
 
 static void target_start(pli_body* body, void* data) {
     const target_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        const target_item* item = &state->items[i];
+    for (PLII_EACH(const target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         if (!item->is_held || target_is_free(body, item)) { continue; }
         const pli_vec3 way = pli_vec3_sub(item->to.position, plii_xyz(body->positions[node]));
@@ -106,8 +105,7 @@ static void target_start(pli_body* body, void* data) {
 
 static void target_solve(pli_body* body, void* data) {
     const target_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        const target_item* item = &state->items[i];
+    for (PLII_EACH(const target_item, item, state->items, state->count)) {
         if (!target_is_free(body, item)) { continue; }
         pli_vec4* position = &body->positions[item->limits.node];
         plii_set_xyz(position, target_allowed(&item->limits, &item->to, plii_xyz(*position)));
@@ -116,8 +114,7 @@ static void target_solve(pli_body* body, void* data) {
 
 static void target_finish(pli_body* body, void* data) {
     target_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        target_item* item = &state->items[i];
+    for (PLII_EACH(target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         if (item->is_held && !target_is_free(body, item)) {
             const pli_vec3 way = pli_vec3_sub(item->to.position, plii_xyz(body->previous[node]));
@@ -131,15 +128,13 @@ static void target_finish(pli_body* body, void* data) {
 static void target_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const target_state* state = data;
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
-    for (int i = 0; i < state->count; ++i) {
-        const target_item* item = &state->items[i];
+    for (PLII_EACH(const target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         if (!target_is_free(body, item)) { continue; }
         const target_pose pose = target_between(&item->from, &item->to, plii_min(share, 1.0f));
         const pli_vec3 place = plii_substep_position(body, substep, node);
         const pli_vec3 move = pli_vec3_sub(target_allowed(&item->limits, &pose, place), place);
-        pli_vec4* displacement = &substep->displacements[node];
-        plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), move));
+        plii_add_xyz(&substep->displacements[node], move);
     }
 }
 
@@ -190,8 +185,7 @@ static void target_let_go_all(pli_body* body, target_state* state) {
 
 /* Puts the node of each where it may be. */
 static void target_place_nodes(pli_body* body, target_state* state) {
-    for (int i = 0; i < state->count; ++i) {
-        target_item* item = &state->items[i];
+    for (PLII_EACH(target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         item->from = item->to;
         if (!item->is_held && !target_is_free(body, item)) { continue; }
@@ -301,22 +295,17 @@ const plii_feature_class plii_target_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
                                     PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B")),
     .is_sound = target_is_sound,
-    .arrays =
-        PLII_ARRAYS({PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count), .is_kept = true,
-                     PLII_SAVED_AS("n3fBf2if12f"), .settings = PLII_LIMITS(target_item, limits, target_fields)},
-                    {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
+    .arrays = PLII_ARRAYS({PLII_COUNTED_LIST(target_state, items, capacity, count), .is_kept = true,
+                           PLII_SAVED_AS("n3fBf2if12f"), .settings = PLII_LIMITS(target_item, limits, target_fields)},
+                          {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},
-    .substepped =
-        &(const plii_substep_class){
-            .order = TARGET_SUBSTEP_ORDER,
-            .klass = &plii_target_class,
-            .sweep = target_sweep,
-            .room = target_room,
-            .is_limit = target_has_limits,
-            .is_idle = target_has_none,
-        },
+    .substepped = &(const plii_substep_class){.order = TARGET_SUBSTEP_ORDER,
+                                              .sweep = target_sweep,
+                                              .room = target_room,
+                                              .is_limit = target_has_limits,
+                                              .is_idle = target_has_none},
     .topology_reserve = target_topology_reserve,
     .topology_commit = target_topology_commit,
 };

@@ -185,8 +185,7 @@ static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TE
 static void tether_list_constraints(pli_body* body, tether_state* state) {
     state->constraint_count = 0;
     if (body->anchored == NULL) { return; }
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->list_constraints == NULL) { continue; }
         const int found = feature->klass->list_constraints(body, feature->state, 0, NULL),
                   count = state->constraint_count;
@@ -202,8 +201,7 @@ static bool tether_gather_origins(pli_body* body, tether_state* state) {
     const int before = state->origin_count;
     bool has_changed = false;
     state->origin_count = 0;
-    for (int i = 0; i < state->constraint_count; ++i) {
-        const plii_node_constraint* constraint = &state->constraints[i];
+    for (PLII_EACH(const plii_node_constraint, constraint, state->constraints, state->constraint_count)) {
         if (!constraint->is_anchor || constraint->rigid->state.inverse_mass > 0.0f) { continue; }
         const int place = state->origin_count;
         if (!PLII_RESERVE(body->context, &state->origins, &state->origin_capacity, place + 1)) { break; }
@@ -218,8 +216,7 @@ static bool tether_gather_origins(pli_body* body, tether_state* state) {
 /* Where memory fails some are left out. */
 static void tether_gather_loads(pli_body* body, tether_state* state) {
     state->load_count = 0;
-    for (int i = 0; i < state->constraint_count; ++i) {
-        const plii_node_constraint* constraint = &state->constraints[i];
+    for (PLII_EACH(const plii_node_constraint, constraint, state->constraints, state->constraint_count)) {
         if (!constraint->is_anchor || !(constraint->rigid->state.inverse_mass > 0.0f) ||
             !tether_of(body, state, constraint->node)) {
             continue;
@@ -324,8 +321,7 @@ static void tether_apply_load(const pli_body* body, const tether_state* state, c
 
 static void tether_solve(pli_body* body, void* data) {
     tether_state* state = data;
-    for (int i = 0; i < state->origin_count; ++i) {
-        const tether_origin* origin = &state->origins[i];
+    for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
         if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
     }
     tether_hold_nodes(body, state, NULL);
@@ -391,8 +387,7 @@ static pli_vec3 tether_load_position(const tether_load* load) {
 
 static void tether_restart(pli_body* body, void* data, const plii_substep* substep) {
     const tether_state* state = data;
-    for (int i = 0; i < state->load_count; ++i) {
-        tether_load* load = &state->loads[i];
+    for (PLII_EACH(tether_load, load, state->loads, state->load_count)) {
         plii_substep_rigid_pivot_turn(&load->pivot);
         const pli_tether* tether = &state->tethers[load->node];
         const int origin = tether->origin;
@@ -422,8 +417,7 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
         if (state->origins[i].is_led) { tether_lead_origin(body, &state->origins[i], substep); }
     }
     tether_hold_nodes(body, state, substep);
-    for (int i = 0; i < state->load_count; ++i) {
-        const tether_load* load = &state->loads[i];
+    for (PLII_EACH(const tether_load, load, state->loads, state->load_count)) {
         const pli_vec3 place =
             pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->pivot.point, substep));
         const int origin = state->tethers[load->node].origin;
@@ -478,23 +472,17 @@ const plii_feature_class plii_tether_class = {
                                     PLII_STATE_SPAN(tether_state, spread, link_revision, PLII_LEFT, NULL)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
-    .substepped =
-        &(const plii_substep_class){
-            .order = TETHER_SUBSTEP_ORDER,
-            .klass = &plii_tether_class,
-            .begin = tether_begin,
-            .restart = tether_restart,
-            .sweep = tether_sweep,
-            .room = tether_room,
-        },
-    .arrays = PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
-                          {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-                          {PLII_LIST_OF(tether_state, constraints, constraint_capacity),
-                           PLII_COUNTED_BY(tether_state, constraint_count), .snapshot = PLII_LEFT},
-                          {PLII_LIST_OF(tether_state, origins, origin_capacity),
-                           PLII_COUNTED_BY(tether_state, origin_count), PLII_SAVED_AS("nB6f")},
-                          {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
-                           .snapshot = PLII_LEFT}),
+    .substepped = &(const plii_substep_class){.order = TETHER_SUBSTEP_ORDER,
+                                              .begin = tether_begin,
+                                              .restart = tether_restart,
+                                              .sweep = tether_sweep,
+                                              .room = tether_room},
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
+        {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+        {PLII_COUNTED_LIST(tether_state, constraints, constraint_capacity, constraint_count), .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
+        {PLII_COUNTED_LIST(tether_state, loads, load_capacity, load_count), .snapshot = PLII_LEFT}),
     .topology_commit = tether_topology_commit,
     .visit_springs = tether_visit_springs,
 };
@@ -520,9 +508,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     return PLI_OK;
 }
 
-pli_status pli_body_disable_tethers(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_tether_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_tethers, plii_check_body_idle, plii_tether_class)
 
 pli_tether pli_body_get_tether(const pli_body* body, int node) {
     const pli_tether none = {PLI_NULL_INDEX, 0.0f};

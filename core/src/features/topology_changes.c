@@ -57,8 +57,8 @@ const plii_feature_class plii_topology_changes_class = {
     .state_parts =
         PLII_STATE_PARTS(PLII_STATE_SPAN(topology_changes_state, old_node_count, old_face_count, PLII_SAVED, "2i")),
     .is_sound = topology_changes_is_sound,
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
-                           PLII_COUNTED_BY(topology_changes_state, new_node_count), PLII_SAVED_AS("2nf")},
+    .arrays = PLII_ARRAYS({PLII_COUNTED_LIST(topology_changes_state, new_nodes, new_node_capacity, new_node_count),
+                           .is_kept = true, PLII_SAVED_AS("2nf")},
                           {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, PLII_SAVED_AS("i")}),
     .topology_reserve = changes_topology_reserve,
     .topology_commit = changes_topology_commit,
@@ -72,13 +72,10 @@ pli_status pli_body_enable_topology_changes(pli_body* body) {
     return PLI_OK;
 }
 
-pli_status pli_body_disable_topology_changes(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_topology_changes_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_topology_changes, plii_check_body_idle, plii_topology_changes_class)
 
 pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {
-    const topology_changes_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_topology_changes_class) : NULL;
+    const topology_changes_state* state = plii_feature_state_for(body, &plii_topology_changes_class, __func__);
     if (state == NULL) { return (pli_topology_changes){0}; }
     return (pli_topology_changes){
         .old_node_count = state->old_node_count,

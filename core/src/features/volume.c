@@ -49,15 +49,9 @@ const plii_feature_class plii_volume_class = {
 
 pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const volume_state used = {.coefficient = coefficient};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, volume_fields, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &coefficient, volume_fields, __func__));
     PLII_TRY(plii_check_faces(body, "conservation of volume acts on faces", __func__));
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_volume_class, &state));
-    ((volume_state*)state)->coefficient = coefficient;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_volume_class, &coefficient, sizeof coefficient, NULL);
 }
 
-pli_status pli_body_disable_volume_conservation(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_volume_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_volume_conservation, plii_check_body_change, plii_volume_class)

@@ -9,25 +9,19 @@
 static const plii_state_part file_body_parts[] = {
     PLII_STATE_OF(pli_body, is_frozen, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_body, bounds, PLII_SAVED, "6f"),
-    PLII_STATE_OF(pli_body, collision_margin, PLII_SAVED, "f"),
-    PLII_STATE_OF(pli_body, solver, PLII_SAVED, "3i3f"),
-    PLII_STATE_OF(pli_body, step, PLII_SAVED, "2f"),
-    PLII_STATE_OF(pli_body, link_revision, PLII_SAVED, "u"),
-    PLII_STATE_OF(pli_body, length_revision, PLII_SAVED, "u"),
+    PLII_STATE_SPAN(pli_body, collision_margin, step, PLII_SAVED, "f3i5f"),
+    PLII_STATE_SPAN(pli_body, link_revision, length_revision, PLII_SAVED, "2u"),
     {0},
 };
 
 /* What features change as they are enabled. */
 static const plii_state_part file_body_last_parts[] = {
     PLII_STATE_OF(pli_body, is_asleep, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_body, is_resting, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_body, is_woken, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_body, was_asleep, PLII_SAVED, "B"),
+    PLII_STATE_SPAN(pli_body, is_resting, was_asleep, PLII_SAVED, "3B"),
     PLII_STATE_OF(pli_body, records_contacts, PLII_SAVED, "B"),
     PLII_STATE_OF(pli_body, sleep_group, PLII_SAVED, "u"),
     PLII_STATE_OF(pli_body, interval, PLII_SAVED, "2i2f2B"),
-    PLII_STATE_OF(pli_body, joint_iterations, PLII_SAVED, "i"),
-    PLII_STATE_OF(pli_body, sweeping_features, PLII_SAVED, "i"),
+    PLII_STATE_SPAN(pli_body, joint_iterations, sweeping_features, PLII_SAVED, "2i"),
     {0},
 };
 
@@ -69,8 +63,8 @@ static pli_body* file_make_body(plii_file* file, pli_world* world, const file_bo
                                       : plii_body_create_bare(world, sizes->nodes, sizes->links, sizes->materials,
                                                               sizes->has_tags, topology);
     if (body == NULL) {
-        file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
-                                 "no memory for a body of %d nodes and %d links", sizes->nodes, sizes->links);
+        PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for a body of %d nodes and %d links", sizes->nodes,
+                       sizes->links);
     }
     return body;
 }
@@ -163,8 +157,8 @@ void plii_file_ignored_rigids(plii_file* file, pli_body* body) {
     const int count = plii_file_count(file, body->ignored_rigid_count, 4);
     if (file->mode == PLII_FILE_READ && file->status == PLI_OK) {
         if (!PLII_RESERVE(file->context, &body->ignored_rigids, &body->ignored_rigid_capacity, count)) {
-            file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
-                                     "no memory for rigid bodies that body %d ignores", file->body_index);
+            PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for rigid bodies that body %d ignores",
+                           file->body_index);
             return;
         }
         body->ignored_rigid_count = count;

@@ -5,7 +5,7 @@
 #include "body/all_features.h"
 #include "body/feature_arrays.h"
 #include "body/pipeline.h"
-#include "solver/xpbd/xpbd_impl.h"
+#include "body/substep.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -25,15 +25,6 @@ static const plii_feature_class* file_find_class(const char* name) {
     return NULL;
 }
 
-static const plii_substep_class* file_xpbd_kind(const plii_feature_class* klass) {
-    const plii_substep_class* const kinds[] = {&plii_xpbd_links_kind, &plii_xpbd_bending_kind, &plii_xpbd_tetras_kind,
-                                               &plii_xpbd_volume_kind};
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; ++i) {
-        if (kinds[i]->klass == klass) { return kinds[i]; }
-    }
-    return NULL;
-}
-
 static bool file_may_enable(const pli_body* body, const plii_feature_class* klass) {
     if (plii_feature_is_enabled(body, klass)) { return false; }
     for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
@@ -42,7 +33,8 @@ static bool file_may_enable(const pli_body* body, const plii_feature_class* klas
     const bool is_solver = klass == &plii_xpbd_class || klass == &plii_implicit_class;
     const bool has_solver = body->solver_class != &plii_position_solver;
     if (is_solver && has_solver) { return false; }
-    if (file_xpbd_kind(klass) != NULL && !plii_feature_is_enabled(body, &plii_xpbd_class)) { return false; }
+    const bool is_of_xpbd = klass->substepped != NULL && klass->substepped->is_of_xpbd;
+    if (is_of_xpbd && !plii_feature_is_enabled(body, &plii_xpbd_class)) { return false; }
     if (klass == &plii_xpbd_tetras_class && body->topology->tetra_count == 0) { return false; }
     const bool is_of_positions = klass == &plii_colored_links_class || klass == &plii_velocity_links_class;
     return !(is_of_positions && has_solver);
@@ -53,17 +45,10 @@ static void file_enable(plii_file* file, pli_body* body, const plii_feature_clas
         plii_file_refuse(file, "the feature does not go with those before it");
         return;
     }
-    pli_status status = plii_feature_append(body, klass, by_user);
-    const plii_substep_class* kind = file_xpbd_kind(klass);
-    if (status == PLI_OK && kind != NULL) {
-        void* state = NULL;
-        status = plii_xpbd_enable_kind(body, kind, file->function, &state);
+    file->status = plii_feature_append(body, klass, by_user);
+    if (file->status == PLI_ERROR_OUT_OF_MEMORY) {
+        PLII_FILE_FAIL(file, file->status, "no memory for %s of body %d", klass->name, file->body_index);
     }
-    if (status == PLI_ERROR_OUT_OF_MEMORY) {
-        status = plii_fail(file->context, status, file->function, "no memory for %s of body %d", klass->name,
-                           file->body_index);
-    }
-    file->status = status;
 }
 
 /* Name and by_user of feature `index`. */
@@ -134,8 +119,7 @@ static void file_list(plii_file* file, pli_body* body, const plii_feature_array*
         void** block = file_member(state, array->member);
         int* capacity = file_member(state, array->capacity);
         if (!plii_reserve(body->context, block, capacity, count, array->element_size)) {
-            file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function,
-                                     "no memory for %s of body %d", file->what, file->body_index);
+            PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for %s of body %d", file->what, file->body_index);
             return;
         }
         memcpy(file_member(state, array->count), &count, sizeof count);
@@ -242,8 +226,7 @@ void plii_file_settle_features(plii_file* file, pli_body* body) {
 }
 
 void plii_file_take_over(pli_body* body, const pli_body* before) {
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->on_restored != NULL) { feature->klass->on_restored(body, feature->state); }
         const void* state = plii_feature_state(before, feature->klass);
         if (feature->klass->keep_callbacks != NULL && state != NULL) {

@@ -13,28 +13,17 @@ enum { FILE_SHAPE_NUMBERS = 8 }; /* of the kinds that a file has whole */
 static const plii_state_part file_rigid_first_parts[] = {
     PLII_STATE_OF(pli_rigid, kind, PLII_SAVED, "e2"),
     PLII_STATE_OF(pli_rigid, state, PLII_SAVED, "28f"),
-    PLII_STATE_OF(pli_rigid, friction, PLII_SAVED, "f"),
-    PLII_STATE_OF(pli_rigid, restitution, PLII_SAVED, "f"),
-    PLII_STATE_OF(pli_rigid, linear_factor, PLII_SAVED, "3f"),
-    PLII_STATE_OF(pli_rigid, angular_factor, PLII_SAVED, "3f"),
+    PLII_STATE_SPAN(pli_rigid, friction, angular_factor, PLII_SAVED, "8f"),
     {0},
 };
 
 static const plii_state_part file_rigid_parts[] = {
-    PLII_STATE_OF(pli_rigid, is_absent, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_rigid, is_sensor, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_rigid, is_asleep, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_rigid, was_touched, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_rigid, needs_reintegration, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_rigid, pose_version, PLII_SAVED, "u"),
-    PLII_STATE_OF(pli_rigid, given, PLII_SAVED, "6f"),
-    PLII_STATE_OF(pli_rigid, start, PLII_SAVED, "6f"),
+    PLII_STATE_SPAN(pli_rigid, is_absent, is_asleep, PLII_SAVED, "3B"),
+    PLII_STATE_SPAN(pli_rigid, was_touched, needs_reintegration, PLII_SAVED, "2B"),
+    PLII_STATE_SPAN(pli_rigid, pose_version, start, PLII_SAVED, "u12f"),
     PLII_STATE_OF(pli_rigid, path, PLII_SAVED, "18fuB15f2BX24f"),
-    PLII_STATE_OF(pli_rigid, step_bounds, PLII_SAVED, "6f"),
-    PLII_STATE_OF(pli_rigid, pull, PLII_SAVED, "3f"),
-    PLII_STATE_OF(pli_rigid, sleep_group, PLII_SAVED, "u"),
-    PLII_STATE_OF(pli_rigid, rest_pose, PLII_SAVED, "12f"),
-    PLII_STATE_OF(pli_rigid, rest_time, PLII_SAVED, "f"),
+    PLII_STATE_SPAN(pli_rigid, step_bounds, sleep_group, PLII_SAVED, "9fu"),
+    PLII_STATE_SPAN(pli_rigid, rest_pose, rest_time, PLII_SAVED, "13f"),
     {0},
 };
 
@@ -84,9 +73,9 @@ static void file_check_numbers(plii_file* file, const float* numbers) {
 static pli_shape* file_find_shape(plii_file* file, const pli_world_file_def* def, uint64_t id) {
     pli_shape* shape = def->find_shape != NULL ? def->find_shape(id, def->user) : NULL;
     if (shape == NULL) {
-        file->status = plii_fail(file->context, PLI_ERROR_INVALID_VALUE, file->function,
-                                 "rigid body %d has a shape of the caller, of id %llu, that find_shape does not give",
-                                 file->rigid_index, (unsigned long long)id);
+        PLII_FILE_FAIL(file, PLI_ERROR_INVALID_VALUE,
+                       "rigid body %d has a shape of the caller, of id %llu, that find_shape does not give",
+                       file->rigid_index, (unsigned long long)id);
         return NULL;
     }
     file->status =
@@ -187,14 +176,13 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
     pli_transform* poses = NULL;
     if (is_wanted && count > 0 &&
         (!PLII_ALLOCATE(file->context, &shapes, count) || !PLII_ALLOCATE(file->context, &poses, count))) {
-        file->status =
-            plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function, "no memory for %d shapes", count);
+        PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", count);
     }
     file_rigid_shapes(file, def, world, index, count, shapes, poses, is_wanted);
     if (file->status == PLI_OK && source != NULL && source->shape_count != count) {
-        file->status = plii_fail(file->context, PLI_ERROR_INVALID_VALUE, file->function,
-                                 "the world does not fit the file: rigid body %d has %d shapes, %d in the file", index,
-                                 source->shape_count, count);
+        PLII_FILE_FAIL(file, PLI_ERROR_INVALID_VALUE,
+                       "the world does not fit the file: rigid body %d has %d shapes, %d in the file", index,
+                       source->shape_count, count);
     }
     read.shape_count = count;
     read.shapes = is_wanted ? shapes : source->shapes;

@@ -40,6 +40,9 @@ typedef struct plii_file {
 void plii_file_begin_part(plii_file* file, const char* part);
 /* The first error stays. */
 PLII_COLD void plii_file_refuse(plii_file* file, const char* problem);
+/* Another error, with its message; returns it. */
+#define PLII_FILE_FAIL(file, error, ...)                                                                               \
+    ((file)->status = plii_fail((file)->context, error, (file)->function, __VA_ARGS__))
 
 /* Bytes of a number, least significant first. */
 void plii_file_number(plii_file* file, void* number, size_t size);

@@ -17,6 +17,7 @@ typedef struct file_header {
     uint64_t size;     /* bytes, with the header */
     uint64_t checksum; /* of what follows */
 } file_header;
+#define FILE_HEADER_FIELDS "4u2U"
 enum { FILE_VERSION = 1 };
 #define FILE_MAGIC_0 0x57494c50u
 #define FILE_MAGIC_1 0x444c524fu
@@ -56,15 +57,6 @@ uint64_t plii_file_checksum(const unsigned char* bytes, size_t size) {
     return sum;
 }
 
-static void file_put_header(plii_file* file, file_header* header) {
-    plii_file_number(file, &header->magic[0], 4);
-    plii_file_number(file, &header->magic[1], 4);
-    plii_file_number(file, &header->version, 4);
-    plii_file_number(file, &header->reserved, 4);
-    plii_file_number(file, &header->size, 8);
-    plii_file_number(file, &header->checksum, 8);
-}
-
 // ------------------------------------------------------------------------------------------------------- the walk
 
 /* The walk and what it needs beside. */
@@ -78,13 +70,10 @@ typedef struct file_walk {
 } file_walk;
 
 static void file_world_settings(plii_file* file, pli_world_def* def) {
+    static const plii_state_part parts[] = {
+        PLII_STATE_SPAN(pli_world_def, gravity, host_puts_to_sleep, PLII_SAVED, "5f3B"), {0}};
     plii_file_begin_part(file, "settings of the world");
-    plii_file_fields(file, "3f", &def->gravity);
-    plii_file_fields(file, "f", &def->air_density);
-    plii_file_fields(file, "f", &def->max_force_displacement);
-    plii_file_fields(file, "B", &def->preallocates);
-    plii_file_fields(file, "B", &def->reference_mode);
-    plii_file_fields(file, "B", &def->host_puts_to_sleep);
+    plii_file_parts(file, parts, def);
 }
 
 static void file_world_state(plii_file* file, pli_world* world) {
@@ -111,10 +100,9 @@ static void file_find_rigid(file_walk* walk, int index, uint64_t id) {
         is_new = walk->found[i] != rigid;
     }
     if (!is_new && file->status == PLI_OK) {
-        file->status = plii_fail(file->context, PLI_ERROR_INVALID_VALUE, file->function,
-                                 "the world does not fit the file: it has no rigid body %d, of id %llu, or it has it "
-                                 "twice",
-                                 index, (unsigned long long)id);
+        PLII_FILE_FAIL(file, PLI_ERROR_INVALID_VALUE,
+                       "the world does not fit the file: it has no rigid body %d, of id %llu, or it has it twice",
+                       index, (unsigned long long)id);
     }
     walk->found[index] = is_new ? rigid : NULL;
 }
@@ -124,7 +112,7 @@ static void file_rigids(file_walk* walk) {
     const bool is_reading = file->mode == PLII_FILE_READ;
     const int count = plii_file_count(file, walk->world->rigid_count, 64);
     if (walk->target != NULL && count > 0 && !PLII_ALLOCATE(file->context, &walk->found, count)) {
-        file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function, "no memory for the file");
+        PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for the file");
     }
     walk->found_count = walk->found != NULL ? count : 0;
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {
@@ -180,7 +168,7 @@ static void file_check_order(plii_file* file, const pli_world* world) {
     bool* is_met = NULL;
     if (world->body_count == 0 || file->status != PLI_OK) { return; }
     if (!PLII_ALLOCATE(file->context, &is_met, world->body_count)) {
-        file->status = plii_fail(file->context, PLI_ERROR_OUT_OF_MEMORY, file->function, "no memory for the file");
+        PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for the file");
         return;
     }
     for (int i = 0; i < world->body_count; ++i) {
@@ -255,33 +243,31 @@ pli_status pli_world_file_write(const pli_world* world, const pli_world_file_def
         .size = needed,
         .checksum = plii_file_checksum((unsigned char*)buffer + PLII_FILE_HEADER_SIZE, needed - PLII_FILE_HEADER_SIZE)};
     walk.stream.at = 0;
-    file_put_header(&walk.stream, &header);
+    plii_file_fields(&walk.stream, FILE_HEADER_FIELDS, &header);
     return PLI_OK;
 }
 
 // ---------------------------------------------------------------------------------------------------------- reading
 
 static pli_status file_check_header(plii_file* file) {
-    if (file->from == NULL) {
-        return plii_fail(file->context, PLI_ERROR_NULL_ARGUMENT, file->function, "buffer is null");
-    }
+    if (file->from == NULL) { return PLII_FILE_FAIL(file, PLI_ERROR_NULL_ARGUMENT, "buffer is null"); }
     file_header header = {0};
-    if (file->size >= PLII_FILE_HEADER_SIZE) { file_put_header(file, &header); }
+    if (file->size >= PLII_FILE_HEADER_SIZE) { plii_file_fields(file, FILE_HEADER_FIELDS, &header); }
     const pli_status wrong = PLI_ERROR_FILE_FORMAT;
     if (header.magic[0] != FILE_MAGIC_0 || header.magic[1] != FILE_MAGIC_1) {
-        return plii_fail(file->context, wrong, file->function, "the %zu bytes are no file of a world", file->size);
+        return PLII_FILE_FAIL(file, wrong, "the %zu bytes are no file of a world", file->size);
     }
     if (header.version != FILE_VERSION) {
-        return plii_fail(file->context, wrong, file->function, "the file is of version %u, this is %u",
-                         (unsigned)header.version, (unsigned)FILE_VERSION);
+        return PLII_FILE_FAIL(file, wrong, "the file is of version %u, this is %u", (unsigned)header.version,
+                              (unsigned)FILE_VERSION);
     }
     if (header.size != file->size) {
-        return plii_fail(file->context, wrong, file->function, "the file has %llu bytes, %zu were given",
-                         (unsigned long long)header.size, file->size);
+        return PLII_FILE_FAIL(file, wrong, "the file has %llu bytes, %zu were given", (unsigned long long)header.size,
+                              file->size);
     }
     if (header.reserved != 0 ||
         header.checksum != plii_file_checksum(file->from + PLII_FILE_HEADER_SIZE, file->size - PLII_FILE_HEADER_SIZE)) {
-        return plii_fail(file->context, wrong, file->function, "the file is damaged: its checksum is wrong");
+        return PLII_FILE_FAIL(file, wrong, "the file is damaged: its checksum is wrong");
     }
     return PLI_OK;
 }
@@ -307,8 +293,10 @@ static void file_settle(file_walk* walk) {
 }
 
 /* Into a world of its own, which walk->world is then; on an error there is none. */
-static pli_status file_read_all(file_walk* walk) {
+static pli_status file_read_all(file_walk* walk, const void* buffer, size_t size) {
     plii_file* file = &walk->stream;
+    file->from = buffer;
+    file->size = size;
     PLII_TRY(file_check_header(file));
     file_make_world(walk);
     if (file->status == PLI_OK) { file_world_state(file, walk->world); }
@@ -333,9 +321,7 @@ pli_status pli_world_file_create(pli_context* context, const pli_world_file_def*
     const pli_world_file_def used = def != NULL ? *def : pli_world_file_def_default();
     PLII_TRY(PLII_CHECK_MADE(context, pli_world_file_def, &used, __func__));
     file_walk walk = file_begin(PLII_FILE_READ, &used, NULL, context, __func__);
-    walk.stream.from = buffer;
-    walk.stream.size = size;
-    PLII_TRY(file_read_all(&walk));
+    PLII_TRY(file_read_all(&walk, buffer, size));
     *world = walk.world;
     return PLI_OK;
 }
@@ -410,9 +396,7 @@ pli_status pli_world_file_restore(pli_world* world, const pli_world_file_def* de
     PLII_TRY(PLII_CHECK_MADE(context, pli_world_file_def, &used, __func__));
     file_walk walk = file_begin(PLII_FILE_READ, &used, NULL, context, __func__);
     walk.target = world;
-    walk.stream.from = buffer;
-    walk.stream.size = size;
-    pli_status status = file_read_all(&walk);
+    pli_status status = file_read_all(&walk, buffer, size);
     if (status == PLI_OK && walk.world->body_count != world->body_count) {
         status = PLII_FAIL(context, PLI_ERROR_INVALID_VALUE,
                            "the world does not fit the file: it has %d bodies, %d in the file", world->body_count,

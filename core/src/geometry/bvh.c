@@ -110,9 +110,6 @@ PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const pli
     return x + y + z;
 }
 
-static const uint8_t bvh4_first_bit[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
-static const uint8_t bvh4_last_bit[16] = {0, 0, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3};
-
 /* Visits boxes of the lowest level that counts, depth first, ascending or backwards: of the groups on the path down,
    what is left to be looked at. */
 PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, bool backwards,
@@ -128,7 +125,7 @@ PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds
             ++level;
             continue;
         }
-        const int lane = backwards ? bvh4_last_bit[bits[level]] : bvh4_first_bit[bits[level]];
+        const int lane = backwards ? 31 - __builtin_clz((unsigned)bits[level]) : __builtin_ctz((unsigned)bits[level]);
         const int box = 4 * group[level] + lane;
         bits[level] ^= 1 << lane;
         if (level == lowest) {
@@ -172,7 +169,7 @@ int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, p
     for (int i = 0; i < group_count; ++i) {
         const plii_float4 squared = bvh4_squared_distances(p, &boxes->groups[groups[i]]);
         for (int bits = plii_lanes_bits(squared <= radius * radius); bits != 0; bits &= bits - 1) {
-            items[count++] = 4 * groups[i] + bvh4_first_bit[bits];
+            items[count++] = 4 * groups[i] + __builtin_ctz((unsigned)bits);
         }
     }
     return count;
@@ -242,6 +239,17 @@ bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_b
     bvh_sort(tree, count);
     tree->count = bvh4_build(context, &tree->boxes, count, bounds, tree->items) ? count : 0;
     return tree->count > 0;
+}
+
+bool plii_bvh_build_from(pli_context* context, plii_bvh* tree, int count, plii_bvh_box_fn* box, const void* user) {
+    pli_bounds* boxes = NULL;
+    if (!PLII_ALLOCATE(context, &boxes, count)) { return false; }
+    for (int i = 0; i < count; ++i) {
+        boxes[i] = box(i, user);
+    }
+    const bool is_built = plii_bvh_build(context, tree, count, boxes);
+    PLII_RELEASE(context, boxes, count);
+    return is_built;
 }
 
 void plii_bvh_free(pli_context* context, plii_bvh* tree) {

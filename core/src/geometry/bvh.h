@@ -66,6 +66,9 @@ int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, p
 
 /* As plii_bvh4_build; the boxes must be finite. */
 bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* bounds);
+/* The same for boxes that a function tells. */
+typedef pli_bounds plii_bvh_box_fn(int item, const void* user);
+bool plii_bvh_build_from(pli_context* context, plii_bvh* tree, int count, plii_bvh_box_fn* box, const void* user);
 void plii_bvh_free(pli_context* context, plii_bvh* tree);
 
 /* Calls `visit` with each item whose box overlaps `box` (closed intervals), in no particular order. */

@@ -43,14 +43,6 @@ plii_convex_options plii_convex_options_default(void) {
     return (plii_convex_options){.max_distance = HUGE_VALF, .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
 }
 
-/* False for what has no direction. */
-static bool convex_normalize(plii_dvec3 v, pli_vec3* unit) {
-    const double length = plii_dvec3_length(v);
-    if (!(length > 0.0) || !isfinite(length)) { return false; }
-    *unit = plii_dvec3_to_float(plii_dvec3_scale(v, 1.0 / length));
-    return true;
-}
-
 /* d(normal). False when no calls are left or a support point is not finite. */
 static bool convex_measure(convex_search* search, pli_vec3 normal, convex_axis* axis) {
     if (search->support_calls + 2 > search->max_support_calls) { return false; }
@@ -88,7 +80,7 @@ static void convex_add_simplex(convex_search* search, const plii_dvec3* s, int c
     for (int i = 0; i < count && count >= 3; ++i) {
         const plii_dvec3 p = s[(i + 1) % count], q = s[(i + 2) % count], r = s[(i + 3) % count];
         pli_vec3 normal;
-        if (!convex_normalize(plii_dvec3_cross(plii_dvec3_sub(q, p), plii_dvec3_sub(r, p)), &normal)) { continue; }
+        if (!plii_dvec3_unit(plii_dvec3_cross(plii_dvec3_sub(q, p), plii_dvec3_sub(r, p)), &normal)) { continue; }
         if (count == 3) {
             convex_add_start(search, normal);
             convex_add_start(search, pli_vec3_neg(normal));
@@ -103,10 +95,10 @@ static void convex_add_simplex(convex_search* search, const plii_dvec3* s, int c
 static void convex_find_starts(convex_search* search, const plii_convex_cache* cache, const plii_gjk_result* gjk) {
     static const pli_vec3 axes[6] = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}};
     pli_vec3 between, nearest;
-    if (convex_normalize(gjk->normal, &nearest)) { convex_add_start(search, nearest); }
+    if (plii_dvec3_unit(gjk->normal, &nearest)) { convex_add_start(search, nearest); }
     if (cache != NULL && cache->has_normal) { convex_add_start(search, cache->normal); }
-    if (convex_normalize(plii_dvec3_sub(plii_dvec3_from(search->a->centre), plii_dvec3_from(search->b->centre)),
-                         &between)) {
+    if (plii_dvec3_unit(plii_dvec3_sub(plii_dvec3_from(search->a->centre), plii_dvec3_from(search->b->centre)),
+                        &between)) {
         convex_add_start(search, between);
     }
     convex_add_simplex(search, gjk->simplex, gjk->simplex_count);
@@ -133,7 +125,7 @@ static void convex_descend(convex_search* search, convex_axis axis) {
         plii_gjk_run(&query, &start, &gjk);
         search->support_calls += gjk.support_calls;
         pli_vec3 normal;
-        if (gjk.relation != PLII_CONVEX_SEPARATED || !convex_normalize(gjk.normal, &normal)) { break; }
+        if (gjk.relation != PLII_CONVEX_SEPARATED || !plii_dvec3_unit(gjk.normal, &normal)) { break; }
         convex_axis next = axis;
         const pli_vec3 turn = pli_vec3_sub(normal, axis.normal);
         const bool is_turned = pli_vec3_length_squared(turn) > CONVEX_TURN * CONVEX_TURN;
@@ -158,8 +150,7 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
     search->support_calls += found.support_calls;
     pli_vec3 normal;
     convex_axis axis;
-    return is_found && convex_normalize(plii_dvec3_from(found.normal), &normal) &&
-           convex_measure(search, normal, &axis);
+    return is_found && plii_dvec3_unit(plii_dvec3_from(found.normal), &normal) && convex_measure(search, normal, &axis);
 }
 
 /* Along a known axis, or that between the centres when it is shorter. False when the known one has become too
@@ -169,7 +160,7 @@ static bool convex_search_cached_axis(convex_search* search, const plii_convex_c
     pli_vec3 normal;
     if (!convex_measure(search, cache->normal, &known)) { return false; }
     search->start_count = 1;
-    const bool has_centres = convex_normalize(
+    const bool has_centres = plii_dvec3_unit(
         plii_dvec3_sub(plii_dvec3_from(search->a->centre), plii_dvec3_from(search->b->centre)), &normal);
     const bool is_good =
         !has_centres || (convex_measure(search, normal, &between) && known.depth <= CONVEX_FOLLOWED * between.depth);

@@ -379,8 +379,7 @@ static pli_status hull_write(const hull_work* work, plii_convex_hull* hull) {
     }
     if (!PLII_ALLOCATE(work->context, &hull->triangles, count)) { return PLI_ERROR_OUT_OF_MEMORY; }
     hull->triangle_count = 0;
-    for (int i = 0; i < work->face_count; ++i) {
-        const hull_face* face = &work->faces[i];
+    for (PLII_EACH(const hull_face, face, work->faces, work->face_count)) {
         if (face->is_alive) { memcpy(hull->triangles[hull->triangle_count++], face->corners, sizeof face->corners); }
     }
     return PLI_OK;

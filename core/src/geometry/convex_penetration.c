@@ -32,10 +32,8 @@ static void penetration_support(const void* object, const ccd_vec3_t* direction,
     }
     ++search->support_calls;
     const plii_dvec3 d = plii_dvec3_make(direction->v[0], direction->v[1], direction->v[2]);
-    const double length = plii_dvec3_length(d);
-    const bool has_direction = length > 0.0 && isfinite(length);
-    const pli_vec3 unit =
-        has_direction ? plii_dvec3_to_float(plii_dvec3_scale(d, 1.0 / length)) : pli_vec3_make(1, 0, 0);
+    pli_vec3 unit = pli_vec3_make(1, 0, 0);
+    (void)plii_dvec3_unit(d, &unit);
     const pli_vec3 p = set->convex->support(set->convex->user, unit);
     if (!plii_vec3_is_finite(p)) {
         search->max_support_calls = search->support_calls; /* ends it like a spent budget */

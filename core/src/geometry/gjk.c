@@ -176,9 +176,9 @@ static bool gjk_may_call(const gjk_state* state) {
 static pli_vec3 gjk_first_direction(const plii_gjk_query* query) {
     const plii_dvec3 between = plii_dvec3_add(
         plii_dvec3_sub(plii_dvec3_from(query->a->centre), plii_dvec3_from(query->b->centre)), query->offset);
-    const double length = plii_dvec3_length(between);
-    if (!(length > 0.0) || !isfinite(length)) { return pli_vec3_make(1, 0, 0); }
-    return plii_dvec3_to_float(plii_dvec3_scale(between, 1.0 / length));
+    pli_vec3 unit = pli_vec3_make(1, 0, 0);
+    (void)plii_dvec3_unit(between, &unit);
+    return unit;
 }
 
 /* Fills the simplex with what the last query knew, or with the point towards the other centre. */

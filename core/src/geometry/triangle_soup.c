@@ -67,18 +67,9 @@ static void soup_add_once(plii_soup* soup, soup_entry* entries, int entry_count)
     }
 }
 
-static bool soup_build_tree(plii_soup* soup) {
-    if (soup->count == 0) { return true; }
-    const size_t size = (size_t)soup->count * sizeof(pli_bounds);
-    pli_bounds* boxes = plii_allocate(soup->context, size);
-    if (boxes == NULL) { return false; }
-    for (int i = 0; i < soup->count; ++i) {
-        const pli_vec3* c = soup->triangles[i].corners;
-        boxes[i] = plii_bounds_of_triangle(c[0], c[1], c[2]);
-    }
-    const bool is_built = plii_bvh_build(soup->context, &soup->tree, soup->count, boxes);
-    plii_release(soup->context, boxes, size);
-    return is_built;
+static pli_bounds soup_box(int triangle, const void* user) {
+    const pli_vec3* c = ((const plii_soup*)user)->triangles[triangle].corners;
+    return plii_bounds_of_triangle(c[0], c[1], c[2]);
 }
 
 bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count, const int* triangles, pli_vec3 origin,
@@ -88,7 +79,7 @@ bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count
     bool is_built = entries != NULL && PLII_RESERVE(soup->context, &soup->triangles, &soup->capacity, triangle_count);
     if (is_built) {
         soup_add_once(soup, entries, soup_collect(entries, points, triangle_count, triangles, origin, scale));
-        is_built = soup_build_tree(soup);
+        is_built = plii_bvh_build_from(soup->context, &soup->tree, soup->count, soup_box, soup);
     }
     plii_release(soup->context, entries, size);
     return is_built;

@@ -4,6 +4,8 @@
 
 #include "pliant/math.h"
 
+#include <stdbool.h>
+
 typedef struct plii_dvec3 {
     double x, y, z;
 } plii_dvec3;
@@ -43,6 +45,13 @@ static inline plii_dvec3 plii_dvec3_rotate(const pli_mat3* m, plii_dvec3 v) {
 }
 static inline double plii_dvec3_length(plii_dvec3 a) {
     return sqrt(plii_dvec3_dot(a, a));
+}
+/* False for what has no direction. */
+static inline bool plii_dvec3_unit(plii_dvec3 v, pli_vec3* unit) {
+    const double length = plii_dvec3_length(v);
+    if (!(length > 0.0) || !isfinite(length)) { return false; }
+    *unit = plii_dvec3_to_float(plii_dvec3_scale(v, 1.0 / length));
+    return true;
 }
 /* A unit vector across another one. */
 static inline plii_dvec3 plii_dvec3_perpendicular(plii_dvec3 unit) {

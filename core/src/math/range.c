@@ -49,6 +49,13 @@ pli_status plii_check_finite_points(pli_context* context, int count, const pli_v
     return PLI_OK;
 }
 
+pli_status plii_check_index(pli_context* context, int index, int count, const char* what, const char* owner,
+                            const char* function) {
+    if (index >= 0 && index < count) { return PLI_OK; }
+    return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function, "%s %d is out of range, the %s has %d %ss", what,
+                     index, owner, count, what);
+}
+
 pli_status plii_check_mass(pli_context* context, float mass, const char* name, const char* function) {
     if (mass == 0.0f) { return PLI_OK; }
     return plii_check_between(context, mass, PLI_MIN_MASS, PLI_MAX_MASS, name, function);

@@ -4,7 +4,6 @@
    float would be 1e-7 over the relative gap of the singular values. */
 
 #include "math/rotation_fit.h"
-#include "math/simd_float4.h"
 
 #include <string.h>
 
@@ -120,140 +119,62 @@ pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion) {
    its eigenvalues, which is hardly less, as the others are at most 1.5. */
 #define FOLLOW_LEAST_DETERMINANT 0.05f
 
-enum { LANES = PLII_ROTATION_LANES };
-
-typedef struct follow_quat {
-    plii_float4 w;
-    plii_vec3x4 v;
-} follow_quat;
-
-typedef struct follow_mat3 {
-    plii_vec3x4 rows[3];
-} follow_mat3;
-
-static plii_float4 follow_squared(follow_quat q) {
-    return q.w * q.w + plii_vec3x4_dot(q.v, q.v);
-}
-
-static follow_quat follow_normalize(follow_quat q) {
-    const plii_float4 scale = 1.0f / plii_float4_sqrt(follow_squared(q));
-    return (follow_quat){q.w * scale, plii_vec3x4_scale(q.v, scale)};
+static pli_quat follow_normalize(pli_quat q) {
+    const float scale = 1.0f / sqrtf(q.w * q.w + (q.x * q.x + q.y * q.y + q.z * q.z));
+    return (pli_quat){q.x * scale, q.y * scale, q.z * scale, q.w * scale};
 }
 
 /* A unit quaternion turned by the vector w, but for the third order of its length. */
-static follow_quat follow_rotate(follow_quat q, plii_vec3x4 w) {
-    const plii_vec3x4 half = plii_vec3x4_scale(w, plii_float4_all(0.5f));
-    const plii_vec3x4 moved =
-        plii_vec3x4_add(plii_vec3x4_add(q.v, plii_vec3x4_scale(half, q.w)), plii_vec3x4_cross(q.v, half));
-    return follow_normalize((follow_quat){q.w - plii_vec3x4_dot(q.v, half), moved});
+static pli_quat follow_rotate(pli_quat q, pli_vec3 w) {
+    const pli_vec3 v = {q.x, q.y, q.z}, half = pli_vec3_scale(w, 0.5f);
+    const pli_vec3 moved = pli_vec3_add(pli_vec3_add(v, pli_vec3_scale(half, q.w)), pli_vec3_cross(v, half));
+    return follow_normalize((pli_quat){moved.x, moved.y, moved.z, q.w - pli_vec3_dot(v, half)});
 }
 
-/* `two` is 2 over the square of its length, which hardly differs from 1. */
-static follow_mat3 follow_matrix(follow_quat q, plii_float4 two) {
-    const plii_float4 x = q.v.x, y = q.v.y, z = q.v.z, x2 = x * two, y2 = y * two, z2 = z * two;
-    const plii_float4 xx = x * x2, yy = y * y2, zz = z * z2, xy = x * y2, xz = x * z2, yz = y * z2;
-    const plii_float4 wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
-    return (follow_mat3){{{1.0f - (yy + zz), xy - wz, xz + wy},
-                          {xy + wz, 1.0f - (xx + zz), yz - wx},
-                          {xz - wy, yz + wx, 1.0f - (xx + yy)}}};
-}
-
-/* A row of transpose(r) a. */
-static plii_vec3x4 follow_row(plii_float4 r0, plii_float4 r1, plii_float4 r2, const follow_mat3* a) {
-    return plii_vec3x4_add(plii_vec3x4_add(plii_vec3x4_scale(a->rows[0], r0), plii_vec3x4_scale(a->rows[1], r1)),
-                           plii_vec3x4_scale(a->rows[2], r2));
+/* Of a quaternion whose length hardly differs from 1. */
+static pli_mat3 follow_matrix(pli_quat q) {
+    const float x2 = q.x * 2.0f, y2 = q.y * 2.0f, z2 = q.z * 2.0f;
+    const float xx = q.x * x2, yy = q.y * y2, zz = q.z * z2, xy = q.x * y2, xz = q.x * z2, yz = q.y * z2;
+    const float wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
+    return (pli_mat3){{{1.0f - (yy + zz), xy - wz, xz + wy},
+                       {xy + wz, 1.0f - (xx + zz), yz - wx},
+                       {xz - wy, yz + wx, 1.0f - (xx + yy)}}};
 }
 
 /* The rotation vector of a step; `is_sound` where it is one to a maximum. */
-static plii_vec3x4 follow_step(const follow_mat3* r, const follow_mat3* a, plii_mask4* is_sound) {
-    const plii_vec3x4 s0 = follow_row(r->rows[0].x, r->rows[1].x, r->rows[2].x, a);
-    const plii_vec3x4 s1 = follow_row(r->rows[0].y, r->rows[1].y, r->rows[2].y, a);
-    const plii_vec3x4 s2 = follow_row(r->rows[0].z, r->rows[1].z, r->rows[2].z, a);
-    const plii_vec3x4 axial = {s2.y - s1.z, s0.z - s2.x, s1.x - s0.y};
-    const plii_float4 xx = s1.y + s2.z, yy = s0.x + s2.z, zz = s0.x + s1.y;
-    const plii_float4 xy = -0.5f * (s0.y + s1.x), xz = -0.5f * (s0.z + s2.x), yz = -0.5f * (s1.z + s2.y);
-    const plii_vec3x4 rows[3] = {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
-    const plii_vec3x4 cofactors[3] = {plii_vec3x4_cross(rows[1], rows[2]), plii_vec3x4_cross(rows[2], rows[0]),
-                                      plii_vec3x4_cross(rows[0], rows[1])};
-    const plii_float4 determinant = plii_vec3x4_dot(rows[0], cofactors[0]);
-    *is_sound = (xx > 0.0f) & ((cofactors[2].z > 0.0f) & (determinant > FOLLOW_LEAST_DETERMINANT));
-    const plii_vec3x4 sum = {plii_vec3x4_dot(cofactors[0], axial), plii_vec3x4_dot(cofactors[1], axial),
-                             plii_vec3x4_dot(cofactors[2], axial)};
-    return plii_vec3x4_scale(sum, 1.0f / determinant);
+static pli_vec3 follow_step(pli_mat3 r, pli_mat3 a, bool* is_sound) {
+    const pli_mat3 s = pli_mat3_mul(pli_mat3_transpose(r), a);
+    const pli_vec3 s0 = s.rows[0], s1 = s.rows[1], s2 = s.rows[2];
+    const pli_vec3 axial = {s2.y - s1.z, s0.z - s2.x, s1.x - s0.y};
+    const float xx = s1.y + s2.z, yy = s0.x + s2.z, zz = s0.x + s1.y;
+    const float xy = -0.5f * (s0.y + s1.x), xz = -0.5f * (s0.z + s2.x), yz = -0.5f * (s1.z + s2.y);
+    const pli_vec3 rows[3] = {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
+    const pli_mat3 cofactors = {
+        {pli_vec3_cross(rows[1], rows[2]), pli_vec3_cross(rows[2], rows[0]), pli_vec3_cross(rows[0], rows[1])}};
+    const float determinant = pli_vec3_dot(rows[0], cofactors.rows[0]);
+    *is_sound = xx > 0.0f && cofactors.rows[2].z > 0.0f && determinant > FOLLOW_LEAST_DETERMINANT;
+    return pli_vec3_scale(pli_mat3_mul_vec3(cofactors, axial), 1.0f / determinant);
 }
 
-/* Of norm 1. */
-static follow_mat3 follow_load(const pli_mat3 matrices[LANES]) {
-    follow_mat3 loaded;
-    plii_float4 squared = plii_float4_all(0.0f);
+pli_mat3 plii_rotation_fit_warm(const pli_mat3* matrix, pli_quat* quaternion) {
+    float squared = 0.0f;
     for (int k = 0; k < 3; ++k) {
-        plii_float4 rows[LANES];
-        for (int i = 0; i < LANES; ++i) {
-            rows[i] = plii_lanes_from_vec3(&matrices[i].rows[k]);
-        }
-        plii_float4_transpose(rows);
-        loaded.rows[k] = (plii_vec3x4){rows[0], rows[1], rows[2]};
-        squared += plii_vec3x4_dot(loaded.rows[k], loaded.rows[k]);
+        squared += pli_vec3_length_squared(matrix->rows[k]);
     }
-    const plii_float4 scale = 1.0f / plii_float4_sqrt(squared);
+    const float scale = 1.0f / sqrtf(squared);
+    pli_mat3 a; /* of norm 1 */
     for (int k = 0; k < 3; ++k) {
-        loaded.rows[k] = plii_vec3x4_scale(loaded.rows[k], scale);
+        a.rows[k] = pli_vec3_scale(matrix->rows[k], scale);
     }
-    return loaded;
-}
-
-/* Newton's method on four; returns the bits of those that were found. */
-static int follow_block(const pli_mat3 matrices[LANES], pli_quat quaternions[LANES], pli_mat3 rotations[LANES]) {
-    const follow_mat3 a = follow_load(matrices);
-    plii_float4 records[LANES];
-    memcpy(records, quaternions, sizeof records);
-    plii_float4_transpose(records);
-    follow_quat q = follow_normalize((follow_quat){records[3], {records[0], records[1], records[2]}});
-    plii_mask4 is_found = {0};
-    for (int step = 0; step < FOLLOW_MOST_STEPS && plii_lanes_bits(is_found) != (1 << LANES) - 1; ++step) {
-        const follow_mat3 r = follow_matrix(q, plii_float4_all(2.0f));
-        plii_mask4 is_sound;
-        const plii_vec3x4 rotation = follow_step(&r, &a, &is_sound);
-        /* A lane that is done stays as it is, whatever its neighbours need. */
-        const follow_quat next = follow_rotate(q, rotation);
-        q = (follow_quat){plii_lanes_select(is_found, q.w, next.w), plii_vec3x4_select(is_found, q.v, next.v)};
-        const plii_mask4 is_small = plii_vec3x4_dot(rotation, rotation) < FOLLOW_LAST_STEP * FOLLOW_LAST_STEP;
-        is_found |= (is_sound & is_small);
-    }
-    const follow_mat3 found = follow_matrix(q, 2.0f / follow_squared(q));
-    pli_vec3 rows[LANES];
-    for (int k = 0; k < 3; ++k) {
-        plii_vec3x4_to(rows, found.rows[k]);
-        for (int i = 0; i < LANES; ++i) {
-            rotations[i].rows[k] = rows[i];
+    pli_quat q = follow_normalize(*quaternion);
+    for (int step = 0; step < FOLLOW_MOST_STEPS; ++step) {
+        bool is_sound;
+        const pli_vec3 rotation = follow_step(follow_matrix(q), a, &is_sound);
+        q = follow_rotate(q, rotation);
+        if (is_sound && pli_vec3_length_squared(rotation) < FOLLOW_LAST_STEP * FOLLOW_LAST_STEP) {
+            *quaternion = q;
+            return pli_mat3_from_quat(q);
         }
     }
-    records[0] = q.v.x;
-    records[1] = q.v.y;
-    records[2] = q.v.z;
-    records[3] = q.w;
-    plii_float4_transpose(records);
-    memcpy(quaternions, records, sizeof records);
-    return plii_lanes_bits(is_found);
-}
-
-void plii_rotation_fit_warm(int count, const pli_mat3* matrices, pli_quat* quaternions, pli_mat3* rotations) {
-    for (int begin = 0; begin < count; begin += LANES) {
-        pli_mat3 sources[LANES], fits[LANES];
-        pli_quat turns[LANES];
-        for (int i = 0; i < LANES; ++i) {
-            const int item = begin + i < count ? begin + i : begin; /* surplus lanes repeat the first */
-            sources[i] = matrices[item];
-            turns[i] = quaternions[item];
-        }
-        const int found = follow_block(sources, turns, fits);
-        for (int i = 0; i < LANES && begin + i < count; ++i) {
-            if ((found >> i & 1) != 0) {
-                quaternions[begin + i] = turns[i];
-                rotations[begin + i] = fits[i];
-            } else {
-                rotations[begin + i] = plii_rotation_fit(&matrices[begin + i], &quaternions[begin + i]);
-            }
-        }
-    }
+    return plii_rotation_fit(matrix, quaternion);
 }

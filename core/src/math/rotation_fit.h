@@ -8,9 +8,6 @@
    the last step; any length, identity when useless. Replaced by the result, unit, on the start's side. */
 pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion);
 
-enum { PLII_ROTATION_LANES = 4 }; /* matrices are worked on in blocks of this many */
-
-/* plii_rotation_fit for starts that are near the result, such as that of the last step, in float: right to 3e-6 rad.
-   What turns out not to be near, or has no one nearest rotation, is left to plii_rotation_fit. A result depends only on
-   its own matrix and start. */
-void plii_rotation_fit_warm(int count, const pli_mat3* matrices, pli_quat* quaternions, pli_mat3* rotations);
+/* plii_rotation_fit for a start that is near the result, such as that of the last step, in float: right to 3e-6 rad.
+   What turns out not to be near, or has no one nearest rotation, is left to plii_rotation_fit. */
+pli_mat3 plii_rotation_fit_warm(const pli_mat3* matrix, pli_quat* quaternion);

@@ -215,47 +215,6 @@ PLII_SIMD_INLINE bool plii_lanes_xyz_finite(plii_float4 a) {
     return (plii_lanes_bits(plii_lanes_finite(a)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
-/* A matrix by columns; w of each is what its user puts there. */
-typedef struct plii_lanes_mat3 {
-    plii_float4 columns[3];
-} plii_lanes_mat3;
-
-PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_from_mat3(const pli_mat3* m) {
-    plii_float4 rows[4] = {plii_lanes_from_vec3(&m->rows[0]), plii_lanes_from_vec3(&m->rows[1]),
-                           plii_lanes_from_vec3(&m->rows[2]), plii_float4_all(0.0f)};
-    plii_float4_transpose(rows);
-    return (plii_lanes_mat3){{rows[0], rows[1], rows[2]}};
-}
-
-typedef struct plii_lanes_bounds {
-    plii_float4 low, high;
-} plii_lanes_bounds;
-
-/* One axis: rows times its range, 0 where they do not see the axis, whose infinity must not come in. */
-PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_add_axis(plii_lanes_bounds sum, plii_float4 weights, float min,
-                                                              float max) {
-    const plii_float4 zero = plii_float4_all(0.0f);
-    const plii_float4 at_min = weights * min, at_max = weights * max;
-    const plii_mask4 is_blind = (weights <= zero) & (zero <= weights);
-    const plii_float4 least = plii_lanes_select(weights > zero, at_min, at_max);
-    const plii_float4 most = plii_lanes_select(weights > zero, at_max, at_min);
-    return (plii_lanes_bounds){sum.low + plii_lanes_select(is_blind, zero, least),
-                               sum.high + plii_lanes_select(is_blind, zero, most)};
-}
-
-/* plii_bounds_transform */
-PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_transform(const pli_bounds* local, const plii_lanes_mat3* rotation,
-                                                               plii_float4 origin) {
-    plii_lanes_bounds sum = {origin, origin};
-    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[0], local->min.x, local->max.x);
-    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[1], local->min.y, local->max.y);
-    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[2], local->min.z, local->max.z);
-    /* Where infinities met there is no number. */
-    const plii_float4 least = plii_float4_all(-INFINITY), most = plii_float4_all(INFINITY);
-    return (plii_lanes_bounds){plii_lanes_select(sum.low <= sum.low, sum.low, least),
-                               plii_lanes_select(sum.high <= sum.high, sum.high, most)};
-}
-
 /* Vectors of four nodes by components. */
 typedef struct plii_vec3x4 {
     plii_float4 x, y, z;

@@ -22,6 +22,10 @@ static inline void plii_set_xyz(pli_vec4* target, pli_vec3 v) {
     target->z = v.z;
 }
 
+static inline void plii_add_xyz(pli_vec4* target, pli_vec3 v) {
+    plii_set_xyz(target, pli_vec3_add(plii_xyz(*target), v));
+}
+
 static inline bool plii_is_finite(float value) {
     return isfinite(value) != 0;
 }
@@ -45,6 +49,12 @@ static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
     const float length_squared = pli_vec3_length_squared(a);
     if (length_squared >= PLII_EPSILON * PLII_EPSILON) { return plii_vec3_divide(a, sqrtf(length_squared)); }
     return pli_vec3_make(1, 0, 0);
+}
+
+/* A point in the frame of a pose, rounded as btTransform::inverse() times the point. */
+static inline pli_vec3 plii_localize(pli_transform pose, pli_vec3 point) {
+    return pli_vec3_add(pli_mat3_transpose_mul_vec3(pose.rotation, point),
+                        pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
 }
 
 static inline float plii_min(float a, float b) {
@@ -72,6 +82,18 @@ static inline pli_vec3 plii_vec3_min(pli_vec3 a, pli_vec3 b) {
 }
 static inline pli_vec3 plii_vec3_max(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_max(a.x, b.x), plii_max(a.y, b.y), plii_max(a.z, b.z));
+}
+
+/* The first of those that lie farthest along a direction; there is one point at least. */
+static inline pli_vec3 plii_vec3_farthest(int count, const pli_vec3* points, pli_vec3 direction) {
+    int farthest = 0;
+    float most = pli_vec3_dot(points[0], direction);
+    for (int i = 1; i < count; ++i) {
+        const float along = pli_vec3_dot(points[i], direction);
+        farthest = along > most ? i : farthest;
+        most = along > most ? along : most;
+    }
+    return points[farthest];
 }
 
 /* By x, then y, then z: < 0, 0 or > 0. */

@@ -17,15 +17,11 @@ pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
 }
 
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function) {
-    if (node >= 0 && node < mesh->node_count) { return PLI_OK; }
-    return plii_fail(mesh->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "node %d is out of range, the mesh has %d nodes", node, mesh->node_count);
+    return plii_check_index(mesh->context, node, mesh->node_count, "node", "mesh", function);
 }
 
 pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function) {
-    if (material >= 0 && material < mesh->material_count) { return PLI_OK; }
-    return plii_fail(mesh->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "material %d is out of range, the mesh has %d materials", material, mesh->material_count);
+    return plii_check_index(mesh->context, material, mesh->material_count, "material", "mesh", function);
 }
 
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass) {
@@ -179,21 +175,16 @@ static bool mesh_reserve_array(pli_context* context, void** data, int* capacity,
     if (more == 0) { return true; }
     return more <= INT_MAX - count && plii_reserve(context, data, capacity, count + more, size);
 }
-#define MESH_RESERVE(mesh, element, more)                                                                              \
-    mesh_reserve_array((mesh)->context, (void**)&(mesh)->element##s, &(mesh)->element##_capacity,                      \
-                       (mesh)->element##_count, more, sizeof *(mesh)->element##s)
-
-static bool mesh_reserve_nodes(pli_mesh* mesh, int more) {
-    const int count = mesh->node_count;
-    return mesh_reserve_array(mesh->context, (void**)&mesh->positions, &mesh->node_capacity, count, more,
-                              sizeof *mesh->positions) &&
-           mesh_reserve_array(mesh->context, (void**)&mesh->inverse_masses, &mesh->mass_capacity, count, more,
-                              sizeof *mesh->inverse_masses);
-}
+#define MESH_RESERVE(mesh, field, count, capacity, more)                                                               \
+    mesh_reserve_array((mesh)->context, (void**)&(mesh)->field, &(mesh)->capacity, (mesh)->count, more,                \
+                       sizeof *(mesh)->field)
 
 bool plii_mesh_reserve(pli_mesh* mesh, int nodes, int links, int faces, int tetras) {
-    return mesh_reserve_nodes(mesh, nodes) && MESH_RESERVE(mesh, link, links) && MESH_RESERVE(mesh, face, faces) &&
-           MESH_RESERVE(mesh, tetra, tetras);
+    return MESH_RESERVE(mesh, positions, node_count, node_capacity, nodes) &&
+           MESH_RESERVE(mesh, inverse_masses, node_count, mass_capacity, nodes) &&
+           MESH_RESERVE(mesh, links, link_count, link_capacity, links) &&
+           MESH_RESERVE(mesh, faces, face_count, face_capacity, faces) &&
+           MESH_RESERVE(mesh, tetras, tetra_count, tetra_capacity, tetras);
 }
 
 void plii_mesh_push_node(pli_mesh* mesh, pli_vec3 position, float inverse_mass) {
@@ -255,7 +246,7 @@ pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, i
     PLII_TRY(plii_check_vec3_within(mesh->context, position, PLI_MAX_COORDINATE, "the position", __func__));
     float inverse_mass = 0.0f;
     PLII_TRY(plii_mesh_invert_mass(mesh, mass, __func__, &inverse_mass));
-    if (!mesh_reserve_nodes(mesh, 1)) { return mesh_out_of_memory(mesh, __func__, "nodes", mesh->node_count); }
+    if (!plii_mesh_reserve(mesh, 1, 0, 0, 0)) { return mesh_out_of_memory(mesh, __func__, "nodes", mesh->node_count); }
     if (index != NULL) { *index = mesh->node_count; }
     plii_mesh_push_node(mesh, position, inverse_mass);
     return PLI_OK;

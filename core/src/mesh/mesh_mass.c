@@ -90,19 +90,10 @@ static void mass_gather_tetras(const pli_mesh* mesh, float* sums, float* ranks) 
     }
 }
 
-/* Masses in proportion to sum / rank over the nodes that are not pinned. Nodes with a zero sum get mass / count. */
-static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* gather, const char* what,
-                                  const char* function) {
-    plii_scratch scratch = {.context = mesh->context};
-    float* weights = PLII_TAKE(&scratch, float, mesh->node_count);
-    float* ranks = PLII_TAKE(&scratch, float, mesh->node_count);
-    pli_status status = PLI_OK;
-    if (scratch.is_short) {
-        status = plii_fail(mesh->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the weights of %d nodes",
-                           mesh->node_count);
-        goto finish;
-    }
-    gather(mesh, weights, ranks);
+/* Masses in proportion to weights, which are sums here, over ranks, for the nodes that are not pinned. Nodes with a
+   zero sum get mass / count. */
+static pli_status mass_share_out(pli_mesh* mesh, float mass, float* weights, const float* ranks, const char* what,
+                                 const char* function) {
     int free_count = 0, measured_count = 0;
     for (int i = 0; i < mesh->node_count; ++i) {
         const bool is_free = mesh->inverse_masses[i] > 0.0f;
@@ -113,26 +104,36 @@ static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* ga
         weights[i] = is_measured ? weight : 0.0f;
     }
     if (measured_count == 0) {
-        status = plii_fail(mesh->context, PLI_ERROR_INVALID_MESH, function,
-                           "none of the nodes that are not pinned belongs to a %s", what);
-        goto finish;
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_MESH, function,
+                         "none of the nodes that are not pinned belongs to a %s", what);
     }
     const float rest = (float)free_count / mass;
     if (measured_count < free_count && !plii_is_inverse_mass(rest)) {
-        status = plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                           "nodes without a %s would get the inverse mass %g for a total of %g, masses go from %g to "
-                           "%g",
-                           what, (double)rest, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
-        goto finish;
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                         "nodes without a %s would get the inverse mass %g for a total of %g, masses go from %g to %g",
+                         what, (double)rest, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
     }
     float shared = mass;
     if (measured_count < free_count) { shared = mass * ((float)measured_count / (float)free_count); }
-    status = mass_normalize(mesh, weights, shared, function);
-    if (status != PLI_OK) { goto finish; }
+    PLII_TRY(mass_normalize(mesh, weights, shared, function));
     for (int i = 0; i < mesh->node_count; ++i) {
         if (mesh->inverse_masses[i] > 0.0f) { mesh->inverse_masses[i] = weights[i] > 0.0f ? weights[i] : rest; }
     }
-finish:
+    return PLI_OK;
+}
+
+static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* gather, const char* what,
+                                  const char* function) {
+    plii_scratch scratch = {.context = mesh->context};
+    float* weights = PLII_TAKE(&scratch, float, mesh->node_count);
+    float* ranks = PLII_TAKE(&scratch, float, mesh->node_count);
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (scratch.is_short) {
+        plii_fail(mesh->context, status, function, "no memory for the weights of %d nodes", mesh->node_count);
+    } else {
+        gather(mesh, weights, ranks);
+        status = mass_share_out(mesh, mass, weights, ranks, what, function);
+    }
     plii_scratch_free(&scratch);
     return status;
 }

@@ -28,7 +28,5 @@ void plii_self_carry_rest(const pli_body* body, const plii_topology_change* chan
         const pli_vec3 a = rest[origin->a], b = rest[origin->b];
         rest[i] = pli_vec3_add(a, pli_vec3_scale(pli_vec3_sub(b, a), origin->share));
     }
-    for (int i = 0; change->takes_rest_shape && i < change->node_count; ++i) {
-        rest[i] = plii_xyz(body->positions[i]);
-    }
+    if (change->takes_rest_shape) { plii_body_copy_positions(body, rest); }
 }

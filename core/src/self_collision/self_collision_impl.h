@@ -36,8 +36,7 @@ static inline pli_vec3 plii_self_motion_from(const plii_self_nodes* nodes, const
 }
 pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from);
 static inline void plii_self_move(const plii_self_nodes* nodes, int node, pli_vec3 direction, float length) {
-    pli_vec4* offset = &nodes->offsets[node];
-    plii_set_xyz(offset, pli_vec3_add(plii_xyz(*offset), pli_vec3_scale(direction, length)));
+    plii_add_xyz(&nodes->offsets[node], pli_vec3_scale(direction, length));
 }
 
 /* As the solvers without substeps see it. */

@@ -12,6 +12,8 @@
 #include "math/definition.h"
 #include "self_collision/self_faces_impl.h"
 
+#include <string.h>
+
 /* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
 #define SELF_FACES_SUBSTEP_ROOM 0.1f
 
@@ -21,9 +23,7 @@ static plii_self_nodes self_faces_nodes(pli_body* body, const plii_self_faces_st
 
 static void self_faces_run_prepare(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->starts[i] = body->previous[i];
-    }
+    memcpy(state->starts, body->previous, (size_t)body->node_count * sizeof *state->starts);
     const plii_self_nodes nodes = self_faces_nodes(body, state);
     plii_self_faces_begin(body, state);
     plii_self_faces_restart(body, state, &nodes, state->travel);
@@ -39,14 +39,11 @@ static void self_faces_run_finish(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     const plii_self_nodes nodes = self_faces_nodes(body, state);
-    for (int i = 0; i < body->node_count; ++i) {
-        state->was[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->was);
     plii_self_faces_finish(body, state, &nodes);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
-        plii_set_xyz(&body->velocities[i],
-                     pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(change, body->step.inverse_dt)));
+        plii_add_xyz(&body->velocities[i], pli_vec3_scale(change, body->step.inverse_dt));
     }
 }
 
@@ -66,9 +63,7 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
 
 static pli_status self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->rest[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->rest);
     plii_self_faces_find_edges(body, state);
     return PLI_OK;
 }
@@ -104,32 +99,26 @@ const plii_feature_class plii_self_faces_class = {
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
-    .substepped =
-        &(const plii_substep_class){
-            .order = SELF_FACES_SUBSTEP_ORDER,
-            .klass = &plii_self_faces_class,
-            .begin = plii_self_faces_begin,
-            .restart = self_faces_restart_substep,
-            .sweep = self_faces_sweep,
-        },
-    .arrays = PLII_ARRAYS({PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true,
-                           .snapshot = PLII_FILED, .fields = "3f"},
-                          {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
-                          {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
-                          {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
-                          {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
-                          {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, PLII_SAVED_AS("3f")},
-                          PLII_BVH_LISTS(plii_self_faces_state, tree),
-                          {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
-                          {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity),
-                           PLII_COUNTED_BY(plii_self_faces_state, pair_count), PLII_SAVED_AS("4nB10f")},
-                          {PLII_LIST_OF(plii_self_faces_state, due, due_capacity),
-                           PLII_COUNTED_BY(plii_self_faces_state, pair_count), PLII_SAVED_AS("f")},
-                          {PLII_LIST_OF(plii_self_faces_state, active, active_capacity),
-                           PLII_COUNTED_BY(plii_self_faces_state, active_count), .snapshot = PLII_LEFT}),
+    .substepped = &(const plii_substep_class){.order = SELF_FACES_SUBSTEP_ORDER,
+                                              .begin = plii_self_faces_begin,
+                                              .restart = self_faces_restart_substep,
+                                              .sweep = self_faces_sweep},
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
+         .fields = "3f"},
+        {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
+        {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
+        {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
+        {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
+        {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, PLII_SAVED_AS("3f")},
+        PLII_BVH_LISTS(plii_self_faces_state, tree),
+        {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
+        {PLII_COUNTED_LIST(plii_self_faces_state, pairs, pair_capacity, pair_count), PLII_SAVED_AS("4nB10f")},
+        {PLII_COUNTED_LIST(plii_self_faces_state, due, due_capacity, pair_count), PLII_SAVED_AS("f")},
+        {PLII_COUNTED_LIST(plii_self_faces_state, active, active_capacity, active_count), .snapshot = PLII_LEFT}),
     .enable = self_faces_enable,
     .disable = plii_self_faces_release_hits,
     .bytes = plii_self_faces_hit_bytes,
@@ -146,18 +135,14 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     PLII_TRY_DEF(body->context, pli_self_faces_def, &used, self_faces_fields, __func__);
     PLII_TRY(plii_check_faces(body, "faces are kept apart", __func__));
     plii_self_faces_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_faces_class, (void**)&state));
-    state->def = used;
+    PLII_TRY(plii_feature_enable_with(body, &plii_self_faces_class, &used, sizeof used, (void**)&state));
     state->reach = 0.0f;
     return PLI_OK;
 }
 
-pli_status pli_body_disable_self_faces(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_faces_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
-    const plii_self_faces_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_faces_class) : NULL;
+    const plii_self_faces_state* state = plii_feature_state_for(body, &plii_self_faces_class, __func__);
     return state != NULL ? state->report : (pli_self_faces_report){0};
 }

@@ -34,12 +34,12 @@ static void self_grids_part(pli_body* body, const self_grids_state* state, int a
     const float length = sqrtf(squared), share_a = x[a].w / weight, share_b = 1.0f - share_a;
     const pli_vec3 n = length > 1e-6f * distance ? plii_vec3_divide(apart, length) : plii_self_direction(a, b);
     const float move = length - 2.0f * state->def.separation * distance;
-    plii_set_xyz(&x[a], pli_vec3_add(plii_xyz(x[a]), pli_vec3_scale(n, move * share_a)));
-    plii_set_xyz(&x[b], pli_vec3_sub(plii_xyz(x[b]), pli_vec3_scale(n, move * share_b)));
+    plii_add_xyz(&x[a], pli_vec3_scale(n, move * share_a));
+    plii_add_xyz(&x[b], pli_vec3_scale(n, -move * share_b));
     const float approach = pli_vec3_dot(pli_vec3_sub(plii_xyz(v[b]), plii_xyz(v[a])), n);
     if (approach < 0.0f) {
-        plii_set_xyz(&v[a], pli_vec3_add(plii_xyz(v[a]), pli_vec3_scale(n, approach * share_a)));
-        plii_set_xyz(&v[b], pli_vec3_sub(plii_xyz(v[b]), pli_vec3_scale(n, approach * share_b)));
+        plii_add_xyz(&v[a], pli_vec3_scale(n, approach * share_a));
+        plii_add_xyz(&v[b], pli_vec3_scale(n, -approach * share_b));
     }
 }
 
@@ -77,9 +77,7 @@ static bool self_grids_solve(pli_body* body, self_grids_state* state, float shif
 
 static void self_grids_run(pli_body* body, void* data) {
     self_grids_state* state = data;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->positions[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->positions);
     state->report = (pli_self_grids_report){0};
     if (!self_grids_solve(body, state, 0.0f, NULL)) { return; }
     const plii_spatial_hash first = state->hash; /* its geometry; the tables are built anew */
@@ -115,18 +113,12 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
     PLII_TRY_DEF(body->context, pli_self_grids_def, &used, self_grids_fields, __func__);
-    self_grids_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_grids_class, (void**)&state));
-    state->def = used;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_self_grids_class, &used, sizeof used, NULL);
 }
 
-pli_status pli_body_disable_self_grids(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_grids_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_self_grids, plii_check_body_idle, plii_self_grids_class)
 
 pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {
-    const self_grids_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_grids_class) : NULL;
+    const self_grids_state* state = plii_feature_state_for(body, &plii_self_grids_class, __func__);
     return state != NULL ? state->report : (pli_self_grids_report){0};
 }

@@ -3,7 +3,6 @@
 
 #include "body/body_impl.h"
 #include "geometry/bvh.h"
-#include "math/bounds.h"
 #include "math/dvec3.h"
 #include "pliant/self_collision.h"
 
@@ -53,26 +52,14 @@ static void crossings_test(int other, void* user) {
 pli_status pli_body_count_crossings(const pli_body* body, int* count) {
     PLII_TRY(plii_check_body(body, __func__));
     if (count == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "count is null"); }
-    const plii_topology* topology = body->topology;
-    const size_t size = (size_t)topology->face_count * sizeof(pli_bounds);
-    if (size == 0) {
-        *count = 0;
-        return PLI_OK;
-    }
-    pli_bounds* boxes = plii_allocate(body->context, size);
+    const int face_count = body->topology->face_count;
     plii_bvh tree = {0};
-    for (int i = 0; boxes != NULL && i < topology->face_count; ++i) {
-        const int* face = topology->faces[i];
-        boxes[i] = plii_bounds_of_triangle(plii_xyz(body->positions[face[0]]), plii_xyz(body->positions[face[1]]),
-                                           plii_xyz(body->positions[face[2]]));
-    }
-    const bool has_memory = boxes != NULL && plii_bvh_build(body->context, &tree, topology->face_count, boxes);
+    const bool has_memory = plii_bvh_build_from(body->context, &tree, face_count, plii_body_face_box, body);
     crossings_search search = {body, 0, 0};
-    for (; has_memory && search.face < topology->face_count; ++search.face) {
-        plii_bvh_overlaps(&tree, boxes[search.face], crossings_test, &search);
+    for (; has_memory && search.face < face_count; ++search.face) {
+        plii_bvh_overlaps(&tree, plii_body_face_box(search.face, body), crossings_test, &search);
     }
     plii_bvh_free(body->context, &tree);
-    plii_release(body->context, boxes, size);
     if (!has_memory) { return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to look for crossings"); }
     *count = search.count;
     return PLI_OK;

@@ -228,8 +228,7 @@ static void self_nodes_find(self_nodes_search_task* task, int count) {
         return;
     }
     plii_run_blocks(body->context, blocks, count, self_nodes_find_block, task);
-    for (int b = 0; b < blocks.count; ++b) {
-        const plii_self_search_part* part = &state->parts[b];
+    for (PLII_EACH(const plii_self_search_part, part, state->parts, blocks.count)) {
         const int more = part->found.count;
         const bool has_memory = self_nodes_reserve(body->context, &state->found, more);
         state->is_truncated = state->is_truncated || part->is_truncated || !has_memory;
@@ -368,7 +367,7 @@ static void self_nodes_step_range(int begin, int end, void* data) {
     plii_self_node_pairs* state = paths->state;
     const pli_body* body = paths->body;
     for (int i = begin; i < end; ++i) {
-        plii_set_xyz(&state->searched[i], pli_vec3_add(plii_xyz(state->searched[i]), paths->shift));
+        plii_add_xyz(&state->searched[i], paths->shift);
         const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
         self_nodes_set_travel(state, i, motion, 1.0f, SELF_NODES_MARGIN_DECAY);
     }
@@ -491,8 +490,7 @@ void plii_self_node_pairs_start(plii_self_node_pairs* state) {
 /* Memory of searches on several threads. */
 
 void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
-    for (int i = 0; i < PLII_SELF_SEARCH_PARTS; ++i) {
-        plii_self_search_part* part = &state->parts[i];
+    for (PLII_EACH(plii_self_search_part, part, state->parts, PLII_SELF_SEARCH_PARTS)) {
         PLII_RELEASE(context, part->search.near.pairs, part->search.near.capacity);
         PLII_RELEASE(context, part->search.linked, state->part_node_count);
         PLII_RELEASE(context, part->found.items, part->found.capacity);
@@ -503,8 +501,7 @@ void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* st
 
 size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state) {
     size_t bytes = 0;
-    for (int i = 0; i < PLII_SELF_SEARCH_PARTS; ++i) {
-        const plii_self_search_part* part = &state->parts[i];
+    for (PLII_EACH(const plii_self_search_part, part, state->parts, PLII_SELF_SEARCH_PARTS)) {
         bytes += (size_t)part->search.near.capacity * sizeof *part->search.near.pairs +
                  (part->search.linked != NULL ? (size_t)state->part_node_count * sizeof *part->search.linked : 0) +
                  (size_t)part->found.capacity * sizeof *part->found.items;
@@ -516,8 +513,7 @@ bool plii_self_node_pairs_reserve(const pli_body* body, plii_self_node_pairs* st
     pli_context* context = body->context;
     if (state->part_node_count != body->node_count) { plii_self_node_pairs_release(context, state); }
     state->part_node_count = body->node_count;
-    for (int b = 0; b < blocks.count; ++b) {
-        plii_self_search_part* part = &state->parts[b];
+    for (PLII_EACH(plii_self_search_part, part, state->parts, blocks.count)) {
         const bool is_marked = part->search.linked != NULL;
         if ((!is_marked && !PLII_ALLOCATE(context, &part->search.linked, body->node_count)) ||
             !PLII_RESERVE(context, &part->search.near.pairs, &part->search.near.capacity, PLII_NODE_PAIRS_ROOM) ||

@@ -290,9 +290,7 @@ static void self_nodes_run_update(pli_body* body, void* data) {
 static pli_status self_nodes_enable(pli_body* body, void* data) {
     self_nodes_state* state = data;
     plii_self_node_pairs_start(&state->pairs);
-    for (int i = 0; i < body->node_count; ++i) {
-        state->pairs.rest[i] = plii_xyz(body->positions[i]);
-    }
+    plii_body_copy_positions(body, state->pairs.rest);
     return PLI_OK;
 }
 
@@ -353,30 +351,26 @@ const plii_feature_class plii_self_nodes_class = {
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
                [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, SELF_NODES_ORDER},
                [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
-    .substepped =
-        &(const plii_substep_class){
-            .order = SELF_NODES_SUBSTEP_ORDER,
-            .klass = &plii_self_nodes_class,
-            .begin = self_nodes_begin_substeps,
-            .restart = self_nodes_restart,
-            .sweep = self_nodes_sweep,
-            .finish = self_nodes_finish,
-        },
-    .arrays = PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true,
-                           .snapshot = PLII_FILED, .fields = "3f"},
-                          {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
-                          {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-                          {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-                          {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, PLII_SAVED_AS("B")},
-                          {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
-                           .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
-                          {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
-                          {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
-                           PLII_COUNTED_BY(self_nodes_state, pairs.found.count), PLII_SAVED_AS("2nf")},
-                          {PLII_LIST_OF(self_nodes_state, touching, touching_capacity),
-                           PLII_COUNTED_BY(self_nodes_state, touching_count), .snapshot = PLII_LEFT}),
+    .substepped = &(const plii_substep_class){.order = SELF_NODES_SUBSTEP_ORDER,
+                                              .begin = self_nodes_begin_substeps,
+                                              .restart = self_nodes_restart,
+                                              .sweep = self_nodes_sweep,
+                                              .finish = self_nodes_finish},
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
+         .fields = "3f"},
+        {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
+        {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+        {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+        {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, PLII_SAVED_AS("B")},
+        {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
+         .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
+        {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
+        {PLII_COUNTED_LIST(self_nodes_state, pairs.found.items, pairs.found.capacity, pairs.found.count),
+         PLII_SAVED_AS("2nf")},
+        {PLII_COUNTED_LIST(self_nodes_state, touching, touching_capacity, touching_count), .snapshot = PLII_LEFT}),
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,
     .bytes = self_nodes_bytes,
@@ -394,18 +388,12 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
     PLII_TRY_DEF(body->context, pli_self_collision_def, &used, self_nodes_fields, __func__);
-    self_nodes_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_nodes_class, (void**)&state));
-    state->def = used;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_self_nodes_class, &used, sizeof used, NULL);
 }
 
-pli_status pli_body_disable_self_collision(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_self_nodes_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
-    const self_nodes_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_nodes_class) : NULL;
+    const self_nodes_state* state = plii_feature_state_for(body, &plii_self_nodes_class, __func__);
     return state != NULL ? state->report : (pli_self_collision_report){0};
 }

@@ -78,16 +78,7 @@ static pli_bounds hull_bounds(const void* user) {
 
 static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
     const hull_data* hull = user;
-    int farthest = 0;
-    float best = pli_vec3_dot(hull->points[0], direction);
-    for (int i = 1; i < hull->point_count; ++i) {
-        const float along = pli_vec3_dot(hull->points[i], direction);
-        if (along > best) {
-            best = along;
-            farthest = i;
-        }
-    }
-    return hull->points[farthest];
+    return plii_vec3_farthest(hull->point_count, hull->points, direction);
 }
 
 static float hull_plane_offset(const hull_data* hull, const int* triangle, pli_vec3 normal, bool is_rough) {

@@ -250,13 +250,11 @@ static bool surface_add_triangles(surface_data* surface, int triangle_count, con
 static void surface_join_edges(surface_data* surface, const plii_edge_map* edges, const pli_vec3* edge_sums,
                                int* parents) {
     plii_union_start(surface->vertex_count, parents);
-    for (int i = 0; i < edges->count; ++i) {
-        const plii_edge* edge = &edges->edges[i];
+    for (PLII_EACH(const plii_edge, edge, edges->edges, edges->count)) {
         plii_union_join(parents, edge->a, edge->b);
         if (edge->flags == 1) { surface->vertices[edge->a].is_border = surface->vertices[edge->b].is_border = true; }
     }
-    for (int i = 0; i < surface->triangle_count; ++i) {
-        surface_triangle* triangle = &surface->triangles[i];
+    for (PLII_EACH(surface_triangle, triangle, surface->triangles, surface->triangle_count)) {
         for (int k = 0; k < 3; ++k) {
             const plii_edge* edge = plii_edge_map_find(edges, triangle->vertices[k], triangle->vertices[(k + 1) % 3]);
             triangle->edge_normals[k] = surface_unit_or(edge_sums[edge - edges->edges], triangle->normal);
@@ -271,8 +269,7 @@ static void surface_find_open_parts(surface_data* surface, int* parents, bool* i
     for (int i = 0; i < surface->vertex_count; ++i) {
         if (surface->vertices[i].is_border) { is_open[parents[i]] = true; }
     }
-    for (int i = 0; i < surface->triangle_count; ++i) {
-        surface_triangle* triangle = &surface->triangles[i];
+    for (PLII_EACH(surface_triangle, triangle, surface->triangles, surface->triangle_count)) {
         triangle->is_open = is_open[parents[triangle->vertices[0]]];
         surface->has_closed_part = surface->has_closed_part || !triangle->is_open;
         surface->has_open_part = surface->has_open_part || triangle->is_open;

@@ -25,8 +25,7 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     plii_world_begin_body(body);
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         const plii_feature_class* klass = feature->klass;
         if (klass->collide_rigid == NULL || (rigid->is_sensor && !klass->meets_sensors)) { continue; }
         plii_thread.pass.feature = klass;

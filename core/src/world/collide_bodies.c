@@ -33,8 +33,7 @@ static bool world_join_pair(pli_world* world, const pli_body_pair* pair) {
 static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair) {
     pli_body *body_a = pair->body_a, *body_b = pair->body_b;
     plii_world_begin_body(body_a);
-    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body_a->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body_a)) {
         if (feature->klass->collide_body == NULL) { continue; }
         void* other_state = plii_feature_state(body_b, feature->klass);
         if (other_state == NULL) { continue; }

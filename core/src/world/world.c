@@ -137,8 +137,7 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
 static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        for (int k = 0; k < body->pipeline.feature_count; ++k) {
-            const plii_feature* feature = &body->pipeline.features[k];
+        for (PLII_EACH_FEATURE(feature, body)) {
             if (feature->klass->on_rigid_removed != NULL) {
                 feature->klass->on_rigid_removed(body, feature->state, rigid);
             }
@@ -155,8 +154,7 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
 /* Those that name a body or a rigid body that is going. */
 static void world_drop_events(pli_world* world, const pli_body* body, const pli_rigid* rigid) {
     int kept = 0;
-    for (int i = 0; i < world->event_count; ++i) {
-        const pli_event* event = &world->events[i];
+    for (PLII_EACH(const pli_event, event, world->events, world->event_count)) {
         const bool is_named = (body != NULL && event->body == body) || (rigid != NULL && event->rigid == rigid);
         if (!is_named) { world->events[kept++] = *event; }
     }
@@ -290,8 +288,7 @@ static void world_reserve(pli_world* world) {
     }
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        for (int k = 0; k < body->pipeline.feature_count; ++k) {
-            const plii_feature* feature = &body->pipeline.features[k];
+        for (PLII_EACH_FEATURE(feature, body)) {
             if (feature->klass->reserve == NULL) { continue; }
             plii_thread.pass = (plii_pass){i, feature->klass};
             feature->klass->reserve(body, feature->state);

@@ -32,8 +32,7 @@ static int links_grain(const plii_links_task* task, int group_count) {
 void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
     links_part part = {.kernel = kernel, .task = task};
-    for (int i = 0; i < colors->color_count; ++i) {
-        const plii_link_color* color = &colors->colors[i];
+    for (PLII_EACH(const plii_link_color, color, colors->colors, colors->color_count)) {
         part.first_group = color->first_group;
         plii_parallel_for(context, links_range, &part, color->group_count, links_grain(task, color->group_count));
     }

@@ -32,10 +32,8 @@ static void velocity_links_solve(pli_body* body, void* state) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
         const pli_vec3 difference = pli_vec3_sub(plii_xyz(body->velocities[a]), plii_xyz(body->velocities[b]));
         const float j = -pli_vec3_dot(links[i].direction, difference) * links[i].scale;
-        const pli_vec3 change_a = pli_vec3_scale(links[i].direction, j * body->positions[a].w);
-        const pli_vec3 change_b = pli_vec3_scale(links[i].direction, j * body->positions[b].w);
-        plii_set_xyz(&body->velocities[a], pli_vec3_add(plii_xyz(body->velocities[a]), change_a));
-        plii_set_xyz(&body->velocities[b], pli_vec3_sub(plii_xyz(body->velocities[b]), change_b));
+        plii_add_xyz(&body->velocities[a], pli_vec3_scale(links[i].direction, j * body->positions[a].w));
+        plii_add_xyz(&body->velocities[b], pli_vec3_scale(links[i].direction, -j * body->positions[b].w));
     }
 }
 

@@ -81,8 +81,7 @@ static float xpbd_hinge_difference(float angle, float rest) {
 
 static void xpbd_bending_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_bending_state* state = data;
-    for (int i = 0; i < state->hinge_count; ++i) {
-        xpbd_hinge* hinge = &state->hinges[i];
+    for (PLII_EACH(xpbd_hinge, hinge, state->hinges, state->hinge_count)) {
         pli_vec3 x[4];
         for (int k = 0; k < 4; ++k) {
             x[k] = plii_substep_position(body, substep, hinge->nodes[k]);
@@ -179,6 +178,8 @@ static const plii_field xpbd_bending_fields[] = {
     PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT),
 };
 
+enum { XPBD_BENDING_ORDER = 10 }; /* the first */
+
 const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
@@ -194,16 +195,8 @@ const plii_feature_class plii_xpbd_bending_class = {
         {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
         {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
     .build = xpbd_bending_build,
-    .substepped = &plii_xpbd_bending_kind,
-};
-
-enum { XPBD_BENDING_ORDER = 10 }; /* the first */
-
-const plii_substep_class plii_xpbd_bending_kind = {
-    .order = XPBD_BENDING_ORDER,
-    .klass = &plii_xpbd_bending_class,
-    .is_of_xpbd = true,
-    .sweep = xpbd_bending_sweep,
+    .substepped =
+        &(const plii_substep_class){.order = XPBD_BENDING_ORDER, .is_of_xpbd = true, .sweep = xpbd_bending_sweep},
 };
 
 pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
@@ -215,12 +208,7 @@ pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_d
     const pli_xpbd_bending_def used = def != NULL ? *def : pli_xpbd_bending_def_default();
     PLII_TRY_DEF(body->context, pli_xpbd_bending_def, &used, xpbd_bending_fields, __func__);
     PLII_TRY(plii_check_faces(body, "bending is between faces", __func__));
-    void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_bending_kind, __func__, &state));
-    ((xpbd_bending_state*)state)->def = used;
-    return PLI_OK;
+    return plii_xpbd_enable_kind(body, &plii_xpbd_bending_class, &used, sizeof used, __func__, NULL);
 }
 
-pli_status pli_body_disable_xpbd_bending(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &plii_xpbd_bending_kind, __func__);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_bending, plii_check_body_idle, plii_xpbd_bending_class)

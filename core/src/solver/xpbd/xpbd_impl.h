@@ -2,12 +2,13 @@
 
 /* What the kinds of constraints know of the XPBD solver: where nodes are, and how to take part in its sweeps. */
 
+#include "body/pipeline.h"
 #include "body/substep.h"
 #include "pliant/xpbd.h"
 
-/* Enables the feature of a kind and lets it take part in sweeps; fails unless the body is stepped by XPBD. */
-pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state);
-pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function);
+/* plii_feature_enable_with for a kind, which takes part in sweeps then; fails unless the body is stepped by XPBD. */
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                 const char* function, void** state);
 
 /* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26).
    c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. 0 where the
@@ -19,7 +20,3 @@ static inline float plii_xpbd_multiplier(float c, float weight, float compliance
     const float change = (-c - alpha * multiplier - gamma * c_motion) / ((1.0f + gamma) * weight + alpha);
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }
-
-/* Kinds of constraints, for the reader of files. */
-extern const plii_substep_class plii_xpbd_links_kind, plii_xpbd_bending_kind, plii_xpbd_tetras_kind,
-    plii_xpbd_volume_kind;

@@ -106,6 +106,8 @@ static const plii_field xpbd_links_fields[] = {
     PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT),
 };
 
+enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
+
 const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
@@ -122,19 +124,12 @@ const plii_feature_class plii_xpbd_links_class = {
         {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
     .on_restored = xpbd_links_on_restored,
-    .substepped = &plii_xpbd_links_kind,
-};
-
-enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
-
-const plii_substep_class plii_xpbd_links_kind = {
-    .order = XPBD_LINKS_ORDER,
-    .klass = &plii_xpbd_links_class,
-    .is_of_xpbd = true,
-    .begin = xpbd_links_begin,
-    .is_idle = xpbd_links_is_idle,
-    .restart = xpbd_links_restart,
-    .sweep = xpbd_links_sweep,
+    .substepped = &(const plii_substep_class){.order = XPBD_LINKS_ORDER,
+                                              .is_of_xpbd = true,
+                                              .begin = xpbd_links_begin,
+                                              .is_idle = xpbd_links_is_idle,
+                                              .restart = xpbd_links_restart,
+                                              .sweep = xpbd_links_sweep},
 };
 
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {
@@ -143,18 +138,13 @@ pli_xpbd_links_def pli_xpbd_links_def_default(void) {
 
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_xpbd_links_def defaults = pli_xpbd_links_def_default();
-    if (def == NULL) { def = &defaults; }
-    PLII_TRY_DEF(body->context, pli_xpbd_links_def, def, xpbd_links_fields, __func__);
-    void* data = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_kind, __func__, &data));
-    xpbd_links_state* state = data;
-    state->def = *def;
+    const pli_xpbd_links_def used = def != NULL ? *def : pli_xpbd_links_def_default();
+    PLII_TRY_DEF(body->context, pli_xpbd_links_def, &used, xpbd_links_fields, __func__);
+    xpbd_links_state* state = NULL;
+    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_class, &used, sizeof used, __func__, (void**)&state));
     state->link_revision = body->link_revision - 1;
     xpbd_links_begin(body, state); /* takes memory now; where there is none the step tells */
     return PLI_OK;
 }
 
-pli_status pli_body_disable_xpbd_links(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &plii_xpbd_links_kind, __func__);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_links, plii_check_body_idle, plii_xpbd_links_class)

@@ -88,7 +88,7 @@ static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* 
 
 static bool xpbd_has_finish(const plii_substep_kinds* kinds) {
     for (int k = 0; k < kinds->count; ++k) {
-        if (kinds->at[k]->finish != NULL) { return true; }
+        if (kinds->at[k]->klass->substepped->finish != NULL) { return true; }
     }
     return false;
 }
@@ -130,7 +130,9 @@ static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
     run->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
     xpbd_run_pass(body, &run->nodes, done < count && !run->has_finish ? pass->finish_and_move : pass->finish);
     for (int k = 0; k < run->kinds.count; ++k) {
-        if (run->kinds.at[k]->finish != NULL) { run->kinds.at[k]->finish(body, run->kinds.states[k], &run->substep); }
+        const plii_feature* feature = run->kinds.at[k];
+        plii_substep_fn* finish = feature->klass->substepped->finish;
+        if (finish != NULL) { finish(body, feature->state, &run->substep); }
     }
 }
 
@@ -204,19 +206,14 @@ const plii_feature_class plii_xpbd_class = {
 
 // -------------------------------------------------------------------------------------------- kinds of constraints
 
-pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state) {
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
+                                 const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
     if (!plii_feature_is_enabled(body, &plii_xpbd_class)) {
         return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
                          "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     }
-    return plii_feature_enable(body, kind->klass, state);
-}
-
-pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function) {
-    PLII_TRY(plii_check_body_idle(body, function));
-    plii_feature_disable(body, kind->klass);
-    return PLI_OK;
+    return plii_feature_enable_with(body, klass, given, size, state);
 }
 
 // --------------------------------------------------------------------------------------------------------- settings
@@ -231,14 +228,12 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY_DEF(body->context, pli_xpbd_def, &used, xpbd_fields, __func__);
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_xpbd_class, &data));
-    xpbd_state* state = data;
+    xpbd_state* state = NULL;
+    PLII_TRY(plii_feature_enable_with(body, &plii_xpbd_class, &used, sizeof used, (void**)&state));
     if (is_new) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
         plii_feature_disable(body, &plii_links_class);
     }
-    state->def = used;
     return PLI_OK;
 }
 
@@ -248,7 +243,7 @@ static void xpbd_leave(pli_body* body) {
         if (i >= pipeline->feature_count) { continue; } /* what only the last one needed went with it */
         const plii_substep_class* kind = pipeline->features[i].klass->substepped;
         if (kind != NULL && kind->is_of_xpbd) {
-            plii_feature_disable(body, kind->klass);
+            plii_feature_disable(body, pipeline->features[i].klass);
             continue;
         }
         if (kind == NULL || kind->leave == NULL) { continue; }

@@ -191,6 +191,8 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
 
 static const plii_field xpbd_tetras_fields[] = {PLII_FIELD(xpbd_tetras_state, compliance, 0, PLI_MAX_COEFFICIENT)};
 
+enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
+
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
@@ -200,31 +202,17 @@ const plii_feature_class plii_xpbd_tetras_class = {
     .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
                            .snapshot = PLII_FILED, .fields = "16n8f"}),
     .enable = xpbd_tetras_enable,
-    .substepped = &plii_xpbd_tetras_kind,
-};
-
-enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
-
-const plii_substep_class plii_xpbd_tetras_kind = {
-    .order = XPBD_TETRAS_ORDER,
-    .klass = &plii_xpbd_tetras_class,
-    .is_of_xpbd = true,
-    .sweep = xpbd_tetras_sweep,
+    .substepped =
+        &(const plii_substep_class){.order = XPBD_TETRAS_ORDER, .is_of_xpbd = true, .sweep = xpbd_tetras_sweep},
 };
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const xpbd_tetras_state used = {.compliance = compliance};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, xpbd_tetras_fields, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, &compliance, xpbd_tetras_fields, __func__));
     if (body->topology->tetra_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
     }
-    void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_tetras_kind, __func__, &state));
-    ((xpbd_tetras_state*)state)->compliance = compliance;
-    return PLI_OK;
+    return plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, &compliance, sizeof compliance, __func__, NULL);
 }
 
-pli_status pli_body_disable_xpbd_tetras(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &plii_xpbd_tetras_kind, __func__);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_tetras, plii_check_body_idle, plii_xpbd_tetras_class)

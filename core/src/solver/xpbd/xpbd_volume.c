@@ -126,6 +126,8 @@ static const plii_field xpbd_volume_fields[] = {
     PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR),
 };
 
+enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
+
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
@@ -137,16 +139,8 @@ const plii_feature_class plii_xpbd_volume_class = {
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .enable = xpbd_volume_enable,
     .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
-    .substepped = &plii_xpbd_volume_kind,
-};
-
-enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
-
-const plii_substep_class plii_xpbd_volume_kind = {
-    .order = XPBD_VOLUME_ORDER,
-    .klass = &plii_xpbd_volume_class,
-    .is_of_xpbd = true,
-    .sweep = xpbd_volume_sweep,
+    .substepped =
+        &(const plii_substep_class){.order = XPBD_VOLUME_ORDER, .is_of_xpbd = true, .sweep = xpbd_volume_sweep},
 };
 
 pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
@@ -158,12 +152,7 @@ pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def
     const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
     PLII_TRY_DEF(body->context, pli_xpbd_volume_def, &used, xpbd_volume_fields, __func__);
     PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
-    void* data = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_volume_kind, __func__, &data));
-    ((xpbd_volume_state*)data)->def = used;
-    return PLI_OK;
+    return plii_xpbd_enable_kind(body, &plii_xpbd_volume_class, &used, sizeof used, __func__, NULL);
 }
 
-pli_status pli_body_disable_xpbd_volume(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &plii_xpbd_volume_kind, __func__);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_xpbd_volume, plii_check_body_idle, plii_xpbd_volume_class)
