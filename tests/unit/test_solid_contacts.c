@@ -1,4 +1,5 @@
-/* Solids of tetrahedra that are pressed: contacts of nodes hold them in every step, whatever the solver. */
+/* Solids of tetrahedra that are pressed: contacts of nodes hold them in every step, whatever the solver; and what comes
+   between two bodies without being pressed. */
 
 #include "solver_choice.h"
 
@@ -148,10 +149,45 @@ static void test_a_plate_on_a_cube_comes_to_rest(void** unused) {
     }
 }
 
+/* A gram at the lower front edge of a box that comes along the ground is pushed along, and takes no speed. */
+static void test_a_node_in_a_wedge_stops_no_box(void** state) {
+    (void)state;
+    static const float heights[] = {0.01f, 0.02f, 0.025f, 0.03f, 0.039f};
+    for (int i = 0; i < 2 * 5; ++i) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(pli_mesh_create(context, &mesh));
+        CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(0, margin + 1e-4f, 0), 1e-3f, NULL));
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = margin;
+        def.solver.position_iterations = 10;
+        pli_body* body = NULL;
+        CHECK_OK(pli_body_create(world, mesh, &def, &body));
+        pli_mesh_destroy(mesh);
+        use_solver(body, i < 5 ? POSITION : XPBD);
+        CHECK_OK(pli_body_enable_rigid_contacts(body, NULL));
+        pli_rigid* ground = make_box(PLI_RIGID_STATIC, pli_vec3_make(50, 0.5f, 50), -0.5f, 0);
+        pli_rigid* box = make_box(PLI_RIGID_DYNAMIC, pli_vec3_make(0.9f, 0.3f, 1.5f), heights[i % 5] + 0.3f, 1000);
+        CHECK_OK(pli_rigid_set_factors(box, pli_vec3_make(0, 0, 1), pli_vec3_make(0, 0, 0)));
+        pli_rigid_state moving = pli_rigid_get_state(box);
+        moving.pose.origin.z = -2.1f;
+        moving.linear_velocity.z = 10;
+        CHECK_OK(pli_rigid_set_state(box, &moving));
+        for (int k = 0; k < 60; ++k) {
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(box, pli_vec3_make(0, 0, 0), dt));
+        }
+        check_near(pli_rigid_get_state(box).linear_velocity.z, 10, 0.01);
+        pli_rigid_destroy(box);
+        pli_rigid_destroy(ground);
+        pli_body_destroy(body);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_a_press_holds_what_it_presses, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_plate_on_a_cube_comes_to_rest, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_node_in_a_wedge_stops_no_box, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

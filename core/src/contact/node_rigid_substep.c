@@ -180,7 +180,7 @@ static float rigid_substep_room(const pli_body* body, const void* data, const pl
     const plii_rigid_contact* contact = &found->contacts[fixed - 1];
     const pli_vec3 normal = plii_xyz(contact->normal);
     const float approach = -pli_vec3_dot(normal, direction);
-    if (!(approach > 0.0f)) { return INFINITY; }
+    if (!(approach > PLII_CONTACT_WEDGE)) { return INFINITY; }
     const float gap = pli_vec3_dot(normal, plii_substep_position(body, substep, node)) + contact->normal.w;
     return plii_max(gap, 0.0f) / approach;
 }
