@@ -59,10 +59,10 @@ struct Pile {
         }
         return most;
     }
-    /// Frames until all sleep.
+    /// Frames until all sleep. A stack that a ball has hit may topple first.
     int fall_asleep() {
         int frame = 0;
-        while (asleep() < all() && frame < 600) {
+        while (asleep() < all() && frame < 1200) {
             stock.step(1);
             ++frame;
         }

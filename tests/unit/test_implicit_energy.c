@@ -222,6 +222,39 @@ static void test_friction_of_light_bodies_gives_no_energy(void** unused) {
     }
 }
 
+/* Sweeps alone give a stiff sheet a hundredth of the friction. */
+static void test_friction_moves_a_sheet_on_a_belt(void** unused) {
+    (void)unused;
+    pli_shape* shape = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(5, 0.5f, 5), &shape));
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = PLI_RIGID_KINEMATIC;
+    def.shapes = &shape;
+    def.shape_count = 1;
+    def.friction = 0.1f;
+    def.state.pose.origin.y = -0.5f - sheet_margin;
+    pli_rigid* belt = NULL;
+    CHECK_OK(pli_rigid_create(world, &def, &belt));
+    pli_shape_release(shape);
+    for (int sweeps = 1; sweeps <= 5; sweeps += 4) {
+        const pli_solver_settings settings = pli_body_def_default().solver;
+        pli_body* body = make_sheet(SHEET_LOOSE, &settings, true, false);
+        pli_implicit_def implicit = pli_implicit_def_default();
+        implicit.sweeps = sweeps;
+        CHECK_OK(pli_body_enable_implicit(body, &implicit));
+        for (int i = 0; i < 90; ++i) {
+            pli_rigid_state state = pli_rigid_get_state(belt);
+            state.linear_velocity.x = i < 20 ? 0 : 1;
+            CHECK_OK(pli_rigid_set_state(belt, &state));
+            CHECK_OK(pli_world_step(world, 1.0f / 60.0f));
+            if (i == 49) { check_near(pli_body_momentum(body).x, 0.5, 0.02); }
+        }
+        check_near(pli_body_momentum(body).x, 1.0, 1e-3);
+        pli_body_destroy(body);
+    }
+    pli_rigid_destroy(belt);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_springs_that_turn_gain_nothing, setup_world, teardown_world),
@@ -231,6 +264,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_friction_of_light_bodies_gives_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_compressed_sheet_does_not_burst, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_an_edge_does_not_push_sideways, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_friction_moves_a_sheet_on_a_belt, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
