@@ -13,8 +13,8 @@ namespace pliant {
 namespace {
 
 // m and radians that a kinematic body is away from where its velocity leads: less is motion that Bullet was not told
-// of.
-constexpr btScalar jump_distance = 1, jump_angle = 1;
+// of. A body that Bullet takes to be at rest has more likely been put there.
+constexpr btScalar jump_distance = 1, jump_angle = 1, jump_of_resting = btScalar(0.25);
 
 // Whether Bullet's algorithm for compounds comes to a child: its box touches the soft body's both in the world and in
 // the frame of the compound.
@@ -273,8 +273,10 @@ bool RigidProxy::has_jumped(btScalar dt) const {
     btTransformUtil::integrateTransform(to_bullet(before), body_->getLinearVelocity(), body_->getAngularVelocity(), dt,
                                         led);
     const btTransform& present = body_->getWorldTransform();
-    return present.getOrigin().distance(led.getOrigin()) > jump_distance ||
-           present.getRotation().angleShortestPath(led.getRotation()) > jump_angle;
+    const bool rests = body_->getLinearVelocity().isZero() && body_->getAngularVelocity().isZero();
+    const btScalar scale = rests ? jump_of_resting : btScalar(1);
+    return present.getOrigin().distance(led.getOrigin()) > scale * jump_distance ||
+           present.getRotation().angleShortestPath(led.getRotation()) > scale * jump_angle;
 }
 
 void RigidProxy::read_present_state() {
