@@ -18,10 +18,12 @@ typedef struct pli_rigid pli_rigid;
 
 /// Who moves a rigid body.
 typedef enum pli_rigid_kind {
-    PLI_RIGID_STATIC = 0,    ///< nobody: floors and walls; velocities are ignored
-    PLI_RIGID_KINEMATIC = 1, ///< the host alone: lifts, hands, characters; its velocities drag soft bodies, impulses do
-                             ///< not change it
-    PLI_RIGID_DYNAMIC = 2    ///< host and soft bodies: impulses change its velocities
+    PLI_RIGID_STATIC = 0, ///< nobody: floors and walls; velocities are ignored
+    /// the host alone: lifts, hands, characters; its velocities drag soft bodies, impulses do not change it. The pose
+    /// set before pli_world_step is that of the start of the step, and the velocities lead from there: what is anchored
+    /// ends at the pose plus velocity times dt, where the character is to be drawn
+    PLI_RIGID_KINEMATIC = 1,
+    PLI_RIGID_DYNAMIC = 2 ///< host and soft bodies: impulses change its velocities
 } pli_rigid_kind;
 
 /// What the host sets before a step and reads after it.

@@ -62,7 +62,8 @@ PLI_API void* pli_world_get_user_data(const pli_world* world);
 /// and the index of a body (pli_world_get_body). Every body that is not frozen has been stepped to its end then, and
 /// the next step asks for the memory anew: the host may go on, or free memory first. Steps into which nothing new comes
 /// allocate nothing, and so cannot run out of it.
-/// @param dt s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
+/// @param dt s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP. Cut a frame that took long into steps of 1/30 s or less, or let
+///           time go slower: a single step of 0.25 s throws what rests, and takes it through floors
 /// @return PLI_ERROR_WRONG_STATE after pli_world_predict without pli_world_solve; after any error but
 ///         PLI_ERROR_OUT_OF_MEMORY nothing was done
 PLI_API pli_status pli_world_step(pli_world* world, float dt);
