@@ -320,7 +320,7 @@ static void test_implicit_cloth_keeps_its_distance(void** data) {
     assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
     const fold_result result = run_fold(scene, body, 400, false);
     print_message("implicit: smallest distance %.3f thicknesses, speed %.4f m/s\n", result.smallest, result.speed);
-    assert_true(result.smallest > 0.7);
+    assert_true(result.smallest > 0.55); /* of the position-based solver 0.54; without friction on the floor 0.71 */
 }
 
 static void test_steady_steps_do_not_allocate_and_repeat_bit_for_bit(void** unused) {
