@@ -28,6 +28,19 @@ static void add_cell(int x, int y, int z, int* tetras) {
     }
 }
 
+/* With contacts of nodes. Takes over the mesh. */
+static pli_body* make_body(pli_mesh* mesh, solver_choice solver) {
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    def.solver.position_iterations = 10;
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    use_solver(body, solver);
+    CHECK_OK(pli_body_enable_rigid_contacts(body, NULL));
+    return body;
+}
+
 /* 2 kg, just over the ground at y = 0. */
 static pli_body* make_cube(solver_choice solver) {
     static pli_vec3 points[CUBE_NODES];
@@ -46,15 +59,8 @@ static pli_body* make_cube(solver_choice solver) {
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_from_tetras(context, CUBE_NODES, points, CUBE_TETRAS, tetras, &mesh));
     CHECK_OK(pli_mesh_set_total_mass(mesh, 2));
-    pli_body_def def = pli_body_def_default();
-    def.collision_margin = margin;
-    def.solver.position_iterations = 10;
-    pli_body* body = NULL;
-    CHECK_OK(pli_body_create(world, mesh, &def, &body));
-    pli_mesh_destroy(mesh);
-    use_solver(body, solver);
+    pli_body* body = make_body(mesh, solver);
     if (solver == XPBD) { CHECK_OK(pli_body_enable_xpbd_tetras(body, 0)); }
-    CHECK_OK(pli_body_enable_rigid_contacts(body, NULL));
     return body;
 }
 
@@ -157,14 +163,7 @@ static void test_a_node_in_a_wedge_stops_no_box(void** state) {
         pli_mesh* mesh = NULL;
         CHECK_OK(pli_mesh_create(context, &mesh));
         CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(0, margin + 1e-4f, 0), 1e-3f, NULL));
-        pli_body_def def = pli_body_def_default();
-        def.collision_margin = margin;
-        def.solver.position_iterations = 10;
-        pli_body* body = NULL;
-        CHECK_OK(pli_body_create(world, mesh, &def, &body));
-        pli_mesh_destroy(mesh);
-        use_solver(body, i < 5 ? POSITION : XPBD);
-        CHECK_OK(pli_body_enable_rigid_contacts(body, NULL));
+        pli_body* body = make_body(mesh, i < 5 ? POSITION : XPBD);
         pli_rigid* ground = make_box(PLI_RIGID_STATIC, pli_vec3_make(50, 0.5f, 50), -0.5f, 0);
         pli_rigid* box = make_box(PLI_RIGID_DYNAMIC, pli_vec3_make(0.9f, 0.3f, 1.5f), heights[i % 5] + 0.3f, 1000);
         CHECK_OK(pli_rigid_set_factors(box, pli_vec3_make(0, 0, 1), pli_vec3_make(0, 0, 0)));

@@ -61,7 +61,8 @@ PLI_API int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_
 /// How faces meet rigid bodies.
 typedef struct pli_rigid_face_contacts_def {
     float friction; ///< 0 to PLI_MAX_FACTOR, default 0.2; as in pli_rigid_contacts_def
-    /// [0, 1], default 1: share of the penetration at the start of a step that it removes, at 1 m/s at most
+    /// [0, 1], default 1: share of the penetration at the start of a step that it removes; at 1 m/s at most where the
+    /// face was on no side of the body before, as when a body is put into cloth
     float dynamic_hardness;
     float static_hardness; ///< [0, 1], default 0.1: the same of static and kinematic bodies
     uint32_t cookie;       ///< set by the default function

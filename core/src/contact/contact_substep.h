@@ -5,10 +5,6 @@
 #include "body/substep.h"
 #include "math/range.h"
 
-/* Cosine between the way in which a rigid body presses a node and the way into a still surface: at larger angles the
-   node slips out from between them, and holds nothing up. */
-#define PLII_CONTACT_WEDGE 0.9f
-
 /* At a point of a face, by its barycentric weights. */
 static inline pli_vec3 plii_contact_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
     return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),

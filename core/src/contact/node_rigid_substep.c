@@ -6,6 +6,10 @@
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
 
+/* Cosine between the way in which a rigid body presses a node and the way into a still surface: at larger angles the
+   node slips out from between them, and holds nothing up. */
+#define RIGID_SUBSTEP_WEDGE 0.9f
+
 // ----------------------------------------------------------------------------------------------------------- memory
 
 static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
@@ -180,7 +184,7 @@ static float rigid_substep_room(const pli_body* body, const void* data, const pl
     const plii_rigid_contact* contact = &found->contacts[fixed - 1];
     const pli_vec3 normal = plii_xyz(contact->normal);
     const float approach = -pli_vec3_dot(normal, direction);
-    if (!(approach > PLII_CONTACT_WEDGE)) { return INFINITY; }
+    if (!(approach > RIGID_SUBSTEP_WEDGE)) { return INFINITY; }
     const float gap = pli_vec3_dot(normal, plii_substep_position(body, substep, node)) + contact->normal.w;
     return plii_max(gap, 0.0f) / approach;
 }
