@@ -1,11 +1,13 @@
 // 100 sheets of 32 x 32 nodes that lie on the ground: a save and a restore, beside copies of as many bytes to and fro,
-// in one piece and from the arrays of the nodes; `bytes_per_node` is of what is copied. Steps of the same sheets awake
-// and asleep.
+// in one piece and from the arrays of the nodes; `bytes_per_node` is of what is copied. The same as a game has it:
+// eight snapshots in turn, and a step before each save and each restore, which is not in the time. Steps of the same
+// sheets awake and asleep.
 
 #include "pliant/pliant.h"
 
 #include <benchmark/benchmark.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -146,6 +148,50 @@ void copy_nodes_to_and_fro(benchmark::State& state) {
     count_bytes(state, 3 * bytes * Sheets::count);
 }
 
+template <class Save, class Restore>
+void between_steps(benchmark::State& state, Dress dress, Save save, Restore restore) {
+    const Sheets sheets(dress);
+    const std::size_t size = pli_world_snapshot_size(sheets.world);
+    std::vector<Buffer> frames;
+    for (int i = 0; i < 8; ++i) {
+        frames.push_back(make_buffer(size));
+        check(pli_world_save(sheets.world, frames.back().get(), size, nullptr));
+    }
+    const auto seconds = [&](const auto& work) {
+        check(pli_world_step(sheets.world, 1.0f / 60.0f));
+        const auto start = std::chrono::steady_clock::now();
+        work();
+        benchmark::ClobberMemory();
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    std::size_t frame = 0;
+    for (auto _ : state) {
+        unsigned char* const latest = frames[frame].get();
+        frame = (frame + 1) % frames.size();
+        unsigned char* const earliest = frames[frame].get();
+        const double saving = seconds([&] { save(sheets.world, latest, size); });
+        state.SetIterationTime(saving + seconds([&] { restore(sheets.world, earliest, size); }));
+    }
+    count_bytes(state, size);
+}
+
+void save_and_restore_between_steps(benchmark::State& state, Dress dress) {
+    between_steps(
+        state, dress, [](auto* world, auto* frame, auto size) { check(pli_world_save(world, frame, size, nullptr)); },
+        [](auto* world, auto* frame, auto size) { check(pli_world_restore(world, frame, size)); });
+}
+
+void copy_between_steps(benchmark::State& state, Dress dress) {
+    Buffer block;
+    between_steps(
+        state, dress,
+        [&](auto*, auto* frame, auto size) {
+            if (!block) { block = make_buffer(size); }
+            std::memcpy(frame, block.get(), size);
+        },
+        [&](auto*, auto* frame, auto size) { std::memcpy(block.get(), frame, size); });
+}
+
 void step(benchmark::State& state, bool is_asleep) {
     const Sheets sheets(Dress::nodes);
     for (int i = 0; i < pli_world_body_count(sheets.world) && is_asleep; ++i) {
@@ -164,6 +210,11 @@ BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_nodes, Dress::nodes);
 BENCHMARK(copy_nodes_to_and_fro);
 BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
 BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
+BENCHMARK_CAPTURE(save_and_restore_between_steps, contacts_of_nodes, Dress::nodes)->UseManualTime();
+BENCHMARK_CAPTURE(copy_between_steps, contacts_of_nodes, Dress::nodes)->UseManualTime();
+BENCHMARK_CAPTURE(save_and_restore_between_steps, contacts_of_faces_soft_contacts_air, Dress::faces_and_air)
+    ->UseManualTime();
+BENCHMARK_CAPTURE(copy_between_steps, contacts_of_faces_soft_contacts_air, Dress::faces_and_air)->UseManualTime();
 
 } // namespace
 
