@@ -222,7 +222,20 @@ static void test_friction_of_light_bodies_gives_no_energy(void** unused) {
     }
 }
 
-/* Sweeps alone give a stiff sheet a hundredth of the friction. */
+/* About the vertical through the middle of the sheet, rad/s; without what it moves by as a whole. */
+static double turning_of(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    double momentum = 0, inertia = 0;
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i], v = view.velocities[i];
+        momentum += (double)x.z * (double)v.x - (double)x.x * (double)v.z;
+        inertia += (double)x.x * (double)x.x + (double)x.z * (double)x.z;
+    }
+    return momentum / inertia;
+}
+
+/* Springs along a sheet are stiffer than across it: sweeps pass a hundredth of the friction on. On a belt that runs at
+   1 m/s, and on one that turns at 1 rad/s, where Coulomb's friction on each node gives 1.15 rad/s in a second. */
 static void test_friction_moves_a_sheet_on_a_belt(void** unused) {
     (void)unused;
     pli_shape* shape = NULL;
@@ -236,21 +249,28 @@ static void test_friction_moves_a_sheet_on_a_belt(void** unused) {
     pli_rigid* belt = NULL;
     CHECK_OK(pli_rigid_create(world, &def, &belt));
     pli_shape_release(shape);
-    for (int sweeps = 1; sweeps <= 5; sweeps += 4) {
+    for (int k = 0; k < 4; ++k) {
+        const bool turns = k >= 2;
         const pli_solver_settings settings = pli_body_def_default().solver;
         pli_body* body = make_sheet(SHEET_LOOSE, &settings, true, false);
         pli_implicit_def implicit = pli_implicit_def_default();
-        implicit.sweeps = sweeps;
+        implicit.sweeps = k % 2 == 0 ? 1 : 5;
         CHECK_OK(pli_body_enable_implicit(body, &implicit));
+        double after_half = 0;
         for (int i = 0; i < 90; ++i) {
             pli_rigid_state state = pli_rigid_get_state(belt);
-            state.linear_velocity.x = i < 20 ? 0 : 1;
+            *(turns ? &state.angular_velocity.y : &state.linear_velocity.x) = i < 20 ? 0 : 1;
             CHECK_OK(pli_rigid_set_state(belt, &state));
             CHECK_OK(pli_world_step(world, 1.0f / 60.0f));
-            if (i == 49) { check_near(pli_body_momentum(body).x, 0.5, 0.02); }
+            if (i == 49) { after_half = turns ? turning_of(body) : (double)pli_body_momentum(body).x; }
         }
-        check_near(pli_body_momentum(body).x, 1.0, 1e-3);
+        const double at_end = turns ? turning_of(body) : (double)pli_body_momentum(body).x;
+        print_message("%s, %d sweeps: %.4f after half a second, %.4f\n", turns ? "turning" : "running", implicit.sweeps,
+                      after_half, at_end);
+        check_near(after_half, turns ? 0.56 : 0.5, 0.02);
+        check_near(at_end, 1.0, turns ? 5e-3 : 1e-3);
         pli_body_destroy(body);
+        CHECK_OK(pli_rigid_set_state(belt, &def.state));
     }
     pli_rigid_destroy(belt);
 }
