@@ -227,6 +227,7 @@ typedef struct plii_feature_class {
     bool is_made_by_calls;
     const struct plii_solver_class* solver; /* that it brings: steps the body while it is enabled */
     bool meets_sensors;                     /* its collide_rigid is for them too */
+    bool collides_last;                     /* its collide_rigid, of which there is one, looks at what others found */
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
     size_t (*bytes)(const void* state); /* beyond state and arrays */

@@ -155,6 +155,7 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
     if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
         return PLI_OK;
     }
+    if (plii_rigid_faces_is_flat(pass)) { return PLI_OK; }
     plii_face_sweep sweep = {.core = &pass->core, .is_link = pass->has_links};
     sweep.origin = plii_dvec3_sub(plii_dvec3_from(begin[0]), plii_dvec3_from(pass->begin.origin));
     for (int k = 0; k < 3; ++k) {
@@ -417,6 +418,7 @@ int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state) {
     const int before = state->count;
     for (int i = 0; i < state->candidate_count; ++i) {
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
+        pass.is_over = true;
         if (plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_review_element) != PLI_OK) { break; }
     }
     return state->count - before;
@@ -443,6 +445,7 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
     plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     state->candidates[count].bounds = pass.bounds;
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
+    plii_rigid_faces_find_held(body, state, &state->candidates[count]);
     plii_shape_retain(rigid->shapes[index]);
     ++state->candidate_count;
     return plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);
@@ -541,6 +544,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .enable = rigid_faces_enable,
     .disable = rigid_faces_disable,
     .collide_rigid = rigid_faces_collide,
+    .collides_last = true,
     .list_constraints = plii_rigid_faces_list_constraints,
     .visit_contacts = plii_rigid_faces_visit_contacts,
     .on_rigid_removed = rigid_faces_on_rigid_removed,

@@ -9,6 +9,7 @@
 #include "body/rigid_impl.h"
 #include "body/world_state.h"
 #include "contact/face_sweep.h"
+#include "contact/node_rigid_impl.h"
 #include "contact/point_contacts.h"
 #include "geometry/pair_cache.h"
 #include "pliant/contact.h"
@@ -43,8 +44,9 @@ typedef struct plii_rigid_faces_candidate {
     int shape_index;
     pli_shape* shape; /* retained until the end of the step */
     pli_transform shape_pose;
-    pli_transform begin; /* pose of the rigid body at the start of the step */
-    pli_bounds bounds;   /* of the shape on its way */
+    pli_transform begin;        /* pose of the rigid body at the start of the step */
+    pli_bounds bounds;          /* of the shape on its way */
+    int held_begin, held_count; /* contacts of nodes with it, by node; see face_rigid_flat.c */
 } plii_rigid_faces_candidate;
 
 typedef struct plii_rigid_faces {
@@ -70,6 +72,7 @@ typedef struct plii_rigid_faces_pass {
     float radius;
     const plii_shape_triangle* triangle; /* the piece that the core is; NULL when the shape is convex */
     pli_bounds bounds;                   /* of the shape on its way */
+    bool is_over;                        /* nodes are where the step has brought them */
     int element;                         /* that is visited, and its nodes */
     int nodes[3];
 } plii_rigid_faces_pass;
@@ -108,5 +111,11 @@ void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, pli
 extern const plii_substep_class plii_rigid_faces_substepped;
 
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
+
+/* The contacts of nodes with the candidate that can hold faces. */
+void plii_rigid_faces_find_held(const pli_body* body, const plii_rigid_faces* state,
+                                plii_rigid_faces_candidate* candidate);
+/* The nodes of the element that is visited are held outside of one plane of the shape, and so is all of it. */
+bool plii_rigid_faces_is_flat(const plii_rigid_faces_pass* pass);
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);

@@ -153,6 +153,26 @@ static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int
     return has_acted;
 }
 
+/* Points that were only moved back are not to go on into the surface: that speed would stay, and be moved back in each
+   step. */
+static void rigid_faces_stop(pli_body* body, const plii_rigid_faces* state, int first) {
+    for (int i = first; i < state->count; ++i) {
+        const plii_rigid_face_contact* contact = &state->contacts[i];
+        const pli_vec3 n = contact->normal, surface = plii_rigid_velocity_at(contact->rigid, contact->arm);
+        const pli_vec3 point = plii_contact_blend(body->velocities, contact->nodes, contact->weights);
+        const float speed = pli_vec3_dot(n, pli_vec3_sub(point, surface));
+        if (!(contact->push > 0.0f) || !(speed < 0.0f)) { continue; }
+        const pli_vec3 impulse = pli_vec3_scale(n, speed * body->step.dt / contact->normal_response);
+        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+        for (int k = 0; k < 3; ++k) {
+            const int node = contact->nodes[k];
+            plii_add_xyz(&body->velocities[node], pli_vec3_scale(impulse, -weights[k] * body->positions[node].w));
+        }
+        if (body->records_contacts) { plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(impulse)); }
+        plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
+    }
+}
+
 void plii_rigid_faces_solve(pli_body* body, void* data) {
     if (!plii_rigid_faces_are_solved(body)) { (void)rigid_faces_sweep(body, data, 0, body->step.dt, false); }
 }
@@ -185,6 +205,7 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
     for (int i = 0; i < state->candidate_count; ++i) {
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
+        pass.is_over = true;
         (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
     }
 }
@@ -220,6 +241,7 @@ void plii_rigid_faces_finish(pli_body* body, void* data) {
                 break;
             }
         }
+        if (body->solver_class->solves_constraints) { rigid_faces_stop(body, state, first); }
         const int known = state->count;
         if (!has_start || i == RIGID_FACES_REVIEWS || plii_rigid_faces_review(body, state) == 0) { break; }
         rigid_faces_share_room(body, state, known);

@@ -324,6 +324,16 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (plii_follows_rigids(body)) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
+static pli_status rigid_contacts_enable(pli_body* body, void* data) {
+    body->node_contacts = data;
+    return PLI_OK;
+}
+
+static void rigid_contacts_disable(pli_body* body, void* data) {
+    (void)data;
+    body->node_contacts = NULL;
+}
+
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
@@ -355,6 +365,8 @@ const plii_feature_class plii_rigid_contacts_class = {
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,
+    .enable = rigid_contacts_enable,
+    .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
     .list_constraints = rigid_contacts_list_constraints,
     .visit_contacts = rigid_contacts_visit,
