@@ -61,7 +61,7 @@ void Bridge::Impl::collect(PairAlgorithm& pair) {
     if (pair.proxy != nullptr && pli_body_ignores_rigid(pair.soft.body(), pair.proxy->rigid())) { return; }
     pair.collected_index = static_cast<int>(pairs_.size());
     pairs_.push_back(&pair);
-    if (pair.proxy != nullptr && !pair.proxy->is_captured(step_)) { pair.proxy->capture(step_); }
+    if (pair.proxy != nullptr && !pair.proxy->is_captured(step_)) { pair.proxy->capture(step_, followed_dt_); }
 }
 
 const RigidProxy* Bridge::Impl::find_proxy(const pli_rigid& rigid) const {
@@ -84,7 +84,7 @@ pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
         if (!proxy->is_needed()) { proxies_.erase(&object); }
         return nullptr;
     }
-    proxy->read_present_state();
+    proxy->read_present_state(0);
     (void)proxy->set_present_state();
     pin(*proxy);
     return proxy->rigid();
@@ -128,7 +128,7 @@ pli_status Bridge::Impl::use_sampled_mesh(const btCollisionObject& object, const
     proxy->use_sampled_mesh(def);
     const pli_status result = proxy->prepare(options, world);
     if (result == PLI_OK) {
-        proxy->read_present_state();
+        proxy->read_present_state(0);
         pin(*proxy);
         return proxy->set_present_state();
     }
@@ -187,7 +187,7 @@ void Bridge::Impl::look_for_pinned(btScalar dt) {
         // Anchors start from where the last step has left it. Bullet has moved kinematic bodies already; a game may
         // have put one elsewhere before the step.
         if (!proxy.is_dynamic() && !proxy.has_jumped(dt)) { continue; }
-        proxy.read_present_state();
+        proxy.read_present_state(0);
         note(proxy.set_present_state());
     }
 }

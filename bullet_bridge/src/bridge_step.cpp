@@ -82,6 +82,7 @@ void Bridge::Impl::follow_transforms() {
 
 void Bridge::Impl::begin_step(btScalar dt) {
     step_status = PLI_OK;
+    followed_dt_ = mode == CollisionMode::reference ? 0 : dt;
     follow_gravity();
     follow_transforms();
     look_for_pinned(dt);
@@ -197,7 +198,8 @@ void Bridge::Impl::take_part(RigidProxy& proxy) {
     if (proxy.present_step == step_) { return; }
     proxy.present_step = step_;
     proxy.note_place();
-    proxy.read_present_state(); // well before the core looks at it: what was just stored in parts is slow to read
+    proxy.read_present_state(
+        followed_dt_); // well before the core looks at it: what was just stored in parts is slow to read
     note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
     if (proxy.rigid() == nullptr) { return; }
     touched_.push_back(&proxy);

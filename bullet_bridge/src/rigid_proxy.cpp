@@ -16,6 +16,9 @@ namespace {
 // of. A body that Bullet takes to be at rest has more likely been put there.
 constexpr btScalar jump_distance = 1, jump_angle = 1, jump_of_resting = btScalar(0.25);
 
+// Most sub-steps of a frame that a kinematic body is followed through.
+constexpr int most_sub_steps = 16;
+
 // Whether Bullet's algorithm for compounds comes to a child: its box touches the soft body's both in the world and in
 // the frame of the compound.
 bool comes_to_child(const ShapePart& child, const btTransform& compound, const pli_bounds& body_bounds) {
@@ -133,11 +136,47 @@ void RigidProxy::read_state(pli_rigid_state& state) const {
     }
 }
 
-void RigidProxy::capture(unsigned step) {
+bool RigidProxy::is_driven(btScalar dt) const {
+    return dt > 0 && body_ != nullptr && body_->isKinematicObject() &&
+           !(body_->getLinearVelocity().isZero() && body_->getAngularVelocity().isZero());
+}
+
+// Bullet has moved it before its sub-steps, to where its velocity leads in all of them. From where it is in the core it
+// goes on by one. A game that moves it in a tick callback does so by one step, at another speed than Bullet has seen.
+RigidProxy::Motion RigidProxy::driven_motion(btScalar dt) const {
+    const btVector3 &velocity = body_->getLinearVelocity(), &spin = body_->getAngularVelocity();
+    const btTransform& present = body_->getWorldTransform();
+    const btScalar way = velocity.length() * dt, turn = spin.length() * dt;
+    Motion motion{present, present, false};
+    btTransformUtil::integrateTransform(present, -velocity, -spin, dt, motion.start);
+    if (rigid_ == nullptr) { return motion; }
+    const btTransform before = to_bullet(pli_rigid_get_state(rigid_).pose);
+    const btScalar rounding = btScalar(1e-6) * present.getOrigin().length() + btScalar(1e-5);
+    const bool is_as_seen = body_->getInterpolationWorldTransform() == present;
+    for (int steps = 1; steps <= (is_as_seen ? most_sub_steps : 1); ++steps) {
+        const btScalar share = steps == 1 ? btScalar(0.5) : btScalar(0.02);
+        btTransform led;
+        btTransformUtil::integrateTransform(before, velocity, spin, dt * btScalar(steps), led);
+        if (led.getOrigin().distance(present.getOrigin()) > share * way + rounding ||
+            led.getRotation().angleShortestPath(present.getRotation()) > share * turn + btScalar(1e-3)) {
+            continue;
+        }
+        motion.start = before;
+        motion.is_led = true;
+        if (steps > 1) { btTransformUtil::integrateTransform(before, velocity, spin, dt, motion.end); }
+        break;
+    }
+    return motion;
+}
+
+void RigidProxy::capture(unsigned step, btScalar dt) {
     captured_step_ = step;
     holds_captured_ = false;
     read_state(captured_);
     captured_pose_ = object_->getWorldTransform();
+    if (!is_driven(dt)) { return; }
+    captured_pose_ = driven_motion(dt).start;
+    captured_.pose = to_pli(captured_pose_);
 }
 
 inline RigidProxy::Response RigidProxy::response() const {
@@ -268,6 +307,7 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
 
 bool RigidProxy::has_jumped(btScalar dt) const {
     if (rigid_ == nullptr || body_ == nullptr || !body_->isKinematicObject()) { return false; }
+    if (is_driven(dt) && driven_motion(dt).is_led) { return false; }
     const pli_transform before = pli_rigid_get_state(rigid_).pose;
     btTransform led;
     btTransformUtil::integrateTransform(to_bullet(before), body_->getLinearVelocity(), body_->getAngularVelocity(), dt,
@@ -279,8 +319,9 @@ bool RigidProxy::has_jumped(btScalar dt) const {
            present.getRotation().angleShortestPath(led.getRotation()) > scale * jump_angle;
 }
 
-void RigidProxy::read_present_state() {
+void RigidProxy::read_present_state(btScalar dt) {
     read_state(present_);
+    if (is_driven(dt)) { present_.pose = to_pli(driven_motion(dt).end); }
 }
 
 pli_status RigidProxy::set_present_state() {

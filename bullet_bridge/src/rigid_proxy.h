@@ -42,8 +42,8 @@ public:
     /// Bullet's shape behind a shape of the core's body and where it was at the start of the step; null: not convex.
     const btConvexShape* convex_shape(int shape, btTransform& pose) const;
 
-    /// Keeps the state of now for the contacts of this step; once per step.
-    void capture(unsigned step);
+    /// Keeps the state at the start of this step for its contacts; once per step.
+    void capture(unsigned step, btScalar dt);
     bool is_captured(unsigned step) const { return captured_step_ == step; }
 
     /// Makes the core's body, or brings its kind, response and shapes up to date.
@@ -54,8 +54,8 @@ public:
     pli_status collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs);
     /// A kinematic body is not where its velocity leads in the step from where the core's body is.
     bool has_jumped(btScalar dt) const;
-    /// From the captured state to the one after Bullet's solver, in two steps.
-    void read_present_state();
+    /// From the captured state to the one after Bullet's solver, in two steps. `dt`: of the step that ends; 0: of none.
+    void read_present_state(btScalar dt);
     pli_status set_present_state();
     /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it
     /// back, and wakes it if something acted on it.
@@ -100,6 +100,13 @@ private:
         btScalar friction, restitution;
         bool is_sensor;
     };
+    /// Where a kinematic body is at the start and the end of a step.
+    struct Motion {
+        btTransform start, end;
+        bool is_led; ///< from where the core's body is, by its velocity
+    };
+    bool is_driven(btScalar dt) const; ///< a kinematic body that has a velocity in a step
+    Motion driven_motion(btScalar dt) const;
     pli_rigid_kind kind() const;
     Response response() const;
     pli_status create_rigid(pli_world* world);

@@ -114,6 +114,11 @@ static void implicit_add_masses(plii_dvec3* sum, double x, double y, double z) {
     *sum = plii_dvec3_add(*sum, plii_dvec3_make(x, y, z));
 }
 
+/* A contact with what nothing moves that sweeps have left to slide. */
+static bool implicit_slides(const plii_implicit_constraints* constraints, const plii_implicit_constraint* constraint) {
+    return constraint->rows == 1 && !constraint->is_viscous && !constraints->rigids[constraint->rigid].is_dynamic;
+}
+
 /* Groups of components: what hangs together by links and by rigid bodies that can move. Those get their group, the
    nodes of which are infinitely heavy where a rigid body cannot move. */
 static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system, plii_dvec3* masses) {
@@ -133,8 +138,39 @@ static void implicit_join_groups(const plii_link_graph* graph, const plii_implic
     for (int i = 0; i < constraints->count; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
+        if (implicit_slides(constraints, constraint)) { continue; }
         const int group = plii_union_root(system->groups, graph->components[constraint->nodes[0]]);
         implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
+    }
+}
+
+/* Along surfaces that nothing moves a group gets what friction has given to its nodes, each on its own: unfinished
+   sweeps pass on little of it. No more than stops it there; across them it goes as it was solved. `momenta`: the
+   changes of velocity of groups. */
+static void implicit_slide_groups(const plii_link_graph* graph, const plii_implicit_system* system, plii_dvec3* momenta,
+                                  plii_dvec3* sums) {
+    const plii_implicit_constraints* constraints = system->constraints;
+    memset(sums, 0, implicit_vector_size(system->node_count)); /* x: motion against the change, y: contacts */
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < constraints->count; ++i) {
+            const plii_implicit_constraint* constraint = &constraints->items[i];
+            if (!implicit_slides(constraints, constraint)) { continue; }
+            const int group = plii_union_root(system->groups, graph->components[constraint->nodes[0]]);
+            const plii_dvec3 n = constraint->normal;
+            plii_dvec3* change = &momenta[group];
+            if (pass == 0) {
+                *change = plii_dvec3_add_scaled(*change, n, -plii_dvec3_dot(n, *change));
+                continue;
+            }
+            const plii_dvec3 sliding = plii_dvec3_sub(plii_implicit_constraint_point(constraint, system->solution),
+                                                      plii_implicit_constraint_goal(constraints, constraint));
+            sums[group].x -= plii_dvec3_dot(*change, plii_dvec3_add_scaled(sliding, n, -plii_dvec3_dot(n, sliding)));
+            sums[group].y += 1.0;
+        }
+    }
+    for (int i = 0; i < system->node_count; ++i) {
+        const double square = plii_dvec3_dot(momenta[i], momenta[i]) * sums[i].y;
+        if (square > 0.0) { momenta[i] = plii_dvec3_scale(momenta[i], fmin(fmax(sums[i].x / square, 0.0), 1.0)); }
     }
 }
 
@@ -169,11 +205,20 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         implicit_add_masses(&masses[group], hold->hardness, hold->hardness, hold->hardness);
         momenta[group] = plii_dvec3_add(momenta[group], plii_dvec3_sub(push, hold->rhs));
     }
+    bool has_sliding = false;
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        if (!implicit_slides(constraints, constraint)) { continue; }
+        const int group = plii_union_root(system->groups, graph->components[constraint->nodes[0]]);
+        momenta[group] = plii_dvec3_sub(momenta[group], constraint->impulse);
+        has_sliding = true;
+    }
     for (int i = 0; i < body->node_count; ++i) {
         if (plii_union_root(system->groups, graph->components[i]) != i) { continue; }
         momenta[i] =
             plii_dvec3_make(-momenta[i].x / masses[i].x, -momenta[i].y / masses[i].y, -momenta[i].z / masses[i].z);
     }
+    if (has_sliding) { implicit_slide_groups(graph, system, momenta, masses); }
     for (int i = 0; i < body->node_count; ++i) {
         const int group = plii_union_root(system->groups, graph->components[i]);
         system->solution[i] = plii_dvec3_add(system->solution[i], momenta[group]);
