@@ -147,7 +147,7 @@ RigidProxy::Motion RigidProxy::driven_motion(btScalar dt) const {
     const btVector3 &velocity = body_->getLinearVelocity(), &spin = body_->getAngularVelocity();
     const btTransform& present = body_->getWorldTransform();
     const btScalar way = velocity.length() * dt, turn = spin.length() * dt;
-    Motion motion{present, present, false};
+    Motion motion{present, present, velocity, spin, false};
     btTransformUtil::integrateTransform(present, -velocity, -spin, dt, motion.start);
     if (rigid_ == nullptr) { return motion; }
     const btTransform before = to_bullet(pli_rigid_get_state(rigid_).pose);
@@ -164,9 +164,16 @@ RigidProxy::Motion RigidProxy::driven_motion(btScalar dt) const {
         motion.start = before;
         motion.is_led = true;
         if (steps > 1) { btTransformUtil::integrateTransform(before, velocity, spin, dt, motion.end); }
+        if (!is_as_seen) { btTransformUtil::calculateVelocity(before, present, dt, motion.velocity, motion.spin); }
         break;
     }
     return motion;
+}
+
+void RigidProxy::follow(const Motion& motion, const btTransform& pose, pli_rigid_state& state) {
+    state.pose = to_pli(pose);
+    state.linear_velocity = to_pli(motion.velocity);
+    state.angular_velocity = to_pli(motion.spin);
 }
 
 void RigidProxy::capture(unsigned step, btScalar dt) {
@@ -175,8 +182,9 @@ void RigidProxy::capture(unsigned step, btScalar dt) {
     read_state(captured_);
     captured_pose_ = object_->getWorldTransform();
     if (!is_driven(dt)) { return; }
-    captured_pose_ = driven_motion(dt).start;
-    captured_.pose = to_pli(captured_pose_);
+    const Motion motion = driven_motion(dt);
+    captured_pose_ = motion.start;
+    follow(motion, captured_pose_, captured_);
 }
 
 inline RigidProxy::Response RigidProxy::response() const {
@@ -321,7 +329,9 @@ bool RigidProxy::has_jumped(btScalar dt) const {
 
 void RigidProxy::read_present_state(btScalar dt) {
     read_state(present_);
-    if (is_driven(dt)) { present_.pose = to_pli(driven_motion(dt).end); }
+    if (!is_driven(dt)) { return; }
+    const Motion motion = driven_motion(dt);
+    follow(motion, motion.end, present_);
 }
 
 pli_status RigidProxy::set_present_state() {

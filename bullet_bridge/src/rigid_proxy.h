@@ -103,10 +103,12 @@ private:
     /// Where a kinematic body is at the start and the end of a step.
     struct Motion {
         btTransform start, end;
+        btVector3 velocity, spin;
         bool is_led; ///< from where the core's body is, by its velocity
     };
     bool is_driven(btScalar dt) const; ///< a kinematic body that has a velocity in a step
     Motion driven_motion(btScalar dt) const;
+    static void follow(const Motion& motion, const btTransform& pose, pli_rigid_state& state);
     pli_rigid_kind kind() const;
     Response response() const;
     pli_status create_rigid(pli_world* world);

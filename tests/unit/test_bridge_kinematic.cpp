@@ -1,0 +1,109 @@
+// Soft bodies on kinematic bodies that a game moves: they touch them where they are drawn.
+
+#include "check.h"
+#include "test_bridge_world.h"
+
+#include <pliant/contact.h>
+#include <pliant/implicit.h>
+#include <pliant/xpbd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace {
+
+using bridge_test::StockWorld;
+
+enum class Solver { position_based, xpbd, implicit };
+enum class Manner { motion_state, transform, tick };
+constexpr float margin = 0.02f;                       // m
+constexpr btScalar step = btScalar(1) / btScalar(60); // s
+
+/// What the tick callback moves, and how fast; m/s.
+btRigidBody* ticked = nullptr;
+btScalar ticked_speed = 0;
+
+/// A sheet that lies on a lift, 1 kg.
+struct Lift {
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    btRigidBody* body = nullptr;
+    pli_body* sheet = nullptr;
+    Manner manner;
+    btScalar height = 0;
+
+    Lift(Manner by, Solver solver, bool has_faces) : manner(by) {
+        body = &stock.add_box(btVector3(2, btScalar(0.5), 2), 0, btVector3(0, btScalar(-0.5), 0));
+        body->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        body->setActivationState(DISABLE_DEACTIVATION);
+        if (manner != Manner::motion_state) { body->setMotionState(nullptr); }
+        sheet = bridge_test::add_sheet(bridge, 1, margin, 9, 0, 0, 0, margin);
+        if (solver == Solver::xpbd) {
+            assert_int_equal(pli_body_enable_xpbd(sheet, nullptr), PLI_OK);
+            assert_int_equal(pli_body_enable_xpbd_links(sheet, nullptr), PLI_OK);
+        }
+        if (solver == Solver::implicit) { assert_int_equal(pli_body_enable_implicit(sheet, nullptr), PLI_OK); }
+        if (has_faces) { assert_int_equal(pli_body_enable_rigid_face_contacts(sheet, nullptr), PLI_OK); }
+    }
+    /// A frame of so many sub-steps, at so many m/s.
+    void frame(btScalar speed, int sub_steps) {
+        height += speed * step * btScalar(sub_steps);
+        btTransform pose = btTransform::getIdentity();
+        pose.setOrigin(btVector3(0, height - btScalar(0.5), 0));
+        if (manner == Manner::motion_state) { body->getMotionState()->setWorldTransform(pose); }
+        if (manner == Manner::transform) { body->setWorldTransform(pose); }
+        ticked = body;
+        ticked_speed = speed;
+        const auto move = [](btDynamicsWorld*, btScalar dt) { ticked->translate(btVector3(0, ticked_speed * dt, 0)); };
+        stock.world->setInternalTickCallback(manner == Manner::tick ? btInternalTickCallback(move) : nullptr, nullptr,
+                                             true);
+        // A little more than the sub-steps take, so that rounding never costs one.
+        stock.world->stepSimulation(step * (btScalar(sub_steps) + btScalar(1e-4)), sub_steps, step);
+    }
+    /// The largest distance of a node from the margin around the lift, as it is drawn.
+    double off() const {
+        const pli_body_view view = pli_body_get_view(sheet);
+        const btScalar top = body->getWorldTransform().getOrigin().y() + btScalar(0.5) + btScalar(margin);
+        double most = 0;
+        for (int i = 0; i < view.node_count; ++i) {
+            most = std::max(most, std::abs(double(btScalar(view.positions[i].y) - top)));
+        }
+        return most;
+    }
+};
+
+/// Also while it gathers speed, at 5 m/s^2, but for what a tick callback does before Bullet sees any.
+void test_a_sheet_lies_on_a_lift_where_it_is_drawn(void**) {
+    double most_of_all = 0, most_at_end = 0;
+    for (int i = 0; i < 3 * 3 * 2 * 2 * 3; ++i) {
+        const Manner manner = std::array{Manner::motion_state, Manner::transform, Manner::tick}[std::size_t(i % 3)];
+        const Solver solver =
+            std::array{Solver::position_based, Solver::xpbd, Solver::implicit}[std::size_t(i / 3 % 3)];
+        const bool has_faces = i / 9 % 2 == 1;
+        const int sub_steps = i / 18 % 2 + 1;
+        const btScalar top_speed = std::array{btScalar(-3), btScalar(3), btScalar(8)}[std::size_t(i / 36)];
+        Lift lift(manner, solver, has_faces);
+        double most = 0;
+        for (int k = 0; k < 150; ++k) {
+            const btScalar speed = btScalar(std::min(k, 96)) / 96 * top_speed;
+            lift.frame(speed, sub_steps);
+            most = std::max(most, lift.off());
+        }
+        assert_int_equal(lift.bridge.status(), PLI_OK);
+        most_of_all = std::max(most_of_all, most);
+        most_at_end = std::max(most_at_end, lift.off());
+    }
+    print_message("at most %.2g m off, %.2g at the end\n", most_of_all, most_at_end);
+    check_at_most(most_of_all, 5e-3);
+    check_at_most(most_at_end, 1e-4);
+}
+
+} // namespace
+
+int main() {
+    const CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_sheet_lies_on_a_lift_where_it_is_drawn),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
