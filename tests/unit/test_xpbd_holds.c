@@ -135,11 +135,71 @@ static void test_weight_on_an_arm_rocks_no_wilder(void** unused) {
     assert_true(most > 0.02f);
 }
 
+static void add_strip(int index, int count) {
+    pli_patch_def patch = pli_patch_def_default();
+    const float width = 1.6f / (float)count, x = (float)index * width - 0.8f;
+    patch.corner_00 = pli_vec3_make(x, 0.03f, -0.8f);
+    patch.corner_10 = pli_vec3_make(x + 0.95f * width, 0.03f, -0.8f);
+    patch.corner_01 = pli_vec3_make(x, 0.03f, 0.8f);
+    patch.corner_11 = pli_vec3_make(x + 0.95f * width, 0.03f, 0.8f);
+    patch.columns = 3;
+    patch.rows = 16;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = sheet_margin;
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1 / (float)count));
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    CHECK_OK(pli_body_enable_xpbd(body, NULL));
+    CHECK_OK(pli_body_enable_xpbd_links(body, NULL));
+    CHECK_OK(pli_body_enable_rigid_contacts(body, NULL));
+}
+
+/* A box of 50 kg falls half a metre on strips of cloth that lie side by side. Solved one after the other, each threw it
+   back: up to 2.4 m, with 3.4 times its energy. */
+static void test_many_strips_stop_a_box_once(void** unused) {
+    (void)unused;
+    const pli_vec3 gravity = pli_world_def_default().gravity;
+    pli_shape* shape = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(5, 1, 5), &shape));
+    (void)make_rigid(shape, -1, 0);
+    for (int count = 1; count <= 8; count *= 2) {
+        for (int i = 0; i < count; ++i) {
+            add_strip(i, count);
+        }
+        for (int i = 0; i < 60; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+        }
+        CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.6f, 0.2f, 0.6f), &shape));
+        pli_rigid* box = make_rigid(shape, 0.75f, 50);
+        double most = 0, highest = 0;
+        bool has_hit = false;
+        for (int i = 0; i < 90; ++i) {
+            (void)step_ball(box, 0);
+            const pli_rigid_state state = pli_rigid_get_state(box);
+            const double y = (double)state.pose.origin.y, v = (double)state.linear_velocity.y;
+            most = fmax(most, 0.5 * v * v - (double)gravity.y * y);
+            has_hit = has_hit || y < 0.3;
+            if (has_hit) { highest = fmax(highest, y); }
+        }
+        print_message("%d strips: at most %.3f J/kg of 7.5, up to %.3f m after the hit\n", count, most, highest);
+        check_at_most(most, 7.5);
+        check_at_most(highest, 0.3);
+        pli_rigid_destroy(box);
+        while (pli_world_body_count(world) > 0) {
+            pli_body_destroy(pli_world_get_body(world, 0));
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_trampolines_throw_nothing_higher_than_it_fell, setup_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_ball_rests_on_faces, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_many_strips_stop_a_box_once, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_weight_on_an_arm_rocks_no_wilder, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -222,6 +222,8 @@ typedef struct plii_feature_class {
     /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. Bodies that are joined
        to the same rigid body are solved by one thread. */
     void (*visit_joined)(const void* state, plii_joined_fn* visit, void* user);
+    /* The rigid bodies that its contacts of this step are with, some more than once. */
+    void (*visit_met)(const void* state, plii_joined_fn* visit, void* user);
     /* Does nothing until a call puts something into it, which makes it: worlds without it are the same. Its `enable`
        may be called again. */
     bool is_made_by_calls;

@@ -76,8 +76,9 @@ struct pli_rigid {
     pli_transform rest_pose; /* and for how long it was near it; s */
     float rest_time;
 
-    bool is_in_step; /* a path, a touch or a pull of this step or the next is to be taken back */
-    int first_body;  /* of those that meet it in this step (world/world_impl.h) */
+    bool is_in_step;       /* a path, a touch or a pull of this step or the next is to be taken back */
+    int first_body;        /* of those that meet it in this step (world/world_impl.h) */
+    int first_island_body; /* the same of those with substeps (world/islands.c) */
     int shape_count, shape_capacity, shape_pose_capacity, shape_place_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;

@@ -547,6 +547,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .collides_last = true,
     .list_constraints = plii_rigid_faces_list_constraints,
     .visit_contacts = plii_rigid_faces_visit_contacts,
+    .visit_met = plii_rigid_faces_visit_met,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
     .build = rigid_faces_build,
 };

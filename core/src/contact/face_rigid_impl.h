@@ -108,6 +108,7 @@ int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, in
                                       plii_node_constraint* constraints);
 /* Of contact events. */
 void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user);
+void plii_rigid_faces_visit_met(const void* data, plii_joined_fn* visit, void* user);
 extern const plii_substep_class plii_rigid_faces_substepped;
 
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);

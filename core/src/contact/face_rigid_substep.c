@@ -59,6 +59,13 @@ void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, pli
     }
 }
 
+void plii_rigid_faces_visit_met(const void* data, plii_joined_fn* visit, void* user) {
+    const plii_rigid_faces* state = data;
+    for (int i = 0; i < state->candidate_count; ++i) {
+        visit(NULL, state->candidates[i].rigid, user);
+    }
+}
+
 static void faces_begin(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
     state->substeps.count = 0;

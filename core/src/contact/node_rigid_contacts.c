@@ -296,6 +296,15 @@ static void rigid_contacts_visit(const pli_body* body, const void* data, plii_co
     }
 }
 
+static void rigid_contacts_visit_met(const void* data, plii_joined_fn* visit, void* user) {
+    const plii_rigid_contacts* state = data;
+    for (int i = 0; i < state->count; ++i) {
+        if (i == 0 || state->contacts[i].rigid != state->contacts[i - 1].rigid) {
+            visit(NULL, state->contacts[i].rigid, user);
+        }
+    }
+}
+
 // ---------------------------------------------------------------------------------------------------- the feature
 
 static void rigid_contacts_clear(pli_body* body, void* data) {
@@ -370,6 +379,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .collide_rigid = rigid_contacts_collide,
     .list_constraints = rigid_contacts_list_constraints,
     .visit_contacts = rigid_contacts_visit,
+    .visit_met = rigid_contacts_visit_met,
     .on_rigid_removed = rigid_contacts_on_rigid_removed,
     .reserve = rigid_contacts_preallocate,
     .build = rigid_contacts_clear,

@@ -30,8 +30,43 @@ void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
     plii_context_unlock(world->context, was_locked);
 }
 
+static void islands_meet(pli_body* other, pli_rigid* rigid, void* user) {
+    const pli_body* body = user;
+    (void)other;
+    if (rigid == NULL || rigid->kind != PLI_RIGID_DYNAMIC) { return; }
+    if (rigid->first_island_body == PLI_NULL_INDEX) {
+        rigid->first_island_body = body->world_index;
+    } else {
+        pli_world* world = body->world;
+        plii_world_join_bodies(world, world->bodies[rigid->first_island_body], world->bodies[body->world_index]);
+    }
+}
+
+/* Bodies with substeps that hold the same rigid body do so side by side. One after the other, each would stop it anew
+   on the way that it went before the one before stopped it, and together they would throw it back. */
+static void islands_join_by_rigids(pli_world* world) {
+    int count = 0;
+    for (int i = 0; i < world->body_count && count < 2; ++i) {
+        count += world->bodies[i]->solver_class->has_substeps;
+    }
+    if (count < 2) { return; }
+    for (int i = 0; i < world->rigid_count; ++i) {
+        world->rigids[i]->first_island_body = PLI_NULL_INDEX;
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (plii_body_is_idle(body) || !body->solver_class->has_substeps) { continue; }
+        for (PLII_EACH_FEATURE(feature, body)) {
+            const plii_feature_class* klass = feature->klass;
+            if (klass->visit_met != NULL) { klass->visit_met(feature->state, islands_meet, body); }
+            if (klass->visit_joined != NULL) { klass->visit_joined(feature->state, islands_meet, body); }
+        }
+    }
+}
+
 /* From the last body, so that lists come in the order of bodies. The root is the first one. */
 void plii_islands_find(pli_world* world) {
+    islands_join_by_rigids(world);
     if (!world->has_islands) { return; }
     plii_union_flatten(world->body_count, world->islands);
     for (int i = world->body_count - 1; i >= 0; --i) {
