@@ -169,6 +169,30 @@ static void test_a_plate_on_a_cube_comes_to_rest(void** unused) {
     }
 }
 
+/* A press of 100 kg that can only go up and down falls on the cube. */
+static void test_a_plate_on_rails_is_not_thrown(void** unused) {
+    (void)unused;
+    (void)make_box(PLI_RIGID_STATIC, pli_vec3_make(5, 1, 5), -1, 0);
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* body = make_cube((solver_choice)solver, true);
+        pli_rigid* plate = make_box(PLI_RIGID_DYNAMIC, pli_vec3_make(0.5f, 0.05f, 0.5f), edge + 0.3f, 100);
+        CHECK_OK(pli_rigid_set_factors(plate, pli_vec3_make(0, 1, 0), pli_vec3_make(0, 0, 0)));
+        double fastest = 0, highest = 0;
+        for (int i = 0; i < 240; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(plate, pli_world_get_gravity(world), dt));
+            const pli_rigid_state state = pli_rigid_get_state(plate);
+            fastest = fmax(fastest, fabs((double)state.linear_velocity.y));
+            highest = fmax(highest, (double)state.pose.origin.y);
+        }
+        print_message("solver %d: plate up to %.2f m/s and %.3f m\n", solver, fastest, highest);
+        pli_rigid_destroy(plate);
+        pli_body_destroy(body);
+        check_at_most(fastest, 5);
+        check_at_most(highest, (double)edge + 0.3);
+    }
+}
+
 /* One that lies is not moved along the ground by forces of its own. */
 static void test_a_leaning_cube_stays(void** unused) {
     (void)unused;
@@ -222,6 +246,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_a_press_holds_what_it_presses, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_plate_on_a_cube_comes_to_rest, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_plate_on_rails_is_not_thrown, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_leaning_cube_stays, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_node_in_a_wedge_stops_no_box, setup_world, teardown_world),
     };

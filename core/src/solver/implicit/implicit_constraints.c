@@ -12,7 +12,8 @@
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
-#define IMPLICIT_HOLD_RECOVERY 0.1 /* s, in which a body comes out of what holds it */
+#define IMPLICIT_HOLD_RECOVERY 0.1   /* s, in which a body comes out of what holds it */
+#define IMPLICIT_LEAST_RESPONSE 0.01 /* across, of that along a normal: locked axes have next to none */
 
 // ------------------------------------------------------------------------------------------------- rigid bodies
 
@@ -405,6 +406,8 @@ static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_co
     hold->node_count = 0;
     hold->target = plii_dvec3_add_scaled(from->surface_velocity, from->normal, -way * (double)body->step.inverse_dt);
     hold->recovery = (plii_dvec3){0};
+    const double response = plii_implicit_point_response(constraints, hold, hold->normal);
+    constraints->count -= !(response > 1e-9 * (double)rigid->rigid->state.inverse_mass); /* it is locked that way */
 }
 
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
@@ -493,7 +496,7 @@ void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
         const double across = plii_implicit_point_response(constraints, constraint, a) +
                               plii_implicit_point_response(constraints, constraint, c);
         constraint->stiffness = 1.0 / along;
-        constraint->stiffness_across = 2.0 / across;
+        constraint->stiffness_across = 2.0 / fmax(across, IMPLICIT_LEAST_RESPONSE * along);
     }
 }
 
