@@ -157,6 +157,7 @@ void between_steps(benchmark::State& state, Dress dress, Save save, Restore rest
         frames.push_back(make_buffer(size));
         check(pli_world_save(sheets.world, frames.back().get(), size, nullptr));
     }
+    const Buffer block = make_buffer(size); /* what copies are of */
     const auto seconds = [&](const auto& work) {
         check(pli_world_step(sheets.world, 1.0f / 60.0f));
         const auto start = std::chrono::steady_clock::now();
@@ -169,27 +170,23 @@ void between_steps(benchmark::State& state, Dress dress, Save save, Restore rest
         unsigned char* const latest = frames[frame].get();
         frame = (frame + 1) % frames.size();
         unsigned char* const earliest = frames[frame].get();
-        const double saving = seconds([&] { save(sheets.world, latest, size); });
-        state.SetIterationTime(saving + seconds([&] { restore(sheets.world, earliest, size); }));
+        const double saving = seconds([&] { save(sheets.world, block.get(), latest, size); });
+        state.SetIterationTime(saving + seconds([&] { restore(sheets.world, block.get(), earliest, size); }));
     }
     count_bytes(state, size);
 }
 
 void save_and_restore_between_steps(benchmark::State& state, Dress dress) {
     between_steps(
-        state, dress, [](auto* world, auto* frame, auto size) { check(pli_world_save(world, frame, size, nullptr)); },
-        [](auto* world, auto* frame, auto size) { check(pli_world_restore(world, frame, size)); });
+        state, dress,
+        [](auto* world, auto*, auto* frame, auto size) { check(pli_world_save(world, frame, size, nullptr)); },
+        [](auto* world, auto*, auto* frame, auto size) { check(pli_world_restore(world, frame, size)); });
 }
 
 void copy_between_steps(benchmark::State& state, Dress dress) {
-    Buffer block;
     between_steps(
-        state, dress,
-        [&](auto*, auto* frame, auto size) {
-            if (!block) { block = make_buffer(size); }
-            std::memcpy(frame, block.get(), size);
-        },
-        [&](auto*, auto* frame, auto size) { std::memcpy(block.get(), frame, size); });
+        state, dress, [](auto*, auto* block, auto* frame, auto size) { std::memcpy(frame, block, size); },
+        [](auto*, auto* block, auto* frame, auto size) { std::memcpy(block, frame, size); });
 }
 
 void step(benchmark::State& state, bool is_asleep) {

@@ -145,7 +145,7 @@ private:
     bool prepares_ahead_ = true;
     bool is_restoring_ = false;
     unsigned step_ = 0;
-    btScalar followed_dt_ = 0; ///< of the step, in which kinematic bodies are followed; 0 as btSoftBody meets them
+    btScalar followed_dt_ = 0; ///< s, of the step; 0 in reference mode, where kinematic bodies are met as by btSoftBody
     std::vector<std::unique_ptr<SoftObject>> objects_;
     std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;
     std::vector<std::unique_ptr<RigidProxy>> replaced_; ///< let go of, and another object is at the address

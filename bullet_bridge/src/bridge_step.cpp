@@ -198,8 +198,8 @@ void Bridge::Impl::take_part(RigidProxy& proxy) {
     if (proxy.present_step == step_) { return; }
     proxy.present_step = step_;
     proxy.note_place();
-    proxy.read_present_state(
-        followed_dt_); // well before the core looks at it: what was just stored in parts is slow to read
+    // Well before the core looks at it: what was just stored in parts is slow to read.
+    proxy.read_present_state(followed_dt_);
     note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
     if (proxy.rigid() == nullptr) { return; }
     touched_.push_back(&proxy);

@@ -96,7 +96,7 @@ void test_a_sheet_lies_on_a_lift_where_it_is_drawn(void**) {
     }
     print_message("at most %.2g m off, %.2g at the end\n", most_of_all, most_at_end);
     check_at_most(most_of_all, 5e-3);
-    check_at_most(most_at_end, 1e-4);
+    check_at_most(most_at_end, 1e-5);
 }
 
 } // namespace

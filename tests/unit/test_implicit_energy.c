@@ -222,7 +222,7 @@ static void test_friction_of_light_bodies_gives_no_energy(void** unused) {
     }
 }
 
-/* About the vertical through the middle of the sheet, rad/s; without what it moves by as a whole. */
+/* About the vertical through the origin, where its middle is; rad/s. */
 static double turning_of(const pli_body* body) {
     const pli_body_view view = pli_body_get_view(body);
     double momentum = 0, inertia = 0;
@@ -267,12 +267,37 @@ static void test_friction_moves_a_sheet_on_a_belt(void** unused) {
         const double at_end = turns ? turning_of(body) : (double)pli_body_momentum(body).x;
         print_message("%s, %d sweeps: %.4f after half a second, %.4f\n", turns ? "turning" : "running", implicit.sweeps,
                       after_half, at_end);
-        check_near(after_half, turns ? 0.56 : 0.5, 0.02);
-        check_near(at_end, 1.0, turns ? 5e-3 : 1e-3);
+        check_near(after_half, turns ? 0.56 : 0.5, 5e-3);
+        check_near(at_end, 1.0, turns ? 2e-3 : 1e-3);
         pli_body_destroy(body);
         CHECK_OK(pli_rigid_set_state(belt, &def.state));
     }
     pli_rigid_destroy(belt);
+}
+
+/* What faces are only moved back by, over the corners of a table, stayed as speed into it: 3.5 m/s
+   here. What is left is that sweeps do not finish. */
+static void test_cloth_over_a_table_slows_down(void** unused) {
+    (void)unused;
+    pli_shape* shape = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.6f, 0.5f, 0.6f), &shape));
+    (void)make_rigid(shape, -0.5f - 1.5f * sheet_margin, 0);
+    const pli_solver_settings settings = pli_body_def_default().solver;
+    pli_body* body = make_sheet(SHEET_LOOSE, &settings, false, false);
+    CHECK_OK(pli_body_enable_implicit(body, NULL));
+    CHECK_OK(pli_body_enable_rigid_contacts(body, NULL));
+    CHECK_OK(pli_body_enable_rigid_face_contacts(body, NULL));
+    const pli_body_view view = pli_body_get_view(body);
+    double fastest = 0;
+    for (int i = 0; i < 480; ++i) {
+        CHECK_OK(pli_world_step(world, 1.0f / 60.0f));
+        for (int n = 0; n < view.node_count && i >= 360; ++n) {
+            const pli_vec4 v = view.velocities[n];
+            fastest = fmax(fastest, (double)pli_vec3_length(pli_vec3_make(v.x, v.y, v.z)));
+        }
+    }
+    print_message("fastest node %.3g m/s\n", fastest);
+    check_at_most(fastest, 1.8);
 }
 
 int main(void) {
@@ -284,6 +309,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_friction_of_light_bodies_gives_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_compressed_sheet_does_not_burst, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_an_edge_does_not_push_sideways, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_cloth_over_a_table_slows_down, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_friction_moves_a_sheet_on_a_belt, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -684,6 +684,33 @@ static void test_resting_cloth_is_as_with_nodes_alone(void** state) {
     check_near(heights[1], heights[0], 1e-3);
 }
 
+/* Faces whose nodes are held on one plane are not looked at, in whatever order contacts were enabled; where those of
+   nodes rub less they hold nothing for faces. */
+static void test_flat_faces_are_left_to_their_nodes(void** state) {
+    fixture* f = *state;
+    for (int i = 0; i < 3; ++i) {
+        pli_body* cloth = make_cloth(f->world, 0, 0.02f, 4);
+        if (i > 0) { enable_faces(cloth); }
+        pli_rigid_contacts_def nodes = pli_rigid_contacts_def_default();
+        nodes.friction = i < 2 ? nodes.friction : 0;
+        assert_int_equal(pli_body_enable_rigid_contacts(cloth, &nodes), PLI_OK);
+        if (i == 0) { enable_faces(cloth); }
+        pli_shape* shape = NULL;
+        assert_int_equal(pli_shape_create_box(f->context, pli_vec3_make(2, 0.5f, 2), &shape), PLI_OK);
+        pli_rigid* table =
+            make_rigid(f->world, shape, 0, pli_vec3_make(1, 1, 1), at(0, -0.53f, 0), pli_vec3_make(0, 0, 0));
+        for (int k = 0; k < 120; ++k) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+        }
+        const int count = pli_body_get_rigid_face_contacts(cloth, 0, NULL);
+        print_message("case %d: %d contacts of faces, %.2g J\n", i, count, (double)pli_body_kinetic_energy(cloth));
+        assert_true(i < 2 ? count == 0 : count >= 200); /* of 200 faces */
+        check_at_most(pli_body_kinetic_energy(cloth), i < 2 ? 1e-12 : 1e-6);
+        pli_rigid_destroy(table);
+        pli_body_destroy(cloth);
+    }
+}
+
 static uint64_t hash_of_a_run(fixture* f) {
     pli_body* cloth = make_cloth(f->world, PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10, 0.005f, 4);
     enable_faces(cloth);
@@ -1109,6 +1136,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_kinematic_bodies_carry_faces_in_substeps, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_shapes_may_change_before_the_solve, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_resting_cloth_is_as_with_nodes_alone, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_flat_faces_are_left_to_their_nodes, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_face_contacts_repeat_bit_for_bit, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_face_contacts_come_and_go, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_cutting_ends_face_contacts, setup_fixture, teardown_fixture),

@@ -418,7 +418,7 @@ int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state) {
     const int before = state->count;
     for (int i = 0; i < state->candidate_count; ++i) {
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
-        pass.is_over = true;
+        pass.is_at_end = true;
         if (plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_review_element) != PLI_OK) { break; }
     }
     return state->count - before;

@@ -47,7 +47,7 @@ static const plii_rigid_contact* flat_find(const plii_rigid_faces_pass* pass, in
     return is_it ? found : NULL;
 }
 
-/* Of the margin, how far the node is from the plane of its contact; where it began, at the end too when it is there. */
+/* Of the plane of its contact, where the step began; and at its end, once that is reached. */
 static bool flat_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_contact* contact) {
     const pli_body* body = pass->body;
     const pli_rigid* rigid = contact->rigid;
@@ -55,7 +55,7 @@ static bool flat_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_
     const float least = RIGID_FACES_FLAT_DEPTH * body->collision_margin;
     const float begin = pli_vec3_dot(n, plii_xyz(body->previous[contact->node])) + contact->normal.w;
     if (!(begin >= least)) { return false; }
-    if (!pass->is_over) { return true; }
+    if (!pass->is_at_end) { return true; }
     const pli_vec3 x = plii_xyz(body->positions[contact->node]);
     const pli_vec3 surface = plii_rigid_velocity_at(rigid, pli_vec3_sub(x, pass->begin.origin));
     return pli_vec3_dot(n, x) + contact->normal.w - pli_vec3_dot(n, surface) * body->step.dt >= least;

@@ -72,7 +72,7 @@ typedef struct plii_rigid_faces_pass {
     float radius;
     const plii_shape_triangle* triangle; /* the piece that the core is; NULL when the shape is convex */
     pli_bounds bounds;                   /* of the shape on its way */
-    bool is_over;                        /* nodes are where the step has brought them */
+    bool is_at_end;                      /* nodes are where the step has brought them */
     int element;                         /* that is visited, and its nodes */
     int nodes[3];
 } plii_rigid_faces_pass;

@@ -205,7 +205,7 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
     for (int i = 0; i < state->candidate_count; ++i) {
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
-        pass.is_over = true;
+        pass.is_at_end = true;
         (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
     }
 }

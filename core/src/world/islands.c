@@ -31,14 +31,13 @@ void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
 }
 
 static void islands_meet(pli_body* other, pli_rigid* rigid, void* user) {
-    const pli_body* body = user;
+    pli_body* body = user;
     (void)other;
     if (rigid == NULL || rigid->kind != PLI_RIGID_DYNAMIC) { return; }
     if (rigid->first_island_body == PLI_NULL_INDEX) {
         rigid->first_island_body = body->world_index;
     } else {
-        pli_world* world = body->world;
-        plii_world_join_bodies(world, world->bodies[rigid->first_island_body], world->bodies[body->world_index]);
+        plii_world_join_bodies(body->world, body->world->bodies[rigid->first_island_body], body);
     }
 }
 
@@ -49,10 +48,12 @@ static void islands_join_by_rigids(pli_world* world) {
     for (int i = 0; i < world->body_count && count < 2; ++i) {
         count += world->bodies[i]->solver_class->has_substeps;
     }
-    if (count < 2) { return; }
-    for (int i = 0; i < world->rigid_count; ++i) {
+    bool has_dynamic = false;
+    for (int i = 0; i < world->rigid_count && count == 2; ++i) {
+        has_dynamic = has_dynamic || world->rigids[i]->kind == PLI_RIGID_DYNAMIC;
         world->rigids[i]->first_island_body = PLI_NULL_INDEX;
     }
+    if (!has_dynamic) { return; }
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
         if (plii_body_is_idle(body) || !body->solver_class->has_substeps) { continue; }

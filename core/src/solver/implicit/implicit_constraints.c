@@ -407,7 +407,8 @@ static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_co
     hold->target = plii_dvec3_add_scaled(from->surface_velocity, from->normal, -way * (double)body->step.inverse_dt);
     hold->recovery = (plii_dvec3){0};
     const double response = plii_implicit_point_response(constraints, hold, hold->normal);
-    constraints->count -= !(response > 1e-9 * (double)rigid->rigid->state.inverse_mass); /* it is locked that way */
+    const bool is_locked = !(response > 1e-9 * (double)rigid->rigid->state.inverse_mass);
+    if (is_locked) { constraints->count -= 1; }
 }
 
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
