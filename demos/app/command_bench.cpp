@@ -106,7 +106,7 @@ static nlohmann::ordered_json to_json(const BenchResult& result) {
 
 // ---------------------------------------------------------------------------------------------------------- CSV
 
-static std::string csv_heading() {
+static std::string bench_csv_heading() {
     std::string line = "scene,nodes,links,clusters,bodies,ratio,reference_ratio,world_step_ratio,ns_per_link,"
                        "ns_per_contact,ns_per_cluster";
     for (const char* engine : {"pliant", "reference", "bullet"}) {
@@ -264,7 +264,7 @@ int run_bench(const BenchOptions& options) {
     const report::OutputFile csv(options.csv_file);
     demos::count_bullet_memory();
     const std::vector<BenchResult> results = options.series.empty() ? bench_scenes(options) : bench_sizes(options);
-    std::string lines = csv_heading();
+    std::string lines = bench_csv_heading();
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const BenchResult& result : results) {
         lines += csv_line(result);

@@ -91,7 +91,7 @@ static std::string csv_line(const Comparison& comparison) {
     return line + "\n";
 }
 
-static const char* const csv_heading =
+static const char* const compare_csv_heading =
     "scene,nodes,frames,median,p99,maximum,worst_frame,bit_equal_share,frames_with_lone_contacts,frames_above_limit,"
     "unexplained_frames,error_30,error_60,error_300,bullet_ms,pliant_ms,time_ratio,solver\n";
 
@@ -150,7 +150,7 @@ int run_compare(const CompareOptions& options) {
                 options.witness == "pliant" ? demos::Witness::pliant : demos::Witness::bullet, settings));
         }
     }
-    std::string lines = csv_heading;
+    std::string lines = compare_csv_heading;
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const Comparison& comparison : comparisons) {
         lines += csv_line(comparison);

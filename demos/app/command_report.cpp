@@ -20,7 +20,7 @@ namespace app {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-static constexpr int panel_width = 640, panel_height = 480;
+static constexpr int report_panel_width = 640, report_panel_height = 480;
 static constexpr int quick_rest_steps = 2000, quick_comparison_frames = 120;
 
 // What of everything is measured.
@@ -102,7 +102,7 @@ static void draw_pictures(const std::vector<const scene*>& scenes, report::Repor
         content.pictures.push_back({which->name, which->summary,
                                     painter
                                         ->draw({{&pliant, "Pliant", detail}, {&bullet, "Bullet (btSoftBody)", detail}},
-                                               panel_width, panel_height)
+                                               report_panel_width, report_panel_height)
                                         .to_png()});
     }
 }

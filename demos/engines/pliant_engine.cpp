@@ -35,10 +35,6 @@ static pli_context* create_context(const EngineOptions& options, pli_threads* th
     return context;
 }
 
-static pli_vec3 xyz(const pli_vec4& v) {
-    return pli_vec3_make(v.x, v.y, v.z);
-}
-
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
     : Engine(description, options), run_(choose_solver(description, EngineKind::pliant, options)),
       threads_(create_threads(options)), context_(create_context(options, threads_.get())),

@@ -13,6 +13,10 @@
 
 namespace demos {
 
+inline pli_vec3 xyz(const pli_vec4& v) {
+    return pli_vec3_make(v.x, v.y, v.z);
+}
+
 class PliantEngine final : public Engine {
 public:
     PliantEngine(const Description& description, const EngineOptions& options);

@@ -4,10 +4,6 @@
 
 namespace demos {
 
-static pli_vec3 xyz(const pli_vec4& v) {
-    return pli_vec3_make(v.x, v.y, v.z);
-}
-
 RayHit PliantEngine::cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const {
     RayHit nearest;
     for (int i = 0; i < soft_count(); ++i) {

@@ -8,7 +8,7 @@ namespace report {
 
 using nlohmann::json;
 
-static const char* const style = R"(:root { color-scheme: light; background: #fff; color: #1c2024; }
+static const char* const report_style = R"(:root { color-scheme: light; background: #fff; color: #1c2024; }
 body { max-width: 1000px; }
 h2 { font-size: 1.3rem; margin: 2.6rem 0 .4rem; padding-top: .8rem; border-top: 2px solid #d5dae0; }
 h3 { font-size: 1.05rem; margin: 1.6rem 0 .2rem; }
@@ -276,7 +276,7 @@ static std::string figures_part(const ReportContent& content) {
 }
 
 std::string report_page(const ReportContent& content) {
-    std::string html = page_head("Pliant: report", style);
+    std::string html = page_head("Pliant: report", report_style);
     html += "<h1>Pliant: report</h1>\n<p>Soft bodies of Pliant beside those of Bullet (btSoftBody), on the same "
             "scenes: looks, agreement, speed, precision, stability and costs, measured on this machine.";
     html += content.is_quick ? " The quick form: some of the scenes and settings.</p>\n" : "</p>\n";

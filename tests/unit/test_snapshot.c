@@ -83,6 +83,36 @@ static void one_body_goes_back_alone(void** unused) {
     end(&t);
 }
 
+static void a_buffer_needs_no_alignment(void** unused) {
+    (void)unused;
+    enum { LINE = 64 };
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    for (int i = 0; i < BEFORE; ++i) {
+        step(&t);
+    }
+    const size_t size = pli_world_snapshot_size(t.world), room = (size + 2 * LINE) / LINE * LINE;
+    unsigned char *aligned = aligned_alloc(LINE, room), *buffer = aligned_alloc(LINE, room);
+    assert_int_equal(pli_world_save(t.world, aligned, size, NULL), PLI_OK);
+    for (size_t offset = 1; offset < LINE; offset += 5) {
+        memset(buffer, 0xff, room);
+        assert_int_equal(pli_world_save(t.world, buffer + offset, size, NULL), PLI_OK);
+        assert_memory_equal(buffer + offset, aligned, size);
+    }
+    step(&t);
+    const uint64_t hash = hash_of(&t);
+    for (size_t offset = 1; offset < LINE; offset += 5) {
+        memcpy(buffer + offset, aligned, size);
+        assert_int_equal(pli_world_restore(t.world, buffer + offset, size), PLI_OK);
+        t.step = BEFORE;
+        step(&t);
+        assert_true(hash_of(&t) == hash);
+    }
+    free(buffer);
+    free(aligned);
+    end(&t);
+}
+
 /* As docs/costs.md has it; what does not grow with the body, or by a fraction of a byte per node, is below 600 B. */
 static void bytes_are_those_of_the_page_of_costs(void** unused) {
     (void)unused;
@@ -344,6 +374,7 @@ int main(void) {
         cmocka_unit_test(every_member_of_a_state_is_said),
         cmocka_unit_test(a_restored_world_goes_the_same_way_again),
         cmocka_unit_test(one_body_goes_back_alone),
+        cmocka_unit_test(a_buffer_needs_no_alignment),
         cmocka_unit_test(bytes_are_those_of_the_page_of_costs),
         cmocka_unit_test(what_is_damaged_is_refused),
         cmocka_unit_test(a_world_that_is_another_is_refused),

@@ -189,14 +189,14 @@ void add_trampolines(std::vector<StabilityCase>& cases) {
 
 // --------------------------------------------------------------------------------------- a box that lies on cloth
 
-constexpr float box_half_width = 0.15f;
+constexpr float small_box_half_width = 0.15f;
 
 void build_box_on_cloth(scene_builder* builder, float gap, float yaw) {
     scene_rigid_def box = scene_rigid_def_default();
     box.name = "box";
-    box.shape = scene_box(pli_vec3_make(box_half_width, box_half_width, box_half_width));
+    box.shape = scene_box(pli_vec3_make(small_box_half_width, small_box_half_width, small_box_half_width));
     box.mass = 1;
-    box.pose.origin = pli_vec3_make(0, 2 * margin + box_half_width + gap, 0);
+    box.pose.origin = pli_vec3_make(0, 2 * margin + small_box_half_width + gap, 0);
     const float c = std::cos(yaw), s = std::sin(yaw);
     box.pose.rotation.rows[0] = pli_vec3_make(c, 0, s);
     box.pose.rotation.rows[2] = pli_vec3_make(-s, 0, c);

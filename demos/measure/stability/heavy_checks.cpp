@@ -10,11 +10,6 @@ namespace {
 
 // ------------------------------------------------------------------------------------------------------ vectors
 
-double dot(pli_vec3 a, pli_vec3 b) {
-    return static_cast<double>(a.x) * static_cast<double>(b.x) + static_cast<double>(a.y) * static_cast<double>(b.y) +
-           static_cast<double>(a.z) * static_cast<double>(b.z);
-}
-
 double distance(pli_vec3 a, pli_vec3 b) {
     const pli_vec3 d = pli_vec3_sub(b, a);
     return std::sqrt(dot(d, d));

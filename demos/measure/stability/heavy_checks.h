@@ -8,6 +8,11 @@
 
 namespace demos {
 
+inline double dot(pli_vec3 a, pli_vec3 b) {
+    return static_cast<double>(a.x) * static_cast<double>(b.x) + static_cast<double>(a.y) * static_cast<double>(b.y) +
+           static_cast<double>(a.z) * static_cast<double>(b.z);
+}
+
 // What does not change while a case runs.
 struct CheckedRigid {
     double mass = 0; // kg, 0: does not move, or is moved by the scene

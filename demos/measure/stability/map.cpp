@@ -6,6 +6,7 @@
 #include "engines/bullet_engine.h"
 #include "engines/pliant_engine.h"
 #include "engines/solvers.h"
+#include "heavy_checks.h"
 #include "measure/measure.h"
 #include "stability.h"
 
@@ -136,11 +137,6 @@ bool is_frozen(const Engine& engine) {
 }
 
 // ---------------------------------------------------------------------------------------------------- the energy
-
-double dot(pli_vec3 a, pli_vec3 b) {
-    return static_cast<double>(a.x) * static_cast<double>(b.x) + static_cast<double>(a.y) * static_cast<double>(b.y) +
-           static_cast<double>(a.z) * static_cast<double>(b.z);
-}
 
 struct Energy {
     double kinetic = 0, potential = 0; // J, soft and rigid bodies; potential: of gravity

@@ -5,7 +5,6 @@
 
 #include <math.h>
 
-static const float half_pi = 1.5707963f;
 static const pli_vec3 car_origin = {100, 80, 0};
 
 /* From the frame of the car, which looks along +z, to the world. */

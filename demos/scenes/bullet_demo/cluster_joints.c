@@ -6,8 +6,6 @@
 
 #include <math.h>
 
-static const float half_pi = 1.5707963f;
-
 static pli_mesh* upright_torus(scene_builder* builder, pli_vec3 position, pli_vec3 scale, scene_soft_def* def) {
     return part_cluster_torus(builder, position, pli_quat_from_yaw_pitch_roll(half_pi, 0, half_pi), scale, def);
 }

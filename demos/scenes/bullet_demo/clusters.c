@@ -4,8 +4,6 @@
 #include "parts.h"
 #include "scenes/scenes.h"
 
-static const float half_pi = 1.5707963f;
-
 static void cluster_deform_build(scene_builder* builder) {
     part_wavy_ground(builder);
     scene_soft_def def;

@@ -61,7 +61,7 @@ void part_falling_stack(scene_builder* builder, int count) {
     parts[1].kind = SCENE_SHAPE_CYLINDER;
     parts[1].axis = 0;
     pli_transform poses[2] = {pli_transform_identity(), pli_transform_identity()};
-    poses[1].rotation = pli_mat3_from_quat(pli_quat_from_yaw_pitch_roll(1.5707963f, 0, 0));
+    poses[1].rotation = pli_mat3_from_quat(pli_quat_from_yaw_pitch_roll(half_pi, 0, 0));
     scene_shape cross = scene_box(bar);
     cross.kind = SCENE_SHAPE_COMPOUND;
     cross.child_count = 2;

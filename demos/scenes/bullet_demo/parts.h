@@ -5,6 +5,8 @@
 
 #include "description/scene_builder.h"
 
+static const float half_pi = 1.5707963f;
+
 /* The slab that all scenes stand on: its top is at y = -10.5. */
 void part_ground(scene_builder* builder);
 /* Triangles in waves, 5 m up and down around y = -12. */

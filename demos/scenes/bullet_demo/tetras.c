@@ -21,7 +21,7 @@ static void tetra_bunny_build(scene_builder* builder) {
     part_wavy_ground(builder);
     pli_mesh* mesh = scene_tetra_mesh(builder, "tetra_bunny");
     scene_check(builder, pli_mesh_scale(mesh, pli_vec3_make(6, 6, 6)));
-    scene_check(builder, pli_mesh_rotate(mesh, pli_quat_from_yaw_pitch_roll(1.5707963f, 0, 0)));
+    scene_check(builder, pli_mesh_rotate(mesh, pli_quat_from_yaw_pitch_roll(half_pi, 0, 0)));
     scene_check(builder, pli_mesh_set_total_mass_from_tetras(mesh, 150));
     scene_soft_def def = part_cluster_def("bunny", 0, 10);
     def.solver.position_iterations = 2;

@@ -5,7 +5,7 @@
 
 static void torus_place(scene_builder* builder, pli_mesh* mesh) {
     scene_check(builder, pli_mesh_shuffle_links(mesh));
-    const pli_transform pose = {pli_mat3_from_euler_zyx(1.5707963f, 0, 0), {0, 4, 0}};
+    const pli_transform pose = {pli_mat3_from_euler_zyx(half_pi, 0, 0), {0, 4, 0}};
     scene_check(builder, pli_mesh_transform(mesh, pose));
     scene_check(builder, pli_mesh_scale(mesh, pli_vec3_make(2, 2, 2)));
     scene_check(builder, pli_mesh_set_total_mass_from_faces(mesh, 50));

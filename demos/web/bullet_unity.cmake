@@ -1,0 +1,11 @@
+# Bullet's libraries as unity builds, but for BulletSoftBody: it has headers without guards, and names twice.
+macro(subdirs)
+    if(CMAKE_CURRENT_SOURCE_DIR STREQUAL CMAKE_SOURCE_DIR)
+        _subdirs(${ARGV})
+    else()
+        foreach(folder ${ARGV})
+            string(COMPARE NOTEQUAL ${folder} BulletSoftBody CMAKE_UNITY_BUILD)
+            add_subdirectory(${folder})
+        endforeach()
+    endif()
+endmacro()
