@@ -944,6 +944,42 @@ static void test_faces_with_pinned_nodes_inside_the_margin_stay_calm(void** stat
     }
 }
 
+/* A ball lies too deep in a face right beside its pinned edge: the third node, which bears next to nothing of the point
+   that is touched, does not go far for that point to get away. */
+static void test_a_node_that_bears_little_is_not_thrown_away(void** state) {
+    fixture* f = *state;
+    static const float shares[] = {1e-7f, 1e-5f, 1e-3f, 0.1f};
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    for (int i = 0; i < 12; ++i) {
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create(f->context, &mesh), PLI_OK);
+        const pli_vec3 corners[3] = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}};
+        for (int k = 0; k < 3; ++k) {
+            assert_int_equal(pli_mesh_append_node(mesh, corners[k], k == 1 ? 0.01f : 0.0f, NULL), PLI_OK);
+        }
+        assert_int_equal(pli_mesh_append_face(mesh, 0, 1, 2, 0, NULL), PLI_OK);
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.02f;
+        pli_body* body = NULL;
+        assert_int_equal(pli_body_create(f->world, mesh, &def, &body), PLI_OK);
+        pli_mesh_destroy(mesh);
+        enable_faces(body);
+        enable_solver(body, (solver_kind)(i / 4));
+        pli_rigid* ball =
+            make_ball(f->world, 0.2f, 20, pli_vec3_make(0.3f, 0.21f, shares[i % 4]), pli_vec3_make(0, 0, 0));
+        double farthest = 0;
+        for (int k = 0; k < 30; ++k) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60.0f), PLI_OK);
+            const pli_vec4 x = pli_body_get_view(body).positions[1];
+            farthest = fmax(farthest, (double)pli_vec3_length(pli_vec3_make(x.x, x.y, x.z - 1)));
+        }
+        print_message("solver %d, share %g: %.3g m\n", i / 4, (double)shares[i % 4], farthest);
+        check_at_most(farthest, 0.1);
+        pli_body_destroy(body);
+        pli_rigid_destroy(ball);
+    }
+}
+
 /* Largest stretch of a cloth on a floor while a kinematic box comes down on it to `gap`, and stays. */
 static double stretch_between(fixture* f, float gap, solver_kind solver) {
     const float dt = 1.0f / 60, floor = -0.03f, half_height = 0.1f, high = 0.3f;
@@ -1147,6 +1183,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_broken_support_makes_no_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_large_grounds_give_no_energy, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_faces_with_pinned_nodes_inside_the_margin_stay_calm, setup_fixture,
+                                        teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_a_node_that_bears_little_is_not_thrown_away, setup_fixture,
                                         teardown_fixture),
         cmocka_unit_test_setup_teardown(test_bodies_that_press_on_a_cloth_do_not_pull_it_apart, setup_fixture,
                                         teardown_fixture),

@@ -330,6 +330,32 @@ static void test_soft_contacts_with_a_pinned_corner(void** state) {
     assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
 }
 
+/* A pinned node lies too deep in a face right beside its pinned edge: the third node, which bears next to nothing of
+   the point that is touched, does not go far for that point to get away. */
+static void test_a_node_that_bears_little_is_not_thrown_away(void** state) {
+    fixture* f = *state;
+    static const float shares[] = {1e-7f, 1e-5f, 1e-3f};
+    for (int i = 0; i < 9; ++i) {
+        pli_body* triangle = make_triangle(f, 1, 0.01f, 0.02f, false);
+        assert_int_equal(pli_body_set_node_mass(triangle, 1, 0), PLI_OK);
+        assert_int_equal(pli_body_set_node_mass(triangle, 2, 0), PLI_OK);
+        const pli_vec3 place = pli_vec3_make(0.3f, -0.01f, -1 + 2 * shares[i % 3]);
+        pli_body* node = make_node(f, place, 0, 0.02f, false);
+        if (i / 3 == 1) { assert_int_equal(pli_body_enable_implicit(triangle, NULL), PLI_OK); }
+        if (i / 3 == 2) { assert_int_equal(pli_body_enable_xpbd(triangle, NULL), PLI_OK); }
+        double farthest = 0;
+        for (int k = 0; k < 30; ++k) {
+            assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+            const pli_vec3 apart = pli_vec3_sub(xyz(pli_body_get_view(triangle).positions[0]), pli_vec3_make(0, 0, 1));
+            farthest = fmax(farthest, (double)pli_vec3_length(apart));
+        }
+        print_message("solver %d, share %g: %.3g m\n", i / 3, (double)shares[i % 3], farthest);
+        check_at_most(farthest, 0.2);
+        pli_body_destroy(node);
+        pli_body_destroy(triangle);
+    }
+}
+
 /* Two sheets 38 mm apart, whose margins add up to 40 mm, fly together. Contacts in the first step. */
 static int count_contacts_at(fixture* f, pli_vec3 velocity) {
     pli_body* sheets[2];
@@ -627,6 +653,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_take_overlaps_back_without_speed, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_corner, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_a_node_that_bears_little_is_not_thrown_away, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_common_motion_makes_no_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_steps_with_soft_contacts_allocate_nothing, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown_fixture),

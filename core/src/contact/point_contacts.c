@@ -78,19 +78,24 @@ static float point_room(const pli_body* body, const plii_substep* substep, const
     return room;
 }
 
-/* A penetration from before goes by a shift of the nodes, lest it turns into speed. */
+/* A penetration from before goes by a shift of the nodes, lest it turns into speed. They do not go farther for those
+   that are pinned. */
 static void point_recover(const pli_body* body, const plii_substep* substep, plii_point_contact* contact, float gap,
                           float most) {
     contact->floor = plii_min(gap, 0.0f);
     if (!(gap < 0.0f) || !(contact->point_weight > 0.0f)) { return; }
     const float shift = plii_min(plii_min(-gap, most), point_room(body, substep, contact));
     if (!(shift > 0.0f)) { return; }
+    const pli_vec3 weights = pli_vec3_make(contact->weights[0], contact->weights[1], contact->weights[2]);
+    const float unpinned = contact->node_count == 3
+                               ? plii_contact_face_weight_unpinned(body->positions, contact->nodes, weights)
+                               : contact->point_weight;
     for (int k = 0; k < contact->node_count; ++k) {
         const int node = contact->nodes[k];
-        const float share = contact->weights[k] * substep->displacements[node].w / contact->point_weight;
+        const float share = contact->weights[k] * substep->displacements[node].w / unpinned;
         plii_substep_shift(substep, node, pli_vec3_scale(contact->normal, share * shift));
     }
-    contact->floor = gap + shift;
+    contact->floor = gap + shift * (contact->point_weight / unpinned);
 }
 
 void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,

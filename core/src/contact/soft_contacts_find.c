@@ -53,11 +53,14 @@ pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int
 
 /* Inverse of the mass that the face shows at a point, 1/kg. In Bullet the mean of its nodes, and one pinned node makes
    the whole face immovable. */
-static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights) {
+static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights,
+                                       float node_weight) {
     const pli_vec4* positions = pass->face_body->positions;
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
     if (!pass->use_boxes) {
-        return plii_body_is_idle(pass->face_body) ? 0.0f : plii_contact_face_weight(positions, face, weights);
+        if (plii_body_is_idle(pass->face_body)) { return 0.0f; }
+        return node_weight > 0.0f ? plii_contact_face_weight(positions, face, weights)
+                                  : plii_contact_face_weight_unpinned(positions, face, weights);
     }
     const bool is_pinned = w.x <= 0.0f || w.y <= 0.0f || w.z <= 0.0f;
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
@@ -66,7 +69,8 @@ static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, cons
 pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
     const pli_vec3 weights = contact.weights;
     const float node_weight = pass->node_body->positions[contact.node].w;
-    const float face_weight = soft_contacts_face_weight(pass, pass->face_body->topology->faces[contact.face], weights);
+    const float face_weight =
+        soft_contacts_face_weight(pass, pass->face_body->topology->faces[contact.face], weights, node_weight);
     const float sum = node_weight + face_weight;
     if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;

@@ -8,13 +8,40 @@
 /* Share of its distance that a pair keeps at least. */
 #define SELF_FACES_KEPT 0.2f
 
+/* The inverse mass of some of its nodes at their nearest point, pinned ones as light as the lightest of the others. */
+static float self_faces_weight_unpinned(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, int begin,
+                                        int end) {
+    float lightest = 0.0f, sum = 0.0f;
+    for (int k = begin; k < end; ++k) {
+        lightest = plii_max(lightest, nodes->offsets[pair->nodes[k]].w);
+    }
+    for (int k = begin; k < end; ++k) {
+        const float inverse_mass = nodes->offsets[pair->nodes[k]].w;
+        sum += pair->weights[k] * pair->weights[k] * (inverse_mass > 0.0f ? inverse_mass : lightest);
+    }
+    return sum;
+}
+
+/* The inverse mass of both sides. Where all of one side is pinned, a node of the other that bears little of the point
+   beside pinned ones does not go far for them. */
+static float self_faces_weight(const plii_self_nodes* nodes, const plii_self_faces_pair* pair) {
+    const int second = pair->is_edges ? 2 : 1;
+    float weights[2] = {0};
+    for (int k = 0; k < 4; ++k) {
+        weights[k >= second] += pair->weights[k] * pair->weights[k] * nodes->offsets[pair->nodes[k]].w;
+    }
+    if (!(weights[0] > 0.0f)) { return self_faces_weight_unpinned(nodes, pair, second, 4); }
+    if (!(weights[1] > 0.0f)) { return self_faces_weight_unpinned(nodes, pair, 0, second); }
+    return weights[0] + weights[1];
+}
+
 /* True when the pair was too near. */
 static bool self_faces_part(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float friction) {
-    float weight = 0.0f, distance = 0.0f;
+    const float weight = self_faces_weight(nodes, pair);
+    float distance = 0.0f;
     pli_vec3 motion = pli_vec3_make(0, 0, 0);
     for (int k = 0; k < 4; ++k) {
         const int node = pair->nodes[k];
-        weight += pair->weights[k] * pair->weights[k] * nodes->offsets[node].w;
         distance += pair->weights[k] * pli_vec3_dot(pair->normal, plii_self_difference(nodes, pair->nodes[0], node));
         motion = pli_vec3_add(motion, pli_vec3_scale(plii_self_motion(nodes, node), pair->weights[k]));
     }
