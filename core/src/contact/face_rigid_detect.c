@@ -212,12 +212,19 @@ static float rigid_faces_pinned_part(const pli_body* body, const plii_rigid_face
     return part;
 }
 
-/* Of the weights, that of nodes that can move. Where it is next to nothing, they would fly far to mend rounding. */
-static float rigid_faces_free_share(const pli_body* body, const plii_rigid_face_contact* contact) {
+/* Where nodes that can move bear next to nothing of the point they bear nothing: they would fly far to mend rounding,
+   or a body that is held from both sides. False when nobody is left that can move. */
+static bool rigid_faces_leave_light_shares(const pli_body* body, plii_rigid_face_contact* contact) {
     const pli_vec4* x = body->positions;
-    return (x[contact->nodes[0]].w > 0.0f ? contact->weights.x : 0.0f) +
-           (x[contact->nodes[1]].w > 0.0f ? contact->weights.y : 0.0f) +
-           (x[contact->nodes[2]].w > 0.0f ? contact->weights.z : 0.0f);
+    const int* nodes = contact->nodes;
+    const pli_vec3 weights = contact->weights;
+    const pli_vec3 pinned =
+        pli_vec3_make(x[nodes[0]].w > 0.0f ? 0.0f : weights.x, x[nodes[1]].w > 0.0f ? 0.0f : weights.y,
+                      x[nodes[2]].w > 0.0f ? 0.0f : weights.z);
+    const float share = pinned.x + pinned.y + pinned.z;
+    if (!(share > 1.0f - RIGID_FACES_LEAST_SHARE)) { return true; }
+    contact->weights = pli_vec3_scale(pinned, 1.0f / share);
+    return contact->rigid->state.inverse_mass > 0.0f;
 }
 
 static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
@@ -239,9 +246,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     for (int k = 0; k < 3 && contact.is_triangle; ++k) {
         contact.triangle[k] = pass->triangle->corners[k];
     }
-    if (!(rigid->state.inverse_mass > 0.0f) && rigid_faces_free_share(body, &contact) < RIGID_FACES_LEAST_SHARE) {
-        return PLI_OK;
-    }
+    if (!rigid_faces_leave_light_shares(body, &contact)) { return PLI_OK; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
     contact.given_up = rigid_faces_pinned_part(body, &contact);
     contact.target = plii_min(target_gap, contact.given_up);

@@ -13,6 +13,7 @@
 
 #define RIGID_FACES_LAST_SWEEPS 12
 #define RIGID_FACES_REVIEWS 16
+#define RIGID_FACES_GROWTHS 3
 #define RIGID_FACES_OPPOSITE (-0.05f) /* cosine of two normals */
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact) {
@@ -129,10 +130,10 @@ static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_
                              pli_vec3_add(pli_vec3_scale(sliding, 1.0f - contact->slip), pli_vec3_scale(n, error)));
 }
 
-/* From the first one on. False when no contact had anything to do. */
-static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int first, float dt,
-                              bool with_velocities) {
-    bool has_acted = false;
+/* From the first one on. The longest way that a node was moved, squared; 0 when no contact had anything to do. */
+static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int first, float dt,
+                               bool with_velocities) {
+    float longest = 0.0f;
     for (int i = first; i < state->count; ++i) {
         plii_rigid_face_contact* contact = &state->contacts[i];
         const pli_vec3 impulse = rigid_faces_impulse(body, contact, dt);
@@ -143,14 +144,14 @@ static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int
             const int node = contact->nodes[k];
             const pli_vec3 change = pli_vec3_scale(impulse, -weights[k] * body->positions[node].w);
             rigid_faces_move_node(body, node, change, dt, with_velocities);
+            longest = plii_max(longest, pli_vec3_length_squared(change) * (dt * dt));
         }
-        has_acted = true;
         if (body->solver_class->solves_constraints) { continue; }
         if (body->records_contacts) { plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(impulse)); }
         plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
         contact->rigid->needs_reintegration = true;
     }
-    return has_acted;
+    return longest;
 }
 
 /* Points that were only moved back are not to go on into the surface: that speed would stay, and be moved back in each
@@ -234,16 +235,23 @@ void plii_rigid_faces_finish(pli_body* body, void* data) {
     if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
     const int first = plii_rigid_faces_are_solved(body) ? state->count : 0;
+    float longest_before = INFINITY;
+    int growths = 0; /* in a row, of the squares: contacts that contradict each other drive nodes on and on */
     for (int i = 0;; ++i) {
         rigid_faces_prepare_all(body, state);
+        float longest = 0.0f;
         for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
-            if (!rigid_faces_sweep(body, state, first, body->step.dt, !body->solver_class->solves_constraints)) {
-                break;
-            }
+            const float moved =
+                rigid_faces_sweep(body, state, first, body->step.dt, !body->solver_class->solves_constraints);
+            if (!(moved > 0.0f)) { break; }
+            longest = plii_max(longest, moved);
         }
+        growths = longest > 2.0f * longest_before ? growths + 1 : 0;
+        longest_before = longest;
         if (body->solver_class->solves_constraints) { rigid_faces_stop(body, state, first); }
         const int known = state->count;
-        if (!has_start || i == RIGID_FACES_REVIEWS || plii_rigid_faces_review(body, state) == 0) { break; }
+        const bool is_last = !has_start || i == RIGID_FACES_REVIEWS || growths == RIGID_FACES_GROWTHS;
+        if (is_last || plii_rigid_faces_review(body, state) == 0) { break; }
         rigid_faces_share_room(body, state, known);
     }
     if (has_start) { rigid_faces_remember(body, state); }
