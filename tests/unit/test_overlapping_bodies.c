@@ -1,5 +1,5 @@
-/* Random sheets, many of their nodes pinned, that start inside of each other and of rigid bodies, with contacts and
-   self-collision of all kinds under all solvers: what cannot be parted is not thrown away. */
+/* Random sheets, many of their nodes pinned, that start inside of each other and of rigid bodies, with contacts of
+   all kinds and self-collision of nodes under all solvers: what cannot be parted is not thrown away. */
 
 #include "heavy_bodies.h"
 #include "solver_choice.h"

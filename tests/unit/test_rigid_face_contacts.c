@@ -974,7 +974,7 @@ static void test_a_node_that_bears_little_is_not_thrown_away(void** state) {
             farthest = fmax(farthest, (double)pli_vec3_length(pli_vec3_make(x.x, x.y, x.z - 1)));
         }
         print_message("solver %d, share %g: %.3g m\n", i / 4, (double)shares[i % 4], farthest);
-        check_at_most(farthest, 0.1);
+        check_at_most(farthest, (double)shares[i % 4]);
         pli_body_destroy(body);
         pli_rigid_destroy(ball);
     }

@@ -214,7 +214,7 @@ static float rigid_faces_pinned_part(const pli_body* body, const plii_rigid_face
 
 /* Where nodes that can move bear next to nothing of the point they bear nothing: they would fly far to mend rounding,
    or a body that is held from both sides. False when nobody is left that can move. */
-static bool rigid_faces_leave_light_shares(const pli_body* body, plii_rigid_face_contact* contact) {
+static bool rigid_faces_drop_light_shares(const pli_body* body, plii_rigid_face_contact* contact) {
     const pli_vec4* x = body->positions;
     const int* nodes = contact->nodes;
     const pli_vec3 weights = contact->weights;
@@ -246,7 +246,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     for (int k = 0; k < 3 && contact.is_triangle; ++k) {
         contact.triangle[k] = pass->triangle->corners[k];
     }
-    if (!rigid_faces_leave_light_shares(body, &contact)) { return PLI_OK; }
+    if (!rigid_faces_drop_light_shares(body, &contact)) { return PLI_OK; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
     contact.given_up = rigid_faces_pinned_part(body, &contact);
     contact.target = plii_min(target_gap, contact.given_up);
