@@ -13,7 +13,6 @@
 
 #define RIGID_FACES_LAST_SWEEPS 12
 #define RIGID_FACES_REVIEWS 16
-#define RIGID_FACES_GROWTHS 3
 #define RIGID_FACES_OPPOSITE (-0.05f) /* cosine of two normals */
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact) {
@@ -228,6 +227,23 @@ static void rigid_faces_remember_points(plii_rigid_faces* state, int count) {
 
 // ------------------------------------------------------------------------------------------------------------- finish
 
+/* The longest way that a contact can have to bring a node back: what nodes and surfaces have moved in this step, and the
+   margins. */
+static float rigid_faces_longest_way(const pli_body* body, const plii_rigid_faces* state) {
+    float nodes = 0.0f, surfaces = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 way = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
+        nodes = plii_max(nodes, pli_vec3_length_squared(way));
+    }
+    for (int i = 0; i < state->candidate_count; ++i) {
+        const plii_rigid_faces_candidate* candidate = &state->candidates[i];
+        const plii_twist velocity = plii_rigid_velocity(candidate->rigid);
+        const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(candidate->bounds.max, candidate->bounds.min));
+        surfaces = plii_max(surfaces, pli_vec3_length(velocity.linear) + pli_vec3_length(velocity.angular) * radius);
+    }
+    return sqrtf(nodes) + surfaces * body->step.dt + 2.0f * body->collision_margin;
+}
+
 /* Links that were solved after the contacts may have pulled faces through a body. Drift iterations lose the start of
    the step, without which only the contacts that there are can be solved. */
 void plii_rigid_faces_finish(pli_body* body, void* data) {
@@ -235,9 +251,7 @@ void plii_rigid_faces_finish(pli_body* body, void* data) {
     if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
     const int first = plii_rigid_faces_are_solved(body) ? state->count : 0;
-    float longest_before = INFINITY;
-    /* Rounds in a row that moved a node 1.4 times as far as the round before: their contacts contradict each other. */
-    int growths = 0;
+    const float longest_way = rigid_faces_longest_way(body, state);
     for (int i = 0;; ++i) {
         rigid_faces_prepare_all(body, state);
         float longest = 0.0f;
@@ -247,11 +261,11 @@ void plii_rigid_faces_finish(pli_body* body, void* data) {
             if (!(moved > 0.0f)) { break; }
             longest = plii_max(longest, moved);
         }
-        growths = longest > 2.0f * longest_before ? growths + 1 : 0;
-        longest_before = longest;
         if (body->solver_class->solves_constraints) { rigid_faces_stop(body, state, first); }
         const int known = state->count;
-        const bool is_last = !has_start || i == RIGID_FACES_REVIEWS || growths == RIGID_FACES_GROWTHS;
+        /* Contacts that contradict each other drive nodes on and on. */
+        const bool is_astray = longest > longest_way * longest_way;
+        const bool is_last = !has_start || i == RIGID_FACES_REVIEWS || is_astray;
         if (is_last || plii_rigid_faces_review(body, state) == 0) { break; }
         rigid_faces_share_room(body, state, known);
     }

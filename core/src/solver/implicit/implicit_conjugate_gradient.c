@@ -416,17 +416,40 @@ static void gradient_judge_point(const pli_body* body, const plii_implicit_const
     gradient_judge_contact(constraint, mass, off, impulse);
 }
 
+/* Leaves the impulses along the normals. Their sum. */
+static double gradient_keep_pressing(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
+    double sum = 0.0;
+    for (int i = filter->begin; i < filter->end; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        const double along = fmax(plii_dvec3_dot(constraint->normal, constraint->impulse), 0.0);
+        constraint->impulse = plii_dvec3_scale(constraint->normal, along);
+        sum += along;
+    }
+    return sum;
+}
+
+/* Where iterations ended early, what is left of the error times the viscosity of what sticks can be far more than all
+   that friction could have to balance. */
+static plii_dvec3 gradient_limit(plii_dvec3 impulse, double most) {
+    const double length = plii_dvec3_length(impulse);
+    return length > most ? plii_dvec3_scale(impulse, most / length) : impulse;
+}
+
 /* The same of a node that touches several surfaces and is at x, `free` without their impulses, as long as its
    neighbours stay and friction is what it is: their normal impulses, one after the other. */
 static void gradient_judge_node(const pli_body* body, const plii_implicit_constraints* constraints,
                                 const gradient_filter* filter, plii_dvec3 free, plii_dvec3* x) {
     const plii_dvec3 before = *x;
+    const double pressing = gradient_keep_pressing(constraints, filter);
     for (int i = filter->begin; i < filter->end; ++i) {
         plii_implicit_constraint* constraint = &constraints->items[i];
-        const plii_dvec3 n = constraint->normal,
-                         off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), before);
-        constraint->impulse = plii_dvec3_scale(n, fmax(plii_dvec3_dot(n, constraint->impulse), 0.0));
-        constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_yield(constraint, off));
+        const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
+        const plii_dvec3 yield = gradient_yield(constraint, plii_dvec3_sub(goal, before));
+        const double alone = gradient_stiffness(constraint) * plii_dvec3_length(plii_dvec3_sub(goal, free));
+        constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_limit(yield, pressing + alone));
+    }
+    for (int i = filter->begin; i < filter->end; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
         free = plii_dvec3_add(free, plii_implicit_block_solve(&constraint->block, constraint->impulse));
     }
     for (int pass = 0; pass < IMPLICIT_NODE_PASSES; ++pass) {
