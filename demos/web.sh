@@ -97,9 +97,12 @@ unset PKG_CONFIG_LIBDIR
 mkdir -p build/web/data
 cp demos/web/page/* $module/demos/web/pliant_web.mjs $module/demos/web/pliant_web.wasm build/web/
 cp demos/data/bunny.obj demos/data/tetra_*.node demos/data/tetra_*.ele demos/data/tetra_*.face build/web/data/
-if [ ! -e build/web/pictures ]; then
+if [ ! -e build/web/pictures/complete ]; then
     say "drawing the gallery's pictures"
-    quietly /usr/bin/python3 demos/web/pictures.py build/web
+    scenes=
+    [ "${1-}" != --test ] || scenes=$(shift && echo "$*")
+    # shellcheck disable=SC2086 # a list of words
+    quietly /usr/bin/python3 demos/web/pictures.py build/web $scenes
 fi
 
 measure_core() {

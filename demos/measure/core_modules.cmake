@@ -1,7 +1,8 @@
 # cmake -D NM= -D SIZE= -D OBJECTS="a.c.o;b.c.o" -D SOURCES= -D OUTPUT= -P core_modules.cmake
 #
 # Writes what the core consists of, from its object files: bytes of each module (one per source file), which modules it
-# cannot be linked without, which public function is in which module, and which feature.
+# cannot be linked without, which public function is in which module, and which feature. In a unity build several sources
+# are one module, without features.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -58,6 +59,9 @@ foreach(module IN LISTS modules)
     endforeach()
 
     file(GLOB_RECURSE source_file ${SOURCES}/${module}.c)
+    if(NOT source_file)
+        continue()
+    endif()
     file(READ ${source_file} source)
     string(REPLACE ";" "," source "${source}")
     string(REGEX MATCHALL "plii_feature_class [a-z_]+ = {[ \n]*\\.name = \"[^\"]+\"" features "${source}")

@@ -1,16 +1,16 @@
-"""The pictures of the gallery: each scene at the frame that the program's pictures show. usage: pictures.py FOLDER"""
+"""The pictures of the gallery that are missing: each scene, or those named, at the frame that the program's pictures
+show. usage: pictures.py FOLDER [SCENE...]"""
 
 import base64
 import concurrent.futures
 import os
-import shutil
 import sys
+from pathlib import Path
 
 from browser import serve, set_width, start_browser, wait_for_page
 
-folder = sys.argv[1]
-pictures = f"{folder}/pictures"
-unfinished = f"{pictures}.unfinished"
+folder, names = sys.argv[1], sys.argv[2:]
+pictures = Path(folder, "pictures")
 
 
 def draw(driver, scene):
@@ -28,8 +28,9 @@ def draw(driver, scene):
         small.getContext('2d').drawImage(from, (from.width - width) / 2, (from.height - height) / 2, width, height,
                                          0, 0, 480, 300);
         return small.toDataURL('image/jpeg', 0.82).split(',')[1];""", scene)
-    with open(f"{unfinished}/{scene['name']}.jpg", "wb") as file:
-        file.write(base64.b64decode(data))
+    unfinished = pictures / "unfinished" / scene["name"]
+    unfinished.write_bytes(base64.b64decode(data))
+    unfinished.rename(pictures / f"{scene['name']}.jpg")
 
 
 def draw_scenes(address, taken):
@@ -40,17 +41,18 @@ def draw_scenes(address, taken):
         driver.get(address + "#scene=Cloth&paused=1")
         wait_for_page(driver)
         for scene in reversed(driver.execute_script("return page.scenes")):
-            if scene["name"] in taken: continue
+            is_wanted = not names or scene["name"] in names
+            if not is_wanted or scene["name"] in taken: continue
             taken.add(scene["name"])
             draw(driver, scene)
     finally:
         driver.quit()
 
 
-shutil.rmtree(unfinished, ignore_errors=True)
-os.makedirs(unfinished)
-browsers, address, taken = min(os.cpu_count(), 4), serve(folder), set()
+(pictures / "unfinished").mkdir(parents=True, exist_ok=True)
+browsers, address, taken = min(os.cpu_count(), 4), serve(folder), {picture.stem for picture in pictures.glob("*.jpg")}
 with concurrent.futures.ThreadPoolExecutor(browsers) as pool:
     for drawing in [pool.submit(draw_scenes, address, taken) for _ in range(browsers)]:
         drawing.result()
-os.rename(unfinished, pictures)
+(pictures / "unfinished").rmdir()
+if not names: (pictures / "complete").touch()

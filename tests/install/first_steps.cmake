@@ -9,7 +9,10 @@ foreach(module ccd bullet)
 endforeach()
 set(ENV{PKG_CONFIG_LIBDIR} ${WORK}/pkgconfig)
 set(ENV{PKG_CONFIG_PATH})
-set(ENV{CMAKE_BUILD_TYPE} Debug) # compiles in half the time
+# Compiles in a third of the time.
+file(WRITE ${WORK}/quick.cmake "set(CMAKE_UNITY_BUILD ON)\n")
+set(ENV{CMAKE_TOOLCHAIN_FILE} ${WORK}/quick.cmake)
+set(ENV{CMAKE_BUILD_TYPE} Debug)
 
 # The first block of a page in a language.
 function(read_block document language result)
