@@ -32,6 +32,7 @@ struct pli_world {
     bool has_islands; /* in this step, or the last one */
     /* What is solved by one thread (world/world_impl.h). Not there without threads. */
     bool has_groups;         /* in this step */
+    bool are_groups_parted;  /* by the last solve: no group had most of the nodes */
     int* group_roots;        /* [body_count] parents of disjoint sets of bodies */
     int* group_begin;        /* [group_count + 1] of each group in group_bodies */
     pli_body** group_bodies; /* [body_count] */
