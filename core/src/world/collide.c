@@ -97,7 +97,7 @@ static int world_join_pairs(pli_world* world, const pli_rigid_pair* pairs, int c
         plii_groups_join_rigid(world, body, pairs[i].rigid);
         nodes += body->node_count;
     }
-    return comes_twice ? count : plii_groups_grain(count, nodes);
+    return comes_twice ? count : plii_groups_grain(world, count, nodes);
 }
 
 static pli_status world_collide_rigid_pairs(pli_world* world, const pli_rigid_pair* pairs, int count,
@@ -161,7 +161,7 @@ static void world_collide_rigids(pli_world* world) {
         world->rigids[r]->step_bounds = world->rigids[r]->bounds;
     }
     const int count = world->body_count;
-    const int grain = world->has_groups ? plii_groups_grain(count, world_join_rigids(world)) : count;
+    const int grain = world->has_groups ? plii_groups_grain(world, count, world_join_rigids(world)) : count;
     plii_parallel_for(world->context, world_collide_range_of_bodies, world, count, grain);
 }
 

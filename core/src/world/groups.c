@@ -126,10 +126,10 @@ bool plii_groups_find(pli_world* world) {
     return world->group_count > 1;
 }
 
-/* How many of `count` items with so many nodes make a part that has `worth` nodes. */
+/* How many of `count` items with so many nodes make a part that has `worth` nodes; all, where that is not two parts. */
 static int groups_part(int count, int64_t nodes, int worth) {
-    const int64_t part = nodes > 0 ? (int64_t)worth * count / nodes : count;
-    return part > 1 ? (int)(part < count ? part : count) : 1;
+    const int64_t part = nodes >= 2 * (int64_t)worth ? ((int64_t)worth * count + nodes - 1) / nodes : count;
+    return part < count ? (int)part : count;
 }
 
 typedef struct groups_task {
@@ -158,13 +158,14 @@ static void groups_range(int begin, int end, void* data) {
 static bool groups_run(groups_task* task, int count, int64_t least, int worth) {
     const pli_world* world = task->world;
     int64_t nodes = 0, largest = -1;
-    int largest_item = PLI_NULL_INDEX;
+    int largest_item = PLI_NULL_INDEX, busy = 0;
     for (int i = 0; i < count; ++i) {
         const int first = world->group_begin[i];
         const int64_t size = task->run_body != NULL
                                  ? groups_prediction(world->bodies[i])
                                  : groups_nodes(&world->group_bodies[first], world->group_begin[i + 1] - first);
         nodes += size;
+        busy += size > 0 ? 1 : 0;
         if (size > largest) {
             largest = size;
             largest_item = i;
@@ -176,8 +177,9 @@ static bool groups_run(groups_task* task, int count, int64_t least, int worth) {
         groups_range(largest_item, largest_item + 1, task);
         task->alone = largest_item;
         nodes -= largest;
+        busy -= 1;
     }
-    plii_parallel_for(world->context, groups_range, task, count, groups_part(count, nodes, worth));
+    plii_parallel_for(world->context, groups_range, task, count, busy > 1 ? groups_part(count, nodes, worth) : count);
     return true;
 }
 
@@ -192,6 +194,7 @@ bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
     return groups_run(&task, world->body_count, 2 * (int64_t)GROUPS_PREDICT_NODES, GROUPS_PREDICT_NODES);
 }
 
-int plii_groups_grain(int count, int64_t nodes) {
-    return groups_part(count, nodes + (int64_t)GROUPS_BODY_NODES * (nodes > 0 ? count : 0), GROUPS_PREDICT_NODES);
+int plii_groups_grain(const pli_world* world, int count, int64_t nodes) {
+    const int64_t each = world->are_groups_parted ? GROUPS_BODY_NODES : -GROUPS_MOVED_PREDICT_NODES;
+    return groups_part(count, nodes > 0 ? nodes + each * count : 0, GROUPS_PREDICT_NODES);
 }

@@ -34,7 +34,7 @@ bool plii_groups_find(pli_world* world);
 
 /* Of `count` items that have so many nodes: how many of them make a part that is worth a thread, of a prediction or of
    contacts with rigid bodies. */
-int plii_groups_grain(int count, int64_t nodes);
+int plii_groups_grain(const pli_world* world, int count, int64_t nodes);
 
 typedef void plii_groups_fn(pli_body* const* bodies, int count);
 /* All groups, on any thread. */
