@@ -2,6 +2,7 @@
 
 /* What contacts with rigid and with soft bodies have in common. */
 
+#include "body/point_weight.h"
 #include "body/substep.h"
 #include "math/range.h"
 
@@ -18,14 +19,9 @@ static inline float plii_contact_face_weight(const pli_vec4* positions, const in
            positions[face[2]].w * (weights.z * weights.z);
 }
 
-/* The same if pinned nodes were as light as the lightest of the others. Where the point moves by what this tells, no
-   node goes much farther than the point would; by the other one, a node that bears a thousandth of it beside pinned
-   ones goes a thousand times as far. */
+/* The same; see plii_point_weight_unpinned. */
 static inline float plii_contact_face_weight_unpinned(const pli_vec4* positions, const int* face, pli_vec3 weights) {
-    const float a = positions[face[0]].w, b = positions[face[1]].w, c = positions[face[2]].w;
-    const float lightest = plii_max(plii_max(a, b), c);
-    return (a > 0.0f ? a : lightest) * (weights.x * weights.x) + (b > 0.0f ? b : lightest) * (weights.y * weights.y) +
-           (c > 0.0f ? c : lightest) * (weights.z * weights.z);
+    return plii_point_weight_unpinned(positions, 3, face, (const float[3]){weights.x, weights.y, weights.z});
 }
 
 /* m/s, where the definition names none. Position-based steps of Bullet's kind know no such speed. */

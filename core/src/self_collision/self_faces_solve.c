@@ -1,26 +1,13 @@
 /* Faces and edges of one body that come too near to each other are pushed apart, and motions that would take one to the
    wrong side of the other are cut short. */
 
+#include "body/point_weight.h"
 #include "math/range.h"
 #include "self_collision/self_faces_impl.h"
 
 #define SELF_FACES_MAX_PASSES 16
 /* Share of its distance that a pair keeps at least. */
 #define SELF_FACES_KEPT 0.2f
-
-/* The inverse mass of some of its nodes at their nearest point, pinned ones as light as the lightest of the others. */
-static float self_faces_weight_unpinned(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, int begin,
-                                        int end) {
-    float lightest = 0.0f, sum = 0.0f;
-    for (int k = begin; k < end; ++k) {
-        lightest = plii_max(lightest, nodes->offsets[pair->nodes[k]].w);
-    }
-    for (int k = begin; k < end; ++k) {
-        const float inverse_mass = nodes->offsets[pair->nodes[k]].w;
-        sum += pair->weights[k] * pair->weights[k] * (inverse_mass > 0.0f ? inverse_mass : lightest);
-    }
-    return sum;
-}
 
 /* The inverse mass of both sides. Where all of one side is pinned, a node of the other that bears little of the point
    beside pinned ones does not go far for them. */
@@ -30,8 +17,10 @@ static float self_faces_weight(const plii_self_nodes* nodes, const plii_self_fac
     for (int k = 0; k < 4; ++k) {
         weights[k >= second] += pair->weights[k] * pair->weights[k] * nodes->offsets[pair->nodes[k]].w;
     }
-    if (!(weights[0] > 0.0f)) { return self_faces_weight_unpinned(nodes, pair, second, 4); }
-    if (!(weights[1] > 0.0f)) { return self_faces_weight_unpinned(nodes, pair, 0, second); }
+    if (!(weights[0] > 0.0f)) {
+        return plii_point_weight_unpinned(nodes->offsets, 4 - second, pair->nodes + second, pair->weights + second);
+    }
+    if (!(weights[1] > 0.0f)) { return plii_point_weight_unpinned(nodes->offsets, second, pair->nodes, pair->weights); }
     return weights[0] + weights[1];
 }
 
