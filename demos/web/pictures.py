@@ -28,9 +28,9 @@ def draw(driver, scene):
         small.getContext('2d').drawImage(from, (from.width - width) / 2, (from.height - height) / 2, width, height,
                                          0, 0, 480, 300);
         return small.toDataURL('image/jpeg', 0.82).split(',')[1];""", scene)
-    unfinished = pictures / "unfinished" / scene["name"]
+    unfinished = pictures / f"{scene['name']}.unfinished"
     unfinished.write_bytes(base64.b64decode(data))
-    unfinished.rename(pictures / f"{scene['name']}.jpg")
+    unfinished.rename(unfinished.with_suffix(".jpg"))
 
 
 def draw_scenes(address, taken):
@@ -49,10 +49,9 @@ def draw_scenes(address, taken):
         driver.quit()
 
 
-(pictures / "unfinished").mkdir(parents=True, exist_ok=True)
+pictures.mkdir(exist_ok=True)
 browsers, address, taken = min(os.cpu_count(), 4), serve(folder), {picture.stem for picture in pictures.glob("*.jpg")}
 with concurrent.futures.ThreadPoolExecutor(browsers) as pool:
     for drawing in [pool.submit(draw_scenes, address, taken) for _ in range(browsers)]:
         drawing.result()
-(pictures / "unfinished").rmdir()
 if not names: (pictures / "complete").touch()

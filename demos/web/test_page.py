@@ -33,7 +33,7 @@ def errors_of(driver):
 
 
 def is_left_out(problem):
-    """Of the gallery's pictures there are those of the wanted scenes."""
+    """About a picture of the gallery that is not drawn, since its scene is not wanted."""
     return wanted and "/pictures/" in problem and not any(f"/pictures/{name}.jpg" in problem for name in wanted)
 
 

@@ -94,7 +94,8 @@ def check_recipe(version):
                 for name, value in each.cache_variables.items()]
     assert len(settings) == 6
     run("cmake", "-S", work / "conan/sources", "-B", work / "conan/build", "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Debug",
-        "-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0", f"-DCMAKE_INSTALL_PREFIX={work}/conan/package", "-DCMAKE_INSTALL_LIBDIR=lib", *settings)
+        "-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0",
+        f"-DCMAKE_INSTALL_PREFIX={work}/conan/package", "-DCMAKE_INSTALL_LIBDIR=lib", *settings)
     run("cmake", "--build", work / "conan/build", "--target", "install")
     recipe.package_info()
     core = recipe.cpp_info.components["core"]

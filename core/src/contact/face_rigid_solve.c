@@ -227,8 +227,7 @@ static void rigid_faces_remember_points(plii_rigid_faces* state, int count) {
 
 // ------------------------------------------------------------------------------------------------------------- finish
 
-/* The longest way that a contact can have to bring a node back: what nodes and surfaces have moved in this step, and the
-   margins. */
+/* How far a contact may have to bring a node back: what nodes and surfaces have moved in this step, and margins. */
 static float rigid_faces_longest_way(const pli_body* body, const plii_rigid_faces* state) {
     float nodes = 0.0f, surfaces = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
