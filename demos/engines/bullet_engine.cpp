@@ -139,7 +139,7 @@ void configure(btSoftBody& body, const scene_soft_def& def) {
 }
 
 // Cuts along a sphere: negative inside.
-struct Sphere final : btSoftBody::ImplicitFn {
+struct SphereField final : btSoftBody::ImplicitFn {
     btVector3 center;
     btScalar radius = 0;
     btScalar Eval(const btVector3& point) override { return (point - center).length2() - radius * radius; }
@@ -284,7 +284,7 @@ void BulletEngine::cut_sphere(int soft, pli_vec3 center, float radius) {
     if (record.def.has_clusters || record.def.has_soft_contacts || body(soft).m_tetras.size() > 0) {
         throw Error(record.name + ": btSoftBody does not outlive a cut with clusters, soft contacts or tetrahedra");
     }
-    Sphere sphere;
+    SphereField sphere;
     sphere.center = to_bullet(center);
     sphere.radius = radius;
     const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory: times start after it

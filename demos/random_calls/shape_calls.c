@@ -4,7 +4,7 @@
 
 #include <pliant/bullet_reference.h>
 
-static pli_status make_hull(calls* c, calls_context* home, pli_shape** shape) {
+static pli_status make_hull_shape(calls* c, calls_context* home, pli_shape** shape) {
     enum { POINTS = 12 };
     pli_vec3 points[POINTS];
     const int count = bytes_small(&c->bytes, 4, POINTS);
@@ -73,7 +73,7 @@ void calls_make_shape(calls* c) {
         status = CALL(c, home, pli_shape_create_cylinder(home->context, vector, number, &shape));
         break;
     case 5:
-        status = make_hull(c, home, &shape);
+        status = make_hull_shape(c, home, &shape);
         break;
     case 6:
     case 7:

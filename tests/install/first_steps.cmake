@@ -10,7 +10,7 @@ endforeach()
 set(ENV{PKG_CONFIG_LIBDIR} ${WORK}/pkgconfig)
 set(ENV{PKG_CONFIG_PATH})
 # Compiles faster.
-file(WRITE ${WORK}/quick.cmake "set(CMAKE_UNITY_BUILD ON)\n")
+file(WRITE ${WORK}/quick.cmake "set(CMAKE_UNITY_BUILD ON)\nset(CMAKE_UNITY_BUILD_BATCH_SIZE 0)\n")
 set(ENV{CMAKE_TOOLCHAIN_FILE} ${WORK}/quick.cmake)
 set(ENV{CMAKE_BUILD_TYPE} Debug)
 

@@ -26,7 +26,7 @@
 #else
 #define PLII_SIMD_IS_CHECKED 0
 #endif
-#if defined(__GNUC__) && !PLII_SIMD_IS_CHECKED
+#if defined(__OPTIMIZE__) && !PLII_SIMD_IS_CHECKED
 #define PLII_SIMD_INLINE static inline __attribute__((always_inline))
 #else
 #define PLII_SIMD_INLINE static inline

@@ -186,7 +186,7 @@ double link_energy(const Engine& engine) {
 
 // --------------------------------------------------------------------------------------------------- the verdict
 
-constexpr double least_speed = 0.01; // m/s, that rounding may give to a body at rest
+constexpr double rounding_speed = 0.01; // m/s, that rounding may give to a body at rest
 
 class Judge {
 public:
@@ -201,7 +201,7 @@ public:
         const double size = bounds_diagonal(bounds_) + 0.01;
         const pli_vec3 gravity = engine.description().gravity;
         slack_ = 0.1 * start_.mass * std::sqrt(dot(gravity, gravity)) * size + which.given_energy +
-                 link_energy(engine) + 0.5 * start_.mass * least_speed * least_speed;
+                 link_energy(engine) + 0.5 * start_.mass * rounding_speed * rounding_speed;
     }
 
     // False when the case is lost.
