@@ -39,8 +39,9 @@ int run_replay(const ReplayOptions& options) {
     const std::unique_ptr<demos::Description> description = description_of(recording);
     Progress progress(options.json);
     progress.start(recording.settings.scene);
-    demos::Player player(recording, *description, options.from);
     const demos::Keyframe* keyframe = recording.keyframe_before(options.from);
+    const int first = keyframe != nullptr ? keyframe->frame : 0;
+    demos::Player player(recording, *description, first);
     int first_unequal = 0;
     while (player.frame() < frames && (first_unequal == 0 || !options.verify)) {
         if (!player.step() && first_unequal == 0) { first_unequal = player.frame(); }
@@ -53,16 +54,15 @@ int run_replay(const ReplayOptions& options) {
                                             {"solver", recording.settings.solver},
                                             {"frames", frames},
                                             {"from", options.from},
-                                            {"keyframe", keyframe != nullptr ? keyframe->frame : 0},
+                                            {"keyframe", first},
                                             {"hash", text_of(hash)},
                                             {"first_unequal_frame", first_unequal},
                                             {"equal", first_unequal == 0}}
                          .dump(2)
                   << '\n';
     } else {
-        std::cout << recording.settings.scene << ", " << recording.settings.solver << ": frames "
-                  << (keyframe != nullptr ? keyframe->frame : 0) << " to " << player.frame() << " of " << frames
-                  << ", hash " << text_of(hash) << '\n';
+        std::cout << recording.settings.scene << ", " << recording.settings.solver << ": frames " << first << " to "
+                  << player.frame() << " of " << frames << ", hash " << text_of(hash) << '\n';
         std::cout << (first_unequal == 0 ? "all as recorded"
                                          : "other than recorded from frame " + std::to_string(first_unequal) + " on")
                   << '\n';

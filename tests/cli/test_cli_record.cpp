@@ -57,9 +57,11 @@ static void what_parts_is_found(void** unused) {
     const size_t hashes = bytes.find("hashes") + 6 + 2; // key, then CBOR's head of 240 bytes
     bytes[hashes + 8 * 24] ^= 1;
     cli::write_file(scratch("changed"), bytes);
-    const cli::Result replay = cli::run("replay " + scratch("changed") + " --verify --json");
-    assert_int_equal(replay.status, 1);
-    assert_int_equal(nlohmann::json::parse(replay.output).at("first_unequal_frame").get<int>(), 25);
+    for (const char* from : {"", " --from 28"}) { // also between the keyframe and the frame
+        const cli::Result replay = cli::run("replay " + scratch("changed") + " --verify --json" + from);
+        assert_int_equal(replay.status, 1);
+        assert_int_equal(nlohmann::json::parse(replay.output).at("first_unequal_frame").get<int>(), 25);
+    }
 }
 
 // Of 20 frames, with a keyframe after ten, before which something is planted.

@@ -104,6 +104,9 @@ static void test_shapes_may_change_and_anchors_stay(void** unused) {
     bad_pose.origin.x = INFINITY;
     assert_int_equal(pli_rigid_set_shapes(s.rigid, 2, with_null, NULL), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, shapes, &bad_pose), PLI_ERROR_NOT_FINITE);
+    bad_pose = pli_transform_identity();
+    bad_pose.rotation.rows[1].y = 1.5f;
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, shapes, &bad_pose), PLI_ERROR_INVALID_VALUE);
     assert_int_equal(pli_rigid_set_shapes(s.rigid, -1, shapes, NULL), PLI_ERROR_INVALID_VALUE);
     assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, NULL, NULL), PLI_ERROR_INVALID_VALUE);
     assert_int_equal(pli_rigid_set_shapes(NULL, 1, shapes, NULL), PLI_ERROR_NULL_ARGUMENT);

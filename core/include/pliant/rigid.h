@@ -28,7 +28,8 @@ typedef enum pli_rigid_kind {
 
 /// What the host sets before a step and reads after it.
 typedef struct pli_rigid_state {
-    pli_transform pose;             ///< origin = centre of mass, m, up to PLI_MAX_COORDINATE; default identity
+    pli_transform pose;             ///< origin = centre of mass, m, up to PLI_MAX_COORDINATE; its rotation, without
+                                    ///< scale, shear or mirror beyond 1 %; default identity
     pli_vec3 linear_velocity;       ///< m/s, up to PLI_MAX_SPEED, default zero
     pli_vec3 angular_velocity;      ///< rad/s, up to PLI_MAX_ANGULAR_SPEED, default zero
     float inverse_mass;             ///< 1/kg, of PLI_MIN_MASS to PLI_MAX_MASS for dynamic, ignored otherwise

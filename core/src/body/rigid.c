@@ -75,13 +75,16 @@ static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, c
     static const int counts[] = {[PLI_RIGID_STATIC] = RIGID_POSE_FIELDS,
                                  [PLI_RIGID_KINEMATIC] = RIGID_MOTION_FIELDS,
                                  [PLI_RIGID_DYNAMIC] = RIGID_FIELDS};
-    return plii_check_fields(context, state, counts[kind], rigid_fields, function);
+    PLII_TRY(plii_check_fields(context, state, counts[kind], rigid_fields, function));
+    if (plii_is_rotation(state->pose.rotation)) { return PLI_OK; }
+    return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                     "pose.rotation is no rotation: its rows need length 1 and right angles between them, unmirrored");
 }
 
 static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
                                            const char* function) {
-    const bool is_good =
-        rigid_state_is_within(state) && (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass));
+    const bool is_good = rigid_state_is_within(state) && plii_is_rotation(state->pose.rotation) &&
+                         (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass));
     return is_good ? PLI_OK : rigid_judge_state(context, kind, state, function);
 }
 
@@ -128,10 +131,13 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
             return plii_handle_refuse(shapes[i], PLII_HANDLE_SHAPE, context, name, function);
         }
         _Static_assert(offsetof(pli_rigid_state, pose) == 0, "a pose is where a state begins");
-        const pli_status status =
-            poses != NULL ? plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function) : PLI_OK;
+        if (poses == NULL) { continue; }
+        const pli_status status = plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function);
         if (status != PLI_OK) {
             return plii_fail(context, status, function, "the pose of shape %d is beyond the limits or not finite", i);
+        }
+        if (!plii_is_rotation(poses[i].rotation)) {
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the pose of shape %d has no rotation", i);
         }
     }
     return PLI_OK;

@@ -21,6 +21,15 @@ static inline bool plii_vec3_is_within(pli_vec3 v, float limit) {
 static inline bool plii_is_point(pli_vec3 v) {
     return plii_vec3_is_within(v, PLI_MAX_COORDINATE);
 }
+/* Within 0.01: hosts integrate their rotations, and round them. False for NaN and for mirrors. */
+static inline bool plii_is_rotation(pli_mat3 m) {
+    const pli_vec3 lengths_squared = {pli_vec3_length_squared(m.rows[0]), pli_vec3_length_squared(m.rows[1]),
+                                      pli_vec3_length_squared(m.rows[2])};
+    const pli_vec3 cosines = {pli_vec3_dot(m.rows[0], m.rows[1]), pli_vec3_dot(m.rows[1], m.rows[2]),
+                              pli_vec3_dot(m.rows[2], m.rows[0])};
+    return plii_vec3_is_within(pli_vec3_sub(lengths_squared, pli_vec3_make(1, 1, 1)), 0.02f) &&
+           plii_vec3_is_within(cosines, 0.01f) && pli_vec3_dot(pli_vec3_cross(m.rows[0], m.rows[1]), m.rows[2]) > 0.0f;
+}
 /* 1/kg of something that can move; with some room for quotients. */
 static inline bool plii_is_inverse_mass(float inverse_mass) {
     return inverse_mass >= 0.999f / PLI_MAX_MASS && inverse_mass <= 1.001f / PLI_MIN_MASS;
