@@ -69,8 +69,7 @@ static int implicit_constraints_find_rigid(pli_body* body, plii_implicit_constra
 }
 
 void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        const plii_implicit_rigid* touched = &constraints->rigids[i];
+    for (PLII_EACH(const plii_implicit_rigid, touched, constraints->rigids, constraints->rigid_count)) {
         const double* q = touched->change;
         const pli_vec3 linear = pli_vec3_make((float)q[0], (float)q[1], (float)q[2]);
         const pli_vec3 angular = pli_vec3_make((float)q[3], (float)q[4], (float)q[5]);
@@ -90,15 +89,13 @@ static void implicit_constraint_report(const plii_implicit_constraint* constrain
 
 /* What impulses leave of the change of momentum of each rigid body, and what they are in all. */
 static void implicit_sum_impulses(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         memset(rigid->residual, 0, sizeof rigid->residual);
         for (int k = 0; k < 3 && rigid->is_dynamic; ++k) {
             rigid->residual[k] = rigid->mass[k] < IMPLICIT_IMMOVABLE ? rigid->mass[k] * rigid->change[k] : 0.0;
         }
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         const double impulse[3] = {constraint->impulse.x, constraint->impulse.y, constraint->impulse.z};
         for (int k = 0; k < 3; ++k) {
@@ -112,8 +109,7 @@ static void implicit_sum_impulses(plii_implicit_constraints* constraints) {
 void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bool are_recorded) {
     if (!are_recorded) { return; }
     implicit_sum_impulses(constraints);
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         const double* rest = rigid->residual;
         plii_dvec3 impulse = constraint->impulse;
@@ -205,8 +201,7 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
     for (int attempt = 0; attempt < 2; ++attempt) {
         count = wanted = 0;
         const int room = constraints->listed_capacity / 2; /* the other half is for sorting */
-        for (int i = 0; i < body->pipeline.feature_count; ++i) {
-            const plii_feature* feature = &body->pipeline.features[i];
+        for (PLII_EACH_FEATURE(feature, body)) {
             if (feature->klass->list_constraints == NULL) { continue; }
             plii_node_constraint* free = constraints->listed != NULL ? constraints->listed + count : NULL;
             const int found = feature->klass->list_constraints(body, feature->state, room - count, free);
@@ -434,16 +429,14 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
 }
 
 void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (!constraint->is_pinned) { constraint->block = constraints->blocks[constraint->nodes[0]]; }
     }
     plii_implicit_share_nodes(constraints);
 }
 
 void plii_implicit_constraints_release(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (constraint->is_anchor) { continue; }
         constraint->rows = 0;
         constraint->impulse = (plii_dvec3){0};
@@ -482,8 +475,7 @@ void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
             loads[constraint->nodes[k]] += constraint->weights[k];
         }
     }
-    for (int i = 0; i < first; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, first)) {
         constraint->share = 1.0 / (1.0 + loads[constraint->nodes[0]]);
     }
     for (int i = 0; i < first; ++i) {

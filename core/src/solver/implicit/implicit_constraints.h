@@ -117,13 +117,6 @@ static inline plii_dvec3 plii_implicit_constraint_point(const plii_implicit_cons
     }
     return sum;
 }
-/* Impulse on a point of a face that stops it in the directions held. */
-static inline plii_dvec3 plii_implicit_point_impulse(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
-    const double along = plii_dvec3_dot(constraint->normal, moved);
-    const double across = constraint->rows == 3 ? constraint->stiffness_across : 0.0;
-    return plii_dvec3_add_scaled(plii_dvec3_scale(moved, across), constraint->normal,
-                                 along * (constraint->stiffness - across));
-}
 static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 arm) {
     return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]), plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), arm));
 }
