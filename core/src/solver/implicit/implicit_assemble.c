@@ -117,14 +117,6 @@ static int implicit_add_held(const plii_implicit_holds* holds, int first, int no
     return i;
 }
 
-static int implicit_first_hold(const plii_implicit_holds* holds, int node) {
-    int first = 0;
-    while (first < holds->count && holds->items[first].node < node) {
-        ++first;
-    }
-    return first;
-}
-
 /* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
 PLII_SIMD_INLINE plii_implicit_block implicit_factorise(const double d[6], double mass) {
     plii_implicit_block block;
@@ -203,7 +195,8 @@ static double implicit_assemble_block(int begin, int end, const void* data) {
     const pli_body* body = system->body;
     const plii_link_graph* graph = system->graph;
     const double h = (double)body->step.dt;
-    int collapsed = 0, hold = implicit_first_hold(system->holds, begin);
+    const plii_implicit_holds* holds = system->holds;
+    int collapsed = 0, hold = plii_implicit_find_node(holds->items, sizeof *holds->items, holds->count, begin);
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             /* Without leads, as in most calls, a copy of its own. */

@@ -31,9 +31,8 @@ static void gradient_lead(plii_implicit_system* system) {
     }
 }
 
-/* Moves the held part of the nodes' impulses y to the rigid bodies, sum[] of each. */
-static void gradient_reduce(const plii_implicit_constraints* constraints, double* (*sum)(plii_implicit_rigid*),
-                            plii_dvec3* y) {
+/* Moves the held part of the nodes' impulses y to the rigid bodies: to their products, or residuals. */
+static void gradient_reduce(const plii_implicit_constraints* constraints, bool are_products, plii_dvec3* y) {
     gradient_filter filter;
     for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
@@ -41,17 +40,11 @@ static void gradient_reduce(const plii_implicit_constraints* constraints, double
         plii_dvec3* of_node = &y[constraints->items[i].nodes[0]];
         const plii_dvec3 held = gradient_held_part(&filter, *of_node);
         if (filter.rigid != PLI_NULL_INDEX) {
-            plii_implicit_add_push(sum(&constraints->rigids[filter.rigid]), filter.arm, held, 1.0);
+            plii_implicit_rigid* rigid = &constraints->rigids[filter.rigid];
+            plii_implicit_add_push(are_products ? rigid->product : rigid->residual, filter.arm, held, 1.0);
         }
         *of_node = plii_dvec3_sub(*of_node, held);
     }
-}
-
-static double* gradient_residual_of(plii_implicit_rigid* rigid) {
-    return rigid->residual;
-}
-static double* gradient_product_of(plii_implicit_rigid* rigid) {
-    return rigid->product;
 }
 
 // -------------------------------------------------------------------------------------------- passes over the nodes
@@ -150,7 +143,7 @@ static void gradient_start_residual(plii_implicit_system* system) {
         gradient_spread(constraint, impulse, system->residual);
         plii_implicit_add_push(constraints->rigids[constraint->rigid].residual, constraint->arm, impulse, -1.0);
     }
-    gradient_reduce(constraints, gradient_residual_of, system->residual);
+    gradient_reduce(constraints, false, system->residual);
 }
 
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
@@ -173,7 +166,7 @@ static double gradient_multiply(plii_implicit_system* system) {
         gradient_spread(constraint, impulse, system->spare);
         if (rigid->is_dynamic) { plii_implicit_add_push(rigid->product, constraint->arm, impulse, -1.0); }
     }
-    gradient_reduce(constraints, gradient_product_of, system->spare);
+    gradient_reduce(constraints, true, system->spare);
     double sum = gradient_dot(system, system->direction, system->spare);
     for (PLII_EACH(const plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         for (int k = 0; k < 6 && rigid->is_dynamic; ++k) {

@@ -320,24 +320,20 @@ static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
     return true;
 }
 
-static bool implicit_is_alone(const plii_node_constraint* listed, int index, int count) {
-    const int node = listed[index].node;
-    return !(index > 0 && listed[index - 1].node == node) && !(index + 1 < count && listed[index + 1].node == node);
-}
-
 /* What else holds a node, if a rigid body that moves presses on it, is a point like those of faces. */
 static bool implicit_is_point(const plii_node_constraint* listed, int index, int count) {
     const plii_node_constraint* from = &listed[index];
     if (from->node == PLI_NULL_INDEX) { return true; }
-    return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !implicit_is_alone(listed, index, count);
+    const bool is_alone = !(index > 0 && listed[index - 1].node == from->node) &&
+                          !(index + 1 < count && listed[index + 1].node == from->node);
+    return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !is_alone;
 }
 
-/* The first of a node, or where it would be. */
-static int implicit_find_node(const plii_node_constraint* listed, int count, int node) {
+int plii_implicit_find_node(const void* items, size_t size, int count, int node) {
     int begin = 0, end = count;
     while (begin < end) {
         const int middle = begin + (end - begin) / 2;
-        if ((unsigned)listed[middle].node < (unsigned)node) {
+        if (*(const unsigned*)((const char*)items + (size_t)middle * size) < (unsigned)node) {
             begin = middle + 1;
         } else {
             end = middle;
@@ -352,7 +348,8 @@ static bool implicit_is_covered(const plii_node_constraint* listed, int count, c
     double covered = 0.0;
     for (int k = 0; k < 3 && from->node == PLI_NULL_INDEX; ++k) {
         const int node = from->face_nodes[k];
-        for (int i = implicit_find_node(listed, count, node); i < count && listed[i].node == node; ++i) {
+        int i = plii_implicit_find_node(listed, sizeof *listed, count, node);
+        for (; i < count && listed[i].node == node; ++i) {
             if (listed[i].rigid != from->rigid) { continue; }
             covered += (double)weights[k];
             break;
@@ -363,17 +360,10 @@ static bool implicit_is_covered(const plii_node_constraint* listed, int count, c
 
 /* How far a node can go along a unit vector until it meets a surface that nothing moves. */
 static double implicit_room(const plii_implicit_constraints* constraints, int node, plii_dvec3 direction) {
-    int begin = 0, end = constraints->node_bound_count;
-    while (begin < end) {
-        const int middle = begin + (end - begin) / 2;
-        if (constraints->items[middle].nodes[0] < node) {
-            begin = middle + 1;
-        } else {
-            end = middle;
-        }
-    }
     double room = (double)INFINITY;
-    for (int i = begin; i < constraints->node_bound_count && constraints->items[i].nodes[0] == node; ++i) {
+    const int count = constraints->node_bound_count;
+    int i = plii_implicit_find_node(constraints->items, sizeof *constraints->items, count, node);
+    for (; i < count && constraints->items[i].nodes[0] == node; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         const double approach = -plii_dvec3_dot(constraint->normal, direction);
         if (constraint->is_anchor || constraints->rigids[constraint->rigid].is_dynamic || !(approach > 0.1)) {

@@ -82,10 +82,11 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
 }
 
-/* m s^2 / 2 + U of the solution that lies `share` of the way from `before`, with what the impulses of constraints give
-   to it; the body is at `before`. */
-static double energy_potential(const plii_implicit_system* system, const plii_dvec3* before, double share) {
+/* m s^2 / 2 + U of the solution that lies `share` of the way from the one before, with what the impulses of constraints
+   give to it; the body is there. */
+static double energy_potential(const plii_implicit_system* system, double share) {
     const pli_body* body = system->body;
+    const plii_dvec3* before = system->before;
     const plii_implicit_constraints* constraints = system->constraints;
     const double way = share * (double)body->step.dt;
     double springs = 0.0, sum = 0.0;
@@ -135,13 +136,14 @@ static double energy_potential(const plii_implicit_system* system, const plii_dv
     return sum;
 }
 
-double plii_implicit_search(plii_implicit_system* system, const plii_dvec3* before) {
+double plii_implicit_search(plii_implicit_system* system) {
+    const plii_dvec3* before = system->before;
     double share = 1.0;
-    const double start = energy_potential(system, before, 0.0);
-    double end = energy_potential(system, before, share);
+    const double start = energy_potential(system, 0.0);
+    double end = energy_potential(system, share);
     while (end > start && share > IMPLICIT_LEAST_SHARE) {
         share *= 0.5;
-        end = energy_potential(system, before, share);
+        end = energy_potential(system, share);
     }
     if (share == 1.0) { return share; }
     for (int i = 0; i < system->body->node_count; ++i) {

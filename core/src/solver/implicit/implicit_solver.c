@@ -51,35 +51,23 @@ static pli_vec3 implicit_free_change(const pli_body* body, int node, float dt) {
 
 enum { IMPLICIT_NODE_NS = 5 }; /* of a pass over the nodes */
 
-typedef struct implicit_pass {
-    pli_body* body;
-    const pli_implicit_def* def;
-    float dt;
-    plii_dvec3* vector; /* right-hand side or solution */
-} implicit_pass;
-
 /* Free flight is a new base for the velocities, the unknown is what springs change about it; else it is part of the
    unknown, by the right-hand side. */
 static void implicit_external_range(int begin, int end, void* data) {
-    const implicit_pass* pass = data;
-    pli_body* body = pass->body;
+    const plii_implicit_system* system = data;
+    const pli_body* body = system->body;
     for (int i = begin; i < end; ++i) {
-        pass->vector[i] = (plii_dvec3){0};
+        system->rhs[i] = (plii_dvec3){0};
         if (body->positions[i].w > 0.0f) {
-            const pli_vec3 change = implicit_free_change(body, i, pass->dt);
-            if (pass->def->start == PLI_IMPLICIT_START_AT_REST) {
-                pass->vector[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
+            const pli_vec3 change = implicit_free_change(body, i, body->step.dt);
+            if (system->def->start == PLI_IMPLICIT_START_AT_REST) {
+                system->rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
             } else {
                 plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
             }
         }
         if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
     }
-}
-
-static void implicit_add_external(pli_body* body, const implicit_state* state, float dt, plii_dvec3* rhs) {
-    implicit_pass pass = {body, &state->def, dt, rhs};
-    plii_parallel_for(body->context, implicit_external_range, &pass, body->node_count, plii_grain(IMPLICIT_NODE_NS));
 }
 
 static void implicit_descend(implicit_state* state, int iterations, bool is_warm) {
@@ -225,24 +213,20 @@ static void implicit_keep_momentum(plii_implicit_system* system) {
     }
 }
 
+/* Nodes move by the solution. */
 static void implicit_solution_range(int begin, int end, void* data) {
-    const implicit_pass* pass = data;
-    pli_body* body = pass->body;
+    const plii_implicit_system* system = data;
+    const pli_body* body = system->body;
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[i]));
-            plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, pass->vector[i])));
+            plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, system->solution[i])));
         }
         const pli_vec3 position = plii_xyz(body->positions[i]);
         plii_set_xyz(&body->previous[i], position);
         plii_set_xyz(&body->positions[i],
-                     pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), pass->dt)));
+                     pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt)));
     }
-}
-
-static void implicit_add_solution(pli_body* body, plii_dvec3* solution, float dt) {
-    implicit_pass pass = {.body = body, .dt = dt, .vector = solution};
-    plii_parallel_for(body->context, implicit_solution_range, &pass, body->node_count, plii_grain(IMPLICIT_NODE_NS));
 }
 
 static void implicit_predict(pli_body* body, float dt) {
@@ -262,14 +246,15 @@ static void implicit_predict(pli_body* body, float dt) {
     system->solution = system->rhs + body->node_count;
     system->spare = system->solution + body->node_count;
     system->residual = system->spare + body->node_count;
+    system->before = system->residual + body->node_count;
     state->report = (pli_implicit_report){0};
-    implicit_add_external(body, state, step->dt, system->rhs);
+    plii_implicit_run(system, implicit_external_range, system, IMPLICIT_NODE_NS);
     plii_implicit_gather_holds(body, system);
     state->report.collapsed_links = plii_implicit_assemble(system, NULL);
     plii_implicit_constraints_gather(body, &state->constraints, false, system->blocks, NULL);
     implicit_iterate(state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
-    implicit_add_solution(body, system->solution, step->dt);
+    plii_implicit_run(system, implicit_solution_range, system, IMPLICIT_NODE_NS);
 
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
@@ -279,24 +264,24 @@ static void implicit_predict(pli_body* body, float dt) {
 
 // -------------------------------------------------------------------------------------------- anchors and contacts
 
-/* Where the velocity of a node leads, rounded as in implicit_add_solution. */
+/* Where the velocity of a node leads, rounded as in implicit_solution_range. */
 static pli_vec3 implicit_reached(const pli_body* body, int node) {
     const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
     return pli_vec3_add(plii_xyz(body->previous[node]), motion);
 }
 
 /* Nodes follow a solution that has changed; what others moved them by stays. */
-static void implicit_follow_solution(pli_body* body, const plii_implicit_system* system, plii_dvec3* before) {
+static void implicit_follow_solution(pli_body* body, const plii_implicit_system* system) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 predicted = implicit_reached(body, i),
                        others = pli_vec3_sub(plii_xyz(body->positions[i]), predicted);
-        const plii_dvec3 more = plii_dvec3_sub(system->solution[i], before[i]);
+        const plii_dvec3 more = plii_dvec3_sub(system->solution[i], system->before[i]);
         const plii_dvec3 velocity = plii_dvec3_add(plii_dvec3_from(plii_xyz(body->velocities[i])), more);
         plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
     }
-    memcpy(before, system->solution, implicit_vector_size(body->node_count));
+    memcpy(system->before, system->solution, implicit_vector_size(body->node_count));
 }
 
 /* Whether conjugate gradients take part. */
@@ -344,16 +329,15 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
     plii_implicit_system* system = &state->system;
     plii_thread.pass.feature = NULL; /* stages have run */
     plii_implicit_constraints_gather(body, &state->constraints, true, system->blocks, system->solution);
-    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
     const bool is_free = state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT;
-    const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, before);
+    const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, system->before);
     const bool is_exact = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
     const int iterations = is_exact ? state->def.sweeps : state->def.finishing_iterations;
-    memcpy(before, system->solution, implicit_vector_size(body->node_count));
+    memcpy(system->before, system->solution, implicit_vector_size(body->node_count));
     if (state->constraints.count > 0) {
         implicit_iterate(state, true);
         if (is_free) { implicit_keep_momentum(system); }
-        implicit_follow_solution(body, system, before);
+        implicit_follow_solution(body, system);
     }
     double excess = (double)INFINITY, share = 1.0;
 
@@ -366,8 +350,8 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         if (round == 0 && !is_exact) { plii_implicit_constraints_release(&state->constraints); }
         implicit_descend(state, iterations, true);
         implicit_keep_momentum(system);
-        share = plii_implicit_search(system, before);
-        implicit_follow_solution(body, system, before);
+        share = plii_implicit_search(system);
+        implicit_follow_solution(body, system);
     }
     plii_implicit_constraints_push_rigids(&state->constraints);
     plii_implicit_constraints_report(&state->constraints, body->records_contacts);
@@ -396,8 +380,7 @@ static void implicit_end_recovery(pli_body* body, const plii_implicit_constraint
 
 // ------------------------------------------------------------------------------------------------------ corrections
 
-/* Nodes that pose matching, anchors, contacts and the like moved since implicit_add_solution, by as much over the
-   step. */
+/* Nodes that pose matching, anchors, contacts and the like moved since the solution, by as much over the step. */
 static void implicit_corrections_range(int begin, int end, void* data) {
     pli_body* body = data;
     for (int i = begin; i < end; ++i) {
@@ -421,9 +404,8 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
 
 static void implicit_begin(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
     for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
-        before[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
+        state->system.before[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
     }
     plii_run_stage(body, PLII_STAGE_PREPARE);
     implicit_solve_constraints(body, state);
@@ -443,7 +425,7 @@ static void implicit_couple(pli_body* body) {
 
 static void implicit_end(pli_body* body) {
     const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    plii_parallel_for(body->context, implicit_corrections_range, body, body->node_count, plii_grain(IMPLICIT_NODE_NS));
+    plii_implicit_run(&state->system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
     implicit_end_recovery(body, &state->constraints);
     for (int i = 0; i < body->node_count && body->solver.velocity_damping > 0.0f; ++i) {
         plii_set_xyz(&body->velocities[i],
@@ -549,7 +531,6 @@ pli_status pli_body_disable_implicit(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     if (state == NULL) { return PLI_OK; }
-    PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
     plii_feature_disable(body, &plii_implicit_class);
     return PLI_OK;

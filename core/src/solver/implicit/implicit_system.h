@@ -44,6 +44,7 @@ typedef struct plii_implicit_system {
     plii_dvec3* solution; /* change of velocity, m/s */
     plii_dvec3* spare;
     plii_dvec3* residual;
+    plii_dvec3* before;    /* the solution that nodes have followed */
     plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
 } plii_implicit_system;
 
@@ -63,9 +64,9 @@ void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_d
 /* Energy that the step gains by the solution, which the body has followed, relative to that of what springs and
    constraints change. */
 double plii_implicit_excess(const plii_implicit_system* system);
-/* Goes back towards `before`, where the body and the linearisation are, until what backward Euler minimises is not more
-   than there. Gives the share of the way that is left. */
-double plii_implicit_search(plii_implicit_system* system, const plii_dvec3* before);
+/* Goes back towards the solution before, where the body and the linearisation are, until what backward Euler minimises
+   is not more than there. Gives the share of the way that is left. */
+double plii_implicit_search(plii_implicit_system* system);
 
 /* Runs over the nodes on several threads, where one takes so long. */
 static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,
