@@ -114,13 +114,6 @@ static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node
     if (at != nodes->offsets) { plii_float4_to(&at[node], plii_float4_from(&at[node]) + move); }
 }
 
-static void self_nodes_rub(const plii_self_nodes* nodes, pli_vec4* at, int a, int b, float share_a, float friction) {
-    const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, b), plii_self_motion(nodes, a));
-    const plii_float4 lanes = plii_lanes_from_vec3(&motion);
-    self_nodes_move(nodes, at, a, lanes * (friction * share_a));
-    self_nodes_move(nodes, at, b, lanes * (friction * (share_a - 1.0f)));
-}
-
 /* Of a pair that is too near. True when one of them can move. */
 static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, plii_self_pair pair, plii_float4 apart,
                             float friction) {
@@ -136,7 +129,13 @@ static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, plii_sel
     const float scale = gap / (distance * weight);
     self_nodes_move(nodes, at, pair.a, along * (-scale * weight_a));
     self_nodes_move(nodes, at, pair.b, along * (scale * weight_b));
-    if (friction > 0.0f) { self_nodes_rub(nodes, at, pair.a, pair.b, weight_a / weight, friction); }
+    if (friction > 0.0f) {
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, pair.b), plii_self_motion(nodes, pair.a));
+        const plii_float4 lanes = plii_lanes_from_vec3(&motion);
+        const float share_a = weight_a / weight;
+        self_nodes_move(nodes, at, pair.a, lanes * (friction * share_a));
+        self_nodes_move(nodes, at, pair.b, lanes * (friction * (share_a - 1.0f)));
+    }
     return true;
 }
 
