@@ -203,13 +203,6 @@ static const plii_field drag_fields[] = {
     PLII_FIELD(pli_drag_def, damping_ratio, 0, PLI_MAX_FACTOR),
 };
 
-static pli_status drag_check(const pli_body* body, const pli_drag_def* def, const char* function) {
-    pli_context* context = body->context;
-    PLII_TRY_DEF(context, pli_drag_def, def, drag_fields, function);
-    if (def->face == PLI_NULL_INDEX) { return plii_check_node(body, def->node, function); }
-    return plii_check_index(context, def->face, body->topology->face_count, "face", "body", function);
-}
-
 /* A face without an area is held at its first node. */
 static void drag_take_hold(const pli_body* body, const pli_drag_def* def, drag_item* item) {
     item->node_count = 1;
@@ -243,7 +236,10 @@ static void drag_set_spring(const pli_body* body, const pli_drag_def* def, drag_
 
 pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag_id* drag) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(drag_check(body, def, __func__));
+    PLII_TRY_DEF(body->context, pli_drag_def, def, drag_fields, __func__);
+    PLII_TRY(def->face == PLI_NULL_INDEX
+                 ? plii_check_node(body, def->node, __func__)
+                 : plii_check_index(body->context, def->face, body->topology->face_count, "face", "body", __func__));
     if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
     const bool was_enabled = plii_feature_state(body, &plii_drag_class) != NULL;
     drag_state* state = NULL;
@@ -263,33 +259,31 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
     return PLI_OK;
 }
 
-static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_state** state,
-                            drag_item** item) {
-    *state = plii_feature_state(body, &plii_drag_class);
-    const int place = *state != NULL ? plii_id_pool_find(&(*state)->ids, drag.index1, drag.generation) : PLI_NULL_INDEX;
+static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_item** item) {
+    const drag_state* state = plii_feature_state(body, &plii_drag_class);
+    const int place = state != NULL ? plii_id_pool_find(&state->ids, drag.index1, drag.generation) : PLI_NULL_INDEX;
     if (place == PLI_NULL_INDEX) {
         return plii_fail(body->context, PLI_ERROR_STALE_ID, function, "the body has no drag {%d, %u}", (int)drag.index1,
                          (unsigned)drag.generation);
     }
-    *item = &(*state)->items[place];
+    *item = &state->items[place];
     return PLI_OK;
 }
 
 pli_status pli_body_move_drag(pli_body* body, pli_drag_id drag, pli_vec3 goal) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_vec3_within(body->context, goal, PLI_MAX_COORDINATE, "goal", __func__));
-    drag_state* state = NULL;
     drag_item* item = NULL;
-    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    PLII_TRY(drag_find(body, drag, __func__, &item));
     item->to = goal;
     return PLI_OK;
 }
 
 pli_status pli_body_end_drag(pli_body* body, pli_drag_id drag) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    drag_state* state = NULL;
     drag_item* item = NULL;
-    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    PLII_TRY(drag_find(body, drag, __func__, &item));
+    drag_state* state = plii_feature_state(body, &plii_drag_class);
     plii_id_pool_free(&state->ids, item->slot);
     for (int i = (int)(item - state->items) + 1; i < state->count; ++i) {
         state->items[i - 1] = state->items[i];
@@ -303,9 +297,8 @@ pli_status pli_body_get_drag(const pli_body* body, pli_drag_id drag, pli_vec3* p
     if (point != NULL) { *point = pli_vec3_make(0, 0, 0); }
     if (goal != NULL) { *goal = pli_vec3_make(0, 0, 0); }
     PLII_TRY(plii_check_body(body, __func__));
-    drag_state* state = NULL;
     drag_item* item = NULL;
-    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    PLII_TRY(drag_find(body, drag, __func__, &item));
     if (point != NULL) { *point = drag_point(body, item, NULL, body->positions); }
     if (goal != NULL) { *goal = item->to; }
     return PLI_OK;
