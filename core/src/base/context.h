@@ -152,6 +152,12 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
     item != NULL && (item) < (items) + (count);                                                                        \
     ++item
 
+/* The same of an array of pointers: what each leads to. */
+#define PLII_EACH_AT(type, item, items, count)                                                                         \
+    type *const *plii_at_##item = (items), *item = NULL;                                                               \
+    plii_at_##item != NULL&& plii_at_##item < (items) + (count) && ((item) = *plii_at_##item, true);                   \
+    ++plii_at_##item
+
 /* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
 #define PLII_RESERVE(context, data, capacity, needed)                                                                  \

@@ -51,6 +51,10 @@ struct pli_world {
     void* profile_user;
 };
 
+/* In a `for`: each body of a world, and each rigid body. */
+#define PLII_EACH_BODY(body, world) PLII_EACH_AT(pli_body, body, (world)->bodies, (world)->body_count)
+#define PLII_EACH_RIGID(rigid, world) PLII_EACH_AT(pli_rigid, rigid, (world)->rigids, (world)->rigid_count)
+
 /* Bodies and rigid proxies keep their index in the list as `world_index`; removal closes the gap, order is kept. */
 pli_status plii_world_add_body(pli_world* world, pli_body* body);
 void plii_world_remove_body(pli_world* world, pli_body* body);

@@ -54,14 +54,11 @@ static bool link_cut_learn(link_cut* cut) {
     return true;
 }
 
-static bool link_cut_add_nodes(link_cut* cut) {
+static bool link_cut_split_links(link_cut* cut) {
     cut->nodes[0] = plii_edit_add_node(&cut->edit, cut->ends[0], cut->ends[1], cut->share);
     if (cut->nodes[0] == PLI_NULL_INDEX) { return false; }
     cut->nodes[1] = plii_edit_copy_node(&cut->edit, cut->nodes[0]);
-    return cut->nodes[1] != PLI_NULL_INDEX;
-}
-
-static bool link_cut_split_links(link_cut* cut) {
+    if (cut->nodes[1] == PLI_NULL_INDEX) { return false; }
     const int count = cut->edit.link_count;
     for (int i = 0; i < count; ++i) {
         const int* nodes = cut->edit.links[i].nodes;
@@ -122,8 +119,7 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
     link_cut cut = {.ends = {node_a, node_b}, .share = position, .edges.table.context = body->context};
     PLII_TRY(plii_edit_open(body, __func__, &cut.edit));
     pli_status status = link_cut_check(&cut);
-    if (status == PLI_OK && !(link_cut_learn(&cut) && link_cut_add_nodes(&cut) && link_cut_split_links(&cut) &&
-                              link_cut_split_faces(&cut))) {
+    if (status == PLI_OK && !(link_cut_learn(&cut) && link_cut_split_links(&cut) && link_cut_split_faces(&cut))) {
         status = PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_edge_map_free(&cut.edges);

@@ -179,12 +179,6 @@ static bool swept_removes(const plii_edit_link* link, void* user) {
     return (pass->marks[a] & pass->marks[b] & SWEPT_HAS_FACE) != 0 && swept_crossed_edge(pass, a, b) != NULL;
 }
 
-static void swept_remove_links(swept_pass* pass) {
-    const int count = pass->edit->link_count;
-    plii_edit_remove_links(pass->edit, swept_removes, pass);
-    pass->work->parted += count - pass->edit->link_count;
-}
-
 static bool swept_part_rope_links(swept_pass* pass) {
     plii_edit* edit = pass->edit;
     const int count = edit->link_count;
@@ -261,12 +255,6 @@ static bool swept_open(swept_pass* pass, int a, int b) {
     return plii_edge_map_add(&pass->cuts, a, b) != NULL;
 }
 
-static bool swept_note_border(swept_pass* pass, int a, int b, double height) {
-    plii_edge* border = plii_edge_map_add(&pass->borders, a, b);
-    if (border != NULL) { border->flags |= height < 0.0 ? SWEPT_FACE_BELOW : SWEPT_FACE_ABOVE; }
-    return border != NULL;
-}
-
 static bool swept_open_closed_edges(swept_pass* pass) {
     const plii_swept_ends* ends = &pass->work->ends;
     for (int i = 0; i < ends->edge_count; ++i) {
@@ -307,14 +295,16 @@ static bool swept_judge_face(swept_pass* pass, const int* nodes) {
     }
     if (crossing_count == 0 && on_count == 1 && tip != PLI_NULL_INDEX) { return swept_open(pass, on, tip); }
     if (crossing_count > 0 || on_count < 2) { return true; }
-    bool ok = true;
-    for (int k = 0; ok && k < 3; ++k) {
+    for (int k = 0; k < 3; ++k) {
         const int a = nodes[k], b = nodes[(k + 1) % 3];
         if (!swept_is_on_blade(pass, a) || !swept_is_on_blade(pass, b)) { continue; }
+        plii_edge* border = plii_edge_map_add(&pass->borders, a, b);
+        if (border == NULL) { return false; }
         /* A face with all nodes on the blade counts as above. */
-        ok = swept_note_border(pass, a, b, on_count == 3 ? 0.0 : pass->heights[nodes[(k + 2) % 3]]);
+        const bool is_below = on_count == 2 && pass->heights[nodes[(k + 2) % 3]] < 0.0;
+        border->flags |= is_below ? SWEPT_FACE_BELOW : SWEPT_FACE_ABOVE;
     }
-    return ok;
+    return true;
 }
 
 static bool swept_judge_faces(swept_pass* pass) {
@@ -376,15 +366,6 @@ static bool swept_separate(swept_pass* pass) {
 
 // ----------------------------------------------------------------------------------------------------------- the whole
 
-static int swept_crossed_links(const swept_pass* pass) {
-    int count = 0;
-    for (int i = 0; i < pass->edit->link_count; ++i) {
-        const int* nodes = pass->edit->links[i].nodes;
-        count += plii_edge_map_node(&pass->edges, nodes[0], nodes[1]) != PLI_NULL_INDEX;
-    }
-    return count;
-}
-
 static pli_status swept_run_pass(swept_pass* pass) {
     plii_edit* edit = pass->edit;
     for (int i = 0; i < pass->node_count; ++i) {
@@ -396,12 +377,16 @@ static pli_status swept_run_pass(swept_pass* pass) {
     }
     if (!swept_find_edges(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
     PLII_TRY(plii_edit_check_tetras(edit, swept_meets_tetra, pass, "the blade meets"));
-    swept_remove_links(pass); /* also those over the inside of a face */
+    const int link_count = edit->link_count;
+    plii_edit_remove_links(edit, swept_removes, pass); /* also those over the inside of a face */
+    pass->work->parted += link_count - edit->link_count;
     if (!swept_meets_something(pass)) { return PLI_OK; }
     bool ok = swept_part_rope_links(pass) && swept_part_rope_nodes(pass) && swept_add_nodes(pass) &&
               swept_judge_faces(pass) && swept_open_closed_edges(pass);
     if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
-    pass->work->parted += swept_crossed_links(pass);
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
+        pass->work->parted += plii_edge_map_node(&pass->edges, link->nodes[0], link->nodes[1]) != PLI_NULL_INDEX;
+    }
     ok = plii_edit_split(edit, &pass->edges) && swept_separate(pass);
     return ok ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }

@@ -194,12 +194,6 @@ static void contact_events_begin(pli_body* body, void* data) {
     state->sensed_count = 0;
 }
 
-static void contact_item_finish(contact_item* item) {
-    if (!(item->weight > 0.0f)) { return; }
-    item->event.point = pli_vec3_scale(item->event.point, 1.0f / item->weight);
-    item->event.normal = plii_vec3_safe_normalize(item->event.normal);
-}
-
 static int contact_events_before(const contact_events* state, int phase) {
     int count = 0;
     for (int k = 0; k < phase; ++k) {
@@ -255,8 +249,10 @@ static void contact_events_end(pli_body* body, void* data) {
             contact_events_sense(&visit, rigid, k);
         }
     }
-    for (int i = 0; i < state->present.count; ++i) {
-        contact_item_finish(&state->present.items[i]);
+    for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
+        if (!(item->weight > 0.0f)) { continue; }
+        item->event.point = pli_vec3_scale(item->event.point, 1.0f / item->weight);
+        item->event.normal = plii_vec3_safe_normalize(item->event.normal);
     }
     contact_events_list(body, state);
 }

@@ -32,11 +32,16 @@ typedef struct drag_state {
     plii_id_pool ids;
 } drag_state;
 
-/* `positions` of the body, which may be those of the start of the step. */
-static pli_vec3 drag_point(const drag_item* item, const pli_vec4* positions) {
+/* `places`: displacements in a substep, else (NULL) positions of the body, which may be those of the start of the step.
+ */
+static pli_vec3 drag_point(const pli_body* body, const drag_item* item, const plii_substep* substep,
+                           const pli_vec4* places) {
     pli_vec3 point = item->shift;
     for (int k = 0; k < item->node_count; ++k) {
-        point = pli_vec3_add(point, pli_vec3_scale(plii_xyz(positions[item->nodes[k]]), item->weights[k]));
+        const int node = item->nodes[k];
+        const pli_vec3 place =
+            substep != NULL ? plii_substep_place(body, substep, places, node) : plii_xyz(places[node]);
+        point = pli_vec3_add(point, pli_vec3_scale(place, item->weights[k]));
     }
     return point;
 }
@@ -67,26 +72,31 @@ static pli_vec3 drag_impulse(drag_item* item, const pli_body* body, pli_vec3 poi
 static void drag_prepare(pli_body* body, void* data) {
     drag_state* state = data;
     for (PLII_EACH(drag_item, item, state->items, state->count)) {
-        drag_begin_solve(item, drag_point(item, body->previous), item->to, body->step.dt);
+        drag_begin_solve(item, drag_point(body, item, NULL, body->previous), item->to, body->step.dt);
     }
 }
 
-static void drag_solve(pli_body* body, void* data) {
+/* In a substep, or in a whole step (NULL). */
+static void drag_sweep(pli_body* body, void* data, const plii_substep* substep) {
     drag_state* state = data;
-    if (body->solver_class->solves_constraints) { return; } /* has the spring in its system */
+    pli_vec4* places = substep != NULL ? substep->displacements : body->positions;
     for (PLII_EACH(drag_item, item, state->items, state->count)) {
-        const pli_vec3 push = drag_impulse(item, body, drag_point(item, body->positions));
+        const pli_vec3 push = drag_impulse(item, body, drag_point(body, item, substep, places));
         for (int k = 0; k < item->node_count; ++k) {
-            pli_vec4* position = &body->positions[item->nodes[k]];
-            plii_add_xyz(position, pli_vec3_scale(push, item->weights[k] * position->w));
+            pli_vec4* place = &places[item->nodes[k]];
+            plii_add_xyz(place, pli_vec3_scale(push, item->weights[k] * place->w));
         }
     }
 }
 
+static void drag_solve(pli_body* body, void* data) {
+    if (!body->solver_class->solves_constraints) { drag_sweep(body, data, NULL); } /* else it is in the system */
+}
+
 static void drag_finish(pli_body* body, void* data) {
     drag_state* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        state->items[i].from = state->items[i].to;
+    for (PLII_EACH(drag_item, item, state->items, state->count)) {
+        item->from = item->to;
     }
 }
 
@@ -97,7 +107,7 @@ static void drag_visit_springs(pli_body* body, void* data, void (*visit)(const p
     const drag_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         drag_item item = state->items[i];
-        const pli_vec3 start = drag_point(&item, body->positions);
+        const pli_vec3 start = drag_point(body, &item, NULL, body->positions);
         drag_begin_solve(&item, start, item.to, body->step.dt);
         const pli_vec3 way = pli_vec3_sub(item.reference, start);
         for (int k = 0; k < item.node_count; ++k) {
@@ -108,32 +118,12 @@ static void drag_visit_springs(pli_body* body, void* data, void (*visit)(const p
     }
 }
 
-static pli_vec3 drag_place(const pli_body* body, const drag_item* item, const plii_substep* substep,
-                           const pli_vec4* displacements) {
-    pli_vec3 point = item->shift;
-    for (int k = 0; k < item->node_count; ++k) {
-        const pli_vec3 place = plii_substep_place(body, substep, displacements, item->nodes[k]);
-        point = pli_vec3_add(point, pli_vec3_scale(place, item->weights[k]));
-    }
-    return point;
-}
-
 static void drag_restart(pli_body* body, void* data, const plii_substep* substep) {
     drag_state* state = data;
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
     for (PLII_EACH(drag_item, item, state->items, state->count)) {
         const pli_vec3 goal = pli_vec3_lerp(item->from, item->to, share);
-        drag_begin_solve(item, drag_place(body, item, substep, substep->start_displacements), goal, substep->dt);
-    }
-}
-
-static void drag_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    drag_state* state = data;
-    for (PLII_EACH(drag_item, item, state->items, state->count)) {
-        const pli_vec3 push = drag_impulse(item, body, drag_place(body, item, substep, substep->displacements));
-        for (int k = 0; k < item->node_count; ++k) {
-            plii_substep_move(substep, item->nodes[k], push, item->weights[k]);
-        }
+        drag_begin_solve(item, drag_point(body, item, substep, substep->start_displacements), goal, substep->dt);
     }
 }
 
@@ -153,7 +143,7 @@ static void drag_topology_commit(pli_body* body, void* data, const plii_topology
         for (int k = 1; k < item->node_count; ++k) {
             if (item->weights[k] > item->weights[heaviest]) { heaviest = k; }
         }
-        const pli_vec3 point = drag_point(item, body->positions);
+        const pli_vec3 point = drag_point(body, item, NULL, body->positions);
         item->nodes[0] = item->nodes[heaviest];
         item->weights[0] = 1.0f;
         item->node_count = 1;
@@ -213,13 +203,6 @@ static const plii_field drag_fields[] = {
     PLII_FIELD(pli_drag_def, damping_ratio, 0, PLI_MAX_FACTOR),
 };
 
-static pli_status drag_check(const pli_body* body, const pli_drag_def* def, const char* function) {
-    pli_context* context = body->context;
-    PLII_TRY_DEF(context, pli_drag_def, def, drag_fields, function);
-    if (def->face == PLI_NULL_INDEX) { return plii_check_node(body, def->node, function); }
-    return plii_check_index(context, def->face, body->topology->face_count, "face", "body", function);
-}
-
 /* A face without an area is held at its first node. */
 static void drag_take_hold(const pli_body* body, const pli_drag_def* def, drag_item* item) {
     item->node_count = 1;
@@ -253,7 +236,10 @@ static void drag_set_spring(const pli_body* body, const pli_drag_def* def, drag_
 
 pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag_id* drag) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(drag_check(body, def, __func__));
+    PLII_TRY_DEF(body->context, pli_drag_def, def, drag_fields, __func__);
+    PLII_TRY(def->face == PLI_NULL_INDEX
+                 ? plii_check_node(body, def->node, __func__)
+                 : plii_check_index(body->context, def->face, body->topology->face_count, "face", "body", __func__));
     if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
     const bool was_enabled = plii_feature_state(body, &plii_drag_class) != NULL;
     drag_state* state = NULL;
@@ -267,39 +253,37 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
     *item = (drag_item){.slot = plii_id_pool_alloc(&state->ids, state->count)};
     drag_take_hold(body, def, item);
     drag_set_spring(body, def, item);
-    item->from = item->to = drag_point(item, body->positions);
+    item->from = item->to = drag_point(body, item, NULL, body->positions);
     state->count += 1;
     *drag = (pli_drag_id){item->slot + 1, state->ids.slots[item->slot].generation};
     return PLI_OK;
 }
 
-static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_state** state,
-                            drag_item** item) {
-    *state = plii_feature_state(body, &plii_drag_class);
-    const int place = *state != NULL ? plii_id_pool_find(&(*state)->ids, drag.index1, drag.generation) : PLI_NULL_INDEX;
+static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_item** item) {
+    const drag_state* state = plii_feature_state(body, &plii_drag_class);
+    const int place = state != NULL ? plii_id_pool_find(&state->ids, drag.index1, drag.generation) : PLI_NULL_INDEX;
     if (place == PLI_NULL_INDEX) {
         return plii_fail(body->context, PLI_ERROR_STALE_ID, function, "the body has no drag {%d, %u}", (int)drag.index1,
                          (unsigned)drag.generation);
     }
-    *item = &(*state)->items[place];
+    *item = &state->items[place];
     return PLI_OK;
 }
 
 pli_status pli_body_move_drag(pli_body* body, pli_drag_id drag, pli_vec3 goal) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_vec3_within(body->context, goal, PLI_MAX_COORDINATE, "goal", __func__));
-    drag_state* state = NULL;
     drag_item* item = NULL;
-    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    PLII_TRY(drag_find(body, drag, __func__, &item));
     item->to = goal;
     return PLI_OK;
 }
 
 pli_status pli_body_end_drag(pli_body* body, pli_drag_id drag) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    drag_state* state = NULL;
     drag_item* item = NULL;
-    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    PLII_TRY(drag_find(body, drag, __func__, &item));
+    drag_state* state = plii_feature_state(body, &plii_drag_class);
     plii_id_pool_free(&state->ids, item->slot);
     for (int i = (int)(item - state->items) + 1; i < state->count; ++i) {
         state->items[i - 1] = state->items[i];
@@ -313,10 +297,9 @@ pli_status pli_body_get_drag(const pli_body* body, pli_drag_id drag, pli_vec3* p
     if (point != NULL) { *point = pli_vec3_make(0, 0, 0); }
     if (goal != NULL) { *goal = pli_vec3_make(0, 0, 0); }
     PLII_TRY(plii_check_body(body, __func__));
-    drag_state* state = NULL;
     drag_item* item = NULL;
-    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
-    if (point != NULL) { *point = drag_point(item, body->positions); }
+    PLII_TRY(drag_find(body, drag, __func__, &item));
+    if (point != NULL) { *point = drag_point(body, item, NULL, body->positions); }
     if (goal != NULL) { *goal = item->to; }
     return PLI_OK;
 }

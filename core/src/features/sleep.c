@@ -109,8 +109,7 @@ static bool sleep_touches_body(const pli_body* body, const pli_body* other) {
 
 /* All that fell asleep with it; `run`, if there is one, is called for each body. */
 static void sleep_wake_group(pli_world* world, uint32_t group, void (*run)(pli_body* body)) {
-    for (int i = 0; i < world->rigid_count; ++i) {
-        pli_rigid* rigid = world->rigids[i];
+    for (PLII_EACH_RIGID(rigid, world)) {
         if (rigid->sleep_group != group) { continue; }
         rigid->sleep_group = 0;
         rigid->is_asleep = false;
@@ -128,8 +127,7 @@ static void sleep_wake_group(pli_world* world, uint32_t group, void (*run)(pli_b
 }
 
 static void sleep_tell(pli_world* world) {
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (body->is_asleep == body->was_asleep) { continue; }
         body->was_asleep = body->is_asleep;
         const pli_event_kind kind = body->is_asleep ? PLI_EVENT_BODY_ASLEEP : PLI_EVENT_BODY_AWAKE;
@@ -171,8 +169,7 @@ static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float 
     if (is_by_host && !has_changed && rigid->kind == PLI_RIGID_DYNAMIC && sleep_rigid_is_slow(rigid)) { return; }
     if (rigid->is_asleep || !(has_changed || has_moved || (!is_by_host && sleep_rigid_moves(rigid)))) { return; }
     const pli_bounds bounds = plii_rigid_swept_bounds(rigid, dt);
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (!body->is_asleep) { continue; }
         const bool is_woken = is_by_host ? sleep_holds(body, NULL, rigid)
                                          : (has_changed && plii_bounds_overlap(body->bounds, rigid->step_bounds)) ||
@@ -183,12 +180,10 @@ static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float 
 }
 
 static void sleep_begin_step(pli_world* world, float dt) {
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (body->is_asleep && body->is_woken) { sleep_wake_group(world, body->sleep_group, NULL); }
     }
-    for (int i = 0; i < world->rigid_count; ++i) {
-        const pli_rigid* rigid = world->rigids[i];
+    for (PLII_EACH_RIGID(rigid, world)) {
         if (rigid->sleep_group != 0 && !rigid->is_asleep) { sleep_wake_group(world, rigid->sleep_group, NULL); }
     }
     const bool is_any_asleep = sleep_is_any_asleep(world);
@@ -204,20 +199,17 @@ static void sleep_wake_met(pli_world* world, void (*predict)(pli_body* body)) {
     if (!sleep_is_any_asleep(world)) { return; }
     for (bool has_woken = true; has_woken;) {
         has_woken = false;
-        for (int i = 0; i < world->body_count; ++i) {
-            const pli_body* body = world->bodies[i];
-            for (int k = 0; k < world->body_count && body->is_asleep; ++k) {
-                const pli_body* other = world->bodies[k];
-                if (plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
+        for (PLII_EACH_BODY(body, world)) {
+            for (PLII_EACH_BODY(other, world)) {
+                if (!body->is_asleep || plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
                 sleep_wake_group(world, body->sleep_group, predict);
                 has_woken = true;
             }
         }
-        for (int r = 0; r < world->rigid_count; ++r) {
-            const pli_rigid* rigid = world->rigids[r];
-            for (int k = 0; k < world->body_count && rigid->is_asleep; ++k) {
-                const pli_body* other = world->bodies[k];
-                if (plii_body_is_idle(other) || !sleep_touches_rigid(other, rigid, rigid->step_bounds)) { continue; }
+        for (PLII_EACH_RIGID(rigid, world)) {
+            for (PLII_EACH_BODY(other, world)) {
+                if (!rigid->is_asleep || plii_body_is_idle(other)) { continue; }
+                if (!sleep_touches_rigid(other, rigid, rigid->step_bounds)) { continue; }
                 sleep_wake_group(world, rigid->sleep_group, predict);
                 has_woken = true;
             }
@@ -230,8 +222,7 @@ static void sleep_wake_met(pli_world* world, void (*predict)(pli_body* body)) {
 
 /* Bodies that touch the same dynamic rigid body make a set. */
 static void sleep_join_by_rigids(pli_world* world, const pli_body* body, int* parents) {
-    for (int r = 0; r < world->rigid_count; ++r) {
-        pli_rigid* rigid = world->rigids[r];
+    for (PLII_EACH_RIGID(rigid, world)) {
         if (rigid->kind != PLI_RIGID_DYNAMIC || !sleep_touches_rigid(body, rigid, rigid->step_bounds)) { continue; }
         if (rigid->first_body == PLI_NULL_INDEX) { rigid->first_body = body->world_index; }
         plii_union_join(parents, rigid->first_body, body->world_index);
@@ -240,38 +231,34 @@ static void sleep_join_by_rigids(pli_world* world, const pli_body* body, int* pa
 
 /* And bodies that touch each other. */
 static void sleep_join_bodies(const pli_world* world, const pli_body* body, int* parents) {
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* other = world->bodies[i];
+    for (PLII_EACH_BODY(other, world)) {
         if (other == body || plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
-        plii_union_join(parents, body->world_index, i);
+        plii_union_join(parents, body->world_index, other->world_index);
     }
 }
 
 /* Whoever does not rest keeps its set awake. */
 static void sleep_judge_groups(pli_world* world, int* parents) {
-    for (int i = 0; i < world->body_count; ++i) {
-        world->bodies[i]->is_group_resting = true;
+    for (PLII_EACH_BODY(body, world)) {
+        body->is_group_resting = true;
     }
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         const bool rests = body->is_asleep || (body->is_resting && body->can_sleep && !body->is_frozen);
-        if (!rests) { world->bodies[plii_union_root(parents, i)]->is_group_resting = false; }
+        if (!rests) { world->bodies[plii_union_root(parents, body->world_index)]->is_group_resting = false; }
     }
-    for (int r = 0; r < world->rigid_count; ++r) {
-        const pli_rigid* rigid = world->rigids[r];
+    for (PLII_EACH_RIGID(rigid, world)) {
         if (rigid->first_body == PLI_NULL_INDEX || rigid->rest_time >= pli_sleep_def_default().time) { continue; }
         world->bodies[plii_union_root(parents, rigid->first_body)]->is_group_resting = false;
     }
 }
 
 static void sleep_put_to_sleep(pli_world* world, int* parents) {
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body *body = world->bodies[i], *root = world->bodies[plii_union_root(parents, i)];
+    for (PLII_EACH_BODY(body, world)) {
+        const pli_body* root = world->bodies[plii_union_root(parents, body->world_index)];
         if (plii_body_is_idle(body) || !root->is_group_resting) { continue; }
         plii_body_fall_asleep(body, root == body ? plii_world_next_sleep_group(world) : root->sleep_group);
     }
-    for (int r = 0; r < world->rigid_count; ++r) {
-        pli_rigid* rigid = world->rigids[r];
+    for (PLII_EACH_RIGID(rigid, world)) {
         sleep_note_seen(rigid);
         if (rigid->first_body == PLI_NULL_INDEX) { continue; }
         const pli_body* root = world->bodies[plii_union_root(parents, rigid->first_body)];
@@ -288,12 +275,10 @@ static void sleep_put_to_sleep(pli_world* world, int* parents) {
 static void sleep_end_step(pli_world* world, float dt) {
     if (world->def.host_puts_to_sleep) { return; }
     bool is_any_resting = false;
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         is_any_resting = is_any_resting || (body->is_resting && body->can_sleep && !plii_body_is_idle(body));
     }
-    for (int r = 0; r < world->rigid_count; ++r) {
-        pli_rigid* rigid = world->rigids[r];
+    for (PLII_EACH_RIGID(rigid, world)) {
         if (rigid->kind != PLI_RIGID_DYNAMIC && !is_any_resting) { continue; }
         rigid->step_bounds = plii_rigid_bounds(rigid);
         rigid->first_body = PLI_NULL_INDEX;
@@ -302,8 +287,7 @@ static void sleep_end_step(pli_world* world, float dt) {
     if (!is_any_resting) { return; }
     int* parents = world->islands; /* of the step, which are done with */
     plii_union_start(world->body_count, parents);
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (plii_body_is_idle(body)) { continue; }
         sleep_join_by_rigids(world, body, parents);
         if (body->is_resting) { sleep_join_bodies(world, body, parents); }

@@ -325,8 +325,8 @@ static void tether_solve(pli_body* body, void* data) {
         if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
     }
     tether_hold_nodes(body, state, NULL);
-    for (int i = 0; i < state->load_count; ++i) {
-        tether_apply_load(body, state, &state->loads[i]);
+    for (PLII_EACH(const tether_load, load, state->loads, state->load_count)) {
+        tether_apply_load(body, state, load);
     }
 }
 
@@ -404,17 +404,15 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
     }
 }
 
-/* To where it is at the end of the substep. */
-static void tether_lead_origin(const pli_body* body, const tether_origin* origin, const plii_substep* substep) {
-    const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
-    const pli_vec3 goal = pli_vec3_add(origin->start, pli_vec3_scale(pli_vec3_sub(origin->end, origin->start), share));
-    plii_set_xyz(&substep->displacements[origin->node], pli_vec3_sub(goal, plii_xyz(body->positions[origin->node])));
-}
-
 static void tether_sweep(pli_body* body, void* data, const plii_substep* substep) {
     tether_state* state = data;
-    for (int i = 0; i < state->origin_count; ++i) {
-        if (state->origins[i].is_led) { tether_lead_origin(body, &state->origins[i], substep); }
+    const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
+    for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
+        if (!origin->is_led) { continue; }
+        const pli_vec3 way = pli_vec3_sub(origin->end, origin->start);
+        const pli_vec3 goal = pli_vec3_add(origin->start, pli_vec3_scale(way, share)), /* at the end of the substep */
+            position = plii_xyz(body->positions[origin->node]);
+        plii_set_xyz(&substep->displacements[origin->node], pli_vec3_sub(goal, position));
     }
     tether_hold_nodes(body, state, substep);
     for (PLII_EACH(const tether_load, load, state->loads, state->load_count)) {

@@ -12,15 +12,6 @@ typedef struct topology_changes_state {
     int* face_parents; /* [face_count] */
 } topology_changes_state;
 
-static void changes_begin(const pli_body* body, topology_changes_state* state) {
-    state->old_node_count = body->node_count;
-    state->old_face_count = body->topology->face_count;
-    state->new_node_count = 0;
-    for (int i = 0; i < state->old_face_count; ++i) {
-        state->face_parents[i] = i;
-    }
-}
-
 static bool changes_topology_reserve(const pli_body* body, void* data, const plii_topology_change* change) {
     topology_changes_state* state = data;
     return PLII_RESERVE(body->context, &state->new_nodes, &state->new_node_capacity,
@@ -66,9 +57,14 @@ const plii_feature_class plii_topology_changes_class = {
 
 pli_status pli_body_enable_topology_changes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_topology_changes_class, &state));
-    changes_begin(body, state);
+    topology_changes_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_topology_changes_class, (void**)&state));
+    state->old_node_count = body->node_count;
+    state->old_face_count = body->topology->face_count;
+    state->new_node_count = 0;
+    for (int i = 0; i < state->old_face_count; ++i) {
+        state->face_parents[i] = i;
+    }
     return PLI_OK;
 }
 

@@ -158,15 +158,6 @@ static bool file_lists_have_room(const plii_feature_class* klass, void* state) {
     return true;
 }
 
-static void file_empty_lists(const plii_feature_class* klass, void* state) {
-    const int none = 0;
-    for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
-        if (array->length == PLII_LIST && array->count != 0) {
-            memcpy(file_member(state, array->count), &none, sizeof none);
-        }
-    }
-}
-
 static void file_feature_state(plii_file* file, pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
     void* state = feature->state;
@@ -206,8 +197,12 @@ void plii_file_features(plii_file* file, pli_body* body) {
 }
 
 void plii_file_empty_features(pli_body* body) {
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        file_empty_lists(body->pipeline.features[i].klass, body->pipeline.features[i].state);
+    for (PLII_EACH_FEATURE(feature, body)) {
+        const plii_feature_array* array = feature->klass->arrays;
+        for (; array != NULL && array->element_size > 0; ++array) {
+            if (array->length != PLII_LIST || array->count == 0) { continue; }
+            memset(file_member(feature->state, array->count), 0, sizeof(int));
+        }
     }
     body->sweeping_features = 0; /* features count down as they end */
 }

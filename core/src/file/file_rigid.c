@@ -63,12 +63,6 @@ static pli_shape* file_make_shape(plii_file* file, plii_shape_kind kind, const f
     return shape;
 }
 
-static void file_check_numbers(plii_file* file, const float* numbers) {
-    for (int i = 0; i < FILE_SHAPE_NUMBERS; ++i) {
-        if (!plii_is_finite(numbers[i])) { plii_file_refuse(file, "a shape has an infinite number"); }
-    }
-}
-
 /* The caller's shape of an id, with a reference more. */
 static pli_shape* file_find_shape(plii_file* file, const pli_world_file_def* def, uint64_t id) {
     pli_shape* shape = def->find_shape != NULL ? def->find_shape(id, def->user) : NULL;
@@ -98,7 +92,9 @@ static pli_shape* file_shape(plii_file* file, const pli_world_file_def* def, con
     if (written != NULL) { memcpy(numbers, written->def.user, written->data_size); }
     plii_file_fields(file, "8f", numbers);
     if (!is_wanted || file->status != PLI_OK) { return NULL; }
-    file_check_numbers(file, numbers);
+    for (int i = 0; i < FILE_SHAPE_NUMBERS; ++i) {
+        if (!plii_is_finite(numbers[i])) { plii_file_refuse(file, "a shape has an infinite number"); }
+    }
     return file->status == PLI_OK ? file_make_shape(file, (plii_shape_kind)kind, numbers) : NULL;
 }
 
@@ -199,14 +195,6 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
     PLII_RELEASE(file->context, poses, count);
 }
 
-static void file_write_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index) {
-    pli_rigid* rigid = world->rigids[index];
-    plii_file_parts(file, file_rigid_first_parts, rigid);
-    (void)plii_file_count(file, rigid->shape_count, 1);
-    file_rigid_shapes(file, def, world, index, rigid->shape_count, rigid->shapes, rigid->shape_poses, false);
-    plii_file_parts(file, file_rigid_parts, rigid);
-}
-
 void plii_file_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,
                      const pli_rigid* source) {
     plii_file_begin_part(file, "rigid bodies");
@@ -214,7 +202,11 @@ void plii_file_rigid(plii_file* file, const pli_world_file_def* def, pli_world* 
     if (file->mode == PLII_FILE_READ) {
         file_read_rigid(file, def, world, index, source);
     } else {
-        file_write_rigid(file, def, world, index);
+        pli_rigid* rigid = world->rigids[index];
+        plii_file_parts(file, file_rigid_first_parts, rigid);
+        (void)plii_file_count(file, rigid->shape_count, 1);
+        file_rigid_shapes(file, def, world, index, rigid->shape_count, rigid->shapes, rigid->shape_poses, false);
+        plii_file_parts(file, file_rigid_parts, rigid);
     }
     file->what = NULL;
 }

@@ -66,11 +66,6 @@ static int file_find_body(const plii_file* file, const pli_body* body, bool may_
     return PLI_NULL_INDEX;
 }
 
-static int file_rigid_index(const plii_file* file, const pli_rigid* rigid) {
-    const bool is_of_world = rigid != NULL && rigid->world_index < file->rigid_count;
-    return is_of_world && file->rigids[rigid->world_index] == rigid ? rigid->world_index : PLI_NULL_INDEX;
-}
-
 /* The index of what is found, of so many, + 1; 0: none. */
 static int file_index(plii_file* file, int found, int count) {
     if (file->mode == PLII_FILE_REPOINT) { return found; }
@@ -92,8 +87,9 @@ static const void* file_body_pointer(plii_file* file, const void* body, bool may
     return file->mode == PLII_FILE_REPOINT ? file->new_world->bodies[index] : file->bodies[index];
 }
 
-static const void* file_rigid_pointer(plii_file* file, const void* rigid, bool may_be_null) {
-    const int found = file->mode != PLII_FILE_READ ? file_rigid_index(file, rigid) : PLI_NULL_INDEX;
+static const void* file_rigid_pointer(plii_file* file, const pli_rigid* rigid, bool may_be_null) {
+    const bool is_known = file->mode != PLII_FILE_READ && rigid != NULL && rigid->world_index < file->rigid_count;
+    const int found = is_known && file->rigids[rigid->world_index] == rigid ? rigid->world_index : PLI_NULL_INDEX;
     const int index = file_index(file, found, file->rigid_count);
     if (index != PLI_NULL_INDEX) {
         return file->mode == PLII_FILE_REPOINT ? file->new_rigids[index] : file->rigids[index];

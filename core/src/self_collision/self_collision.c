@@ -1,5 +1,6 @@
-/* What the modules of self-collision share: directions for coinciding points, shapes at rest, checks of settings. */
+/* What the modules of self-collision share: common motions, directions for coinciding points, shapes at rest. */
 
+#include "base/ranges.h"
 #include "math/dvec3.h"
 #include "self_collision/self_collision_impl.h"
 
@@ -9,6 +10,34 @@ pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* no
         sum = plii_dvec3_add(sum, plii_dvec3_from(plii_self_motion_from(nodes, from, i)));
     }
     return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / (double)body->node_count));
+}
+
+typedef struct self_limit {
+    const plii_self_nodes* nodes;
+    float longest;
+    pli_vec3 common;
+} self_limit;
+
+static double self_limit_block(int begin, int end, const void* data) {
+    const self_limit* limit = data;
+    const plii_self_nodes* nodes = limit->nodes;
+    const float longest = limit->longest;
+    int shortened = 0;
+    for (int i = begin; i < end; ++i) {
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, i), limit->common);
+        const float squared = pli_vec3_length_squared(motion);
+        if (!(nodes->offsets[i].w > 0.0f) || !(squared > longest * longest)) { continue; }
+        plii_self_move(nodes, i, motion, longest / sqrtf(squared) - 1.0f);
+        shortened += 1;
+    }
+    return shortened;
+}
+
+enum { SELF_LIMIT_NS = 5 }; /* per node */
+
+int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest) {
+    const self_limit limit = {nodes, longest, plii_self_common_motion(body, nodes, NULL)};
+    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_LIMIT_NS), self_limit_block, &limit);
 }
 
 /* Points on a sphere by the golden angle; the index is spread over them. */

@@ -6,8 +6,6 @@
 #include "math/range.h"
 #include "self_collision/self_faces_impl.h"
 
-#include <string.h>
-
 /* Of the thickness: what rounding may take from a distance. */
 #define SELF_FACES_SLACK 0.01f
 

@@ -56,35 +56,6 @@ void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* 
     state->report.contacts = contacts;
 }
 
-typedef struct self_faces_limit {
-    const plii_self_faces_state* state;
-    const plii_self_nodes* nodes;
-    pli_vec3 common;
-} self_faces_limit;
-
-static double self_faces_limit_block(int begin, int end, const void* data) {
-    const self_faces_limit* limit = data;
-    const plii_self_nodes* nodes = limit->nodes;
-    const float longest = limit->state->motion;
-    int shortened = 0;
-    for (int i = begin; i < end; ++i) {
-        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, i), limit->common);
-        const float squared = pli_vec3_length_squared(motion);
-        if (!(nodes->offsets[i].w > 0.0f) || !(squared > longest * longest)) { continue; }
-        plii_self_move(nodes, i, motion, longest / sqrtf(squared) - 1.0f);
-        shortened += 1;
-    }
-    return shortened;
-}
-
-enum { SELF_FACES_LIMIT_NS = 5 }; /* per node */
-
-static void self_faces_limit_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    const self_faces_limit limit = {state, nodes, plii_self_common_motion(body, nodes, NULL)};
-    state->report.shortened += (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_FACES_LIMIT_NS),
-                                                    self_faces_limit_block, &limit);
-}
-
 /* Levels of the nodes of a pair along its normal, about the middle; positive on the first side. */
 static void self_faces_levels(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float sign[4],
                               float level[4]) {
@@ -126,7 +97,7 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_fac
 }
 
 void plii_self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    self_faces_limit_motion(body, state, nodes);
+    state->report.shortened += plii_self_limit_motions(body, nodes, state->motion);
     bool is_done = false;
     for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {
         is_done = true;

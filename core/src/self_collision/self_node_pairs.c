@@ -4,7 +4,6 @@
 
 #include "self_collision/self_node_pairs.h"
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/simd_float4.h"
 
@@ -42,14 +41,6 @@ static void self_nodes_set_travel(plii_self_node_pairs* state, int node, pli_vec
     const float margin = plii_clamp(plii_max(stray, before), least, most);
     const bool is_lost = !(stray <= pli_vec3_length(motion));
     state->travel[node] = is_lost ? (pli_vec4){0, 0, 0, margin} : (pli_vec4){motion.x, motion.y, motion.z, margin};
-}
-
-static pli_vec3 self_nodes_mean_travel(const plii_self_node_pairs* state, int node_count) {
-    pli_vec3 sum = pli_vec3_make(0, 0, 0);
-    for (int i = 0; i < node_count; ++i) {
-        sum = pli_vec3_add(sum, plii_xyz(state->travel[i]));
-    }
-    return node_count > 0 ? pli_vec3_scale(sum, 1.0f / (float)node_count) : sum;
 }
 
 /* Margin and travel beside the drift, to either side of the middle. */
@@ -214,6 +205,32 @@ static void self_nodes_find_block(int begin, int end, int block, void* data) {
     part->is_truncated = self_nodes_find_some(task, begin, end, &part->search, &part->found);
 }
 
+void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
+    for (PLII_EACH(plii_self_search_part, part, state->parts, PLII_SELF_SEARCH_PARTS)) {
+        PLII_RELEASE(context, part->search.near.pairs, part->search.near.capacity);
+        PLII_RELEASE(context, part->search.linked, state->part_node_count);
+        PLII_RELEASE(context, part->found.items, part->found.capacity);
+        *part = (plii_self_search_part){0};
+    }
+    state->part_node_count = 0;
+}
+
+/* For a search in so many blocks; false without memory. */
+static bool self_nodes_reserve_parts(const pli_body* body, plii_self_node_pairs* state, plii_blocks blocks) {
+    pli_context* context = body->context;
+    if (state->part_node_count != body->node_count) { plii_self_node_pairs_release(context, state); }
+    state->part_node_count = body->node_count;
+    for (PLII_EACH(plii_self_search_part, part, state->parts, blocks.count)) {
+        const bool is_marked = part->search.linked != NULL;
+        if ((!is_marked && !PLII_ALLOCATE(context, &part->search.linked, body->node_count)) ||
+            !PLII_RESERVE(context, &part->search.near.pairs, &part->search.near.capacity, PLII_NODE_PAIRS_ROOM) ||
+            !PLII_RESERVE(context, &part->found.items, &part->found.capacity, PLII_SELF_PAIRS_PER_NODE * blocks.size)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
 
 /* Adds the pairs of so many nodes, in their order, whatever the threads. */
@@ -222,7 +239,7 @@ static void self_nodes_find(self_nodes_search_task* task, int count) {
     plii_self_node_pairs* state = task->state;
     const int grain = plii_grain(task->is_apart ? SELF_NODES_APART_NS : SELF_NODES_COMMON_NS);
     const plii_blocks blocks = plii_blocks_of(count, grain, PLII_SELF_SEARCH_PARTS);
-    if (blocks.count <= 1 || !plii_has_threads(body->context) || !plii_self_node_pairs_reserve(body, state, blocks)) {
+    if (blocks.count <= 1 || !plii_has_threads(body->context) || !self_nodes_reserve_parts(body, state, blocks)) {
         state->is_truncated =
             self_nodes_find_some(task, 0, count, &state->search, &state->found) || state->is_truncated;
         return;
@@ -259,7 +276,11 @@ static float self_nodes_longest_reach(const pli_body* body, const plii_self_node
 /* How long the search is good for. */
 static void self_nodes_choose_reach(const pli_body* body, plii_self_node_pairs* state) {
     const float most = SELF_NODES_MAX_REACH * state->thickness;
-    state->drift = self_nodes_mean_travel(state, body->node_count);
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < body->node_count; ++i) {
+        sum = pli_vec3_add(sum, plii_xyz(state->travel[i]));
+    }
+    state->drift = pli_vec3_scale(sum, 1.0f / (float)body->node_count);
     state->reach = self_nodes_longest_reach(body, state);
     if (!(state->reach > most)) { return; }
     const float scale = most / state->reach;
@@ -487,18 +508,6 @@ void plii_self_node_pairs_start(plii_self_node_pairs* state) {
     state->is_known = false;
 }
 
-/* Memory of searches on several threads. */
-
-void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
-    for (PLII_EACH(plii_self_search_part, part, state->parts, PLII_SELF_SEARCH_PARTS)) {
-        PLII_RELEASE(context, part->search.near.pairs, part->search.near.capacity);
-        PLII_RELEASE(context, part->search.linked, state->part_node_count);
-        PLII_RELEASE(context, part->found.items, part->found.capacity);
-        *part = (plii_self_search_part){0};
-    }
-    state->part_node_count = 0;
-}
-
 size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state) {
     size_t bytes = 0;
     for (PLII_EACH(const plii_self_search_part, part, state->parts, PLII_SELF_SEARCH_PARTS)) {
@@ -507,19 +516,4 @@ size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state) {
                  (size_t)part->found.capacity * sizeof *part->found.items;
     }
     return bytes;
-}
-
-bool plii_self_node_pairs_reserve(const pli_body* body, plii_self_node_pairs* state, plii_blocks blocks) {
-    pli_context* context = body->context;
-    if (state->part_node_count != body->node_count) { plii_self_node_pairs_release(context, state); }
-    state->part_node_count = body->node_count;
-    for (PLII_EACH(plii_self_search_part, part, state->parts, blocks.count)) {
-        const bool is_marked = part->search.linked != NULL;
-        if ((!is_marked && !PLII_ALLOCATE(context, &part->search.linked, body->node_count)) ||
-            !PLII_RESERVE(context, &part->search.near.pairs, &part->search.near.capacity, PLII_NODE_PAIRS_ROOM) ||
-            !PLII_RESERVE(context, &part->found.items, &part->found.capacity, PLII_SELF_PAIRS_PER_NODE * blocks.size)) {
-            return false;
-        }
-    }
-    return true;
 }

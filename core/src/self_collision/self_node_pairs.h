@@ -69,9 +69,7 @@ void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state);
 void plii_self_node_pairs_start(plii_self_node_pairs* state);
 /* More than folded cloth has, so that there is room before it folds. */
 #define PLII_SELF_PAIRS_PER_NODE 6
-/* Room of the parts for a search in so many blocks; false without memory. */
-bool plii_self_node_pairs_reserve(const pli_body* body, plii_self_node_pairs* state, plii_blocks blocks);
-/* Of the parts. */
+/* Of the parts, which are memory of searches on several threads. */
 void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state);
 size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state);
 

@@ -98,48 +98,20 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
 
 // ------------------------------------------------------------------------------------------------------ the solve
 
-/* Motions beside the common one, at most `longest`, m, which is 0 without a limit. */
-typedef struct self_nodes_speed_limit {
-    float longest;
-    pli_vec3 common;
-} self_nodes_speed_limit;
-
-static self_nodes_speed_limit self_nodes_find_limit(const pli_body* body, const self_nodes_state* state,
-                                                    const plii_self_nodes* nodes) {
-    const float longest = state->def.speed_limit_ratio * state->def.thickness;
-    self_nodes_speed_limit limit = {.longest = longest};
-    if (longest > 0.0f) { limit.common = plii_self_common_motion(body, nodes, NULL); }
-    return limit;
-}
-
-/* What is left of the motion of a node beside the common one; 1 unless it is too fast. */
-static float self_nodes_share(const self_nodes_speed_limit* limit, const plii_self_nodes* nodes, int node) {
-    const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, node), limit->common);
-    const float squared = pli_vec3_length_squared(motion);
-    return limit->longest > 0.0f && squared > limit->longest * limit->longest ? limit->longest / sqrtf(squared) : 1.0f;
+/* Of motions beside the common one, m; 0 without a limit. */
+static float self_nodes_longest_motion(const self_nodes_state* state) {
+    return state->def.speed_limit_ratio * state->def.thickness;
 }
 
 static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const self_nodes_speed_limit limit = self_nodes_find_limit(body, state, nodes);
-    for (int i = 0; i < body->node_count; ++i) {
-        const float share = self_nodes_share(&limit, nodes, i);
-        if (share == 1.0f || !(nodes->offsets[i].w > 0.0f)) { continue; }
-        plii_self_move(nodes, i, pli_vec3_sub(plii_self_motion(nodes, i), limit.common), share - 1.0f);
-        state->report.limited_nodes += 1;
-    }
+    const float longest = self_nodes_longest_motion(state);
+    if (longest > 0.0f) { state->report.limited_nodes += plii_self_limit_motions(body, nodes, longest); }
 }
 
 static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
     pli_vec4* offset = &nodes->offsets[node];
     plii_float4_to(offset, plii_float4_from(offset) + move);
     if (at != nodes->offsets) { plii_float4_to(&at[node], plii_float4_from(&at[node]) + move); }
-}
-
-static void self_nodes_rub(const plii_self_nodes* nodes, pli_vec4* at, int a, int b, float share_a, float friction) {
-    const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, b), plii_self_motion(nodes, a));
-    const plii_float4 lanes = plii_lanes_from_vec3(&motion);
-    self_nodes_move(nodes, at, a, lanes * (friction * share_a));
-    self_nodes_move(nodes, at, b, lanes * (friction * (share_a - 1.0f)));
 }
 
 /* Of a pair that is too near. True when one of them can move. */
@@ -157,7 +129,13 @@ static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, plii_sel
     const float scale = gap / (distance * weight);
     self_nodes_move(nodes, at, pair.a, along * (-scale * weight_a));
     self_nodes_move(nodes, at, pair.b, along * (scale * weight_b));
-    if (friction > 0.0f) { self_nodes_rub(nodes, at, pair.a, pair.b, weight_a / weight, friction); }
+    if (friction > 0.0f) {
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, pair.b), plii_self_motion(nodes, pair.a));
+        const plii_float4 lanes = plii_lanes_from_vec3(&motion);
+        const float share_a = weight_a / weight;
+        self_nodes_move(nodes, at, pair.a, lanes * (friction * share_a));
+        self_nodes_move(nodes, at, pair.b, lanes * (friction * (share_a - 1.0f)));
+    }
     return true;
 }
 
@@ -275,14 +253,17 @@ static void self_nodes_run_update(pli_body* body, void* data) {
     if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
-    const self_nodes_speed_limit limit = self_nodes_find_limit(body, state, &nodes);
-    const pli_vec3 common = pli_vec3_scale(limit.common, body->step.inverse_dt);
+    const float longest = self_nodes_longest_motion(state);
+    if (!(longest > 0.0f)) { return; }
+    const pli_vec3 common = plii_self_common_motion(body, &nodes, NULL);
+    const pli_vec3 common_velocity = pli_vec3_scale(common, body->step.inverse_dt);
     for (int i = 0; i < body->node_count; ++i) {
-        const float share = self_nodes_share(&limit, &nodes, i);
-        if (share == 1.0f) { continue; }
+        const float squared = pli_vec3_length_squared(pli_vec3_sub(plii_self_motion(&nodes, i), common));
+        if (!(squared > longest * longest)) { continue; }
+        const float share = longest / sqrtf(squared);
         const pli_vec3 velocity = plii_xyz(body->velocities[i]);
         plii_set_xyz(&body->velocities[i],
-                     pli_vec3_add(pli_vec3_scale(velocity, share), pli_vec3_scale(common, 1.0f - share)));
+                     pli_vec3_add(pli_vec3_scale(velocity, share), pli_vec3_scale(common_velocity, 1.0f - share)));
     }
     self_nodes_limit(body, state, &nodes);
 }

@@ -1,6 +1,5 @@
 /* Which pairs with rigid bodies meet in a step. */
 
-#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
 #include "world/world_impl.h"
@@ -144,8 +143,7 @@ static void world_collide_range_of_bodies(int begin, int end, void* data) {
 /* Returns the nodes that meet something. */
 static int64_t world_join_rigids(pli_world* world) {
     int64_t nodes = 0;
-    for (int b = 0; b < world->body_count; ++b) {
-        pli_body* body = world->bodies[b];
+    for (PLII_EACH_BODY(body, world)) {
         for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
             if (!world_overlaps_rigid(body, world->rigids[r])) { continue; }
             plii_groups_join_rigid(world, body, world->rigids[r]);

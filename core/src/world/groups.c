@@ -118,8 +118,7 @@ bool plii_groups_find(pli_world* world) {
     world->are_groups_parted = false;
     if (!world->has_groups) { return false; }
     if (groups_nodes(world->bodies, world->body_count) < 2 * (int64_t)GROUPS_SOLVE_NODES) { return false; }
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (!plii_body_is_idle(body)) { plii_features_visit_joined(body, groups_join_held, body); }
     }
     groups_list(world);

@@ -54,8 +54,7 @@ static void islands_join_by_rigids(pli_world* world) {
         world->rigids[i]->first_island_body = PLI_NULL_INDEX;
     }
     if (!has_dynamic) { return; }
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (plii_body_is_idle(body) || !body->solver_class->has_substeps) { continue; }
         for (PLII_EACH_FEATURE(feature, body)) {
             const plii_feature_class* klass = feature->klass;

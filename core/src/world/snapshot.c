@@ -206,12 +206,6 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
     snapshot_bytes(walk, (char*)(object) + offsetof(type, first),                                                      \
                    offsetof(type, last) + sizeof((object)->last) - offsetof(type, first))
 
-/* Masses are with the positions; what follows from them is made anew where they were others. */
-static void snapshot_link_revision(snapshot_walk* walk, pli_body* body) {
-    const bool is_same = snapshot_number(walk, body->link_revision) == body->link_revision;
-    if (walk->mode == SNAPSHOT_RESTORE && !is_same) { body->link_revision += 1; }
-}
-
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
     snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
@@ -219,7 +213,9 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver", NULL);
     snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes", NULL);
     snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials", NULL);
-    snapshot_link_revision(walk, body);
+    /* Masses are with the positions; what follows from them is made anew where they were others. */
+    const bool is_same = snapshot_number(walk, body->link_revision) == body->link_revision;
+    if (walk->mode == SNAPSHOT_RESTORE && !is_same) { body->link_revision += 1; }
     snapshot_bytes(walk, body->positions, plii_body_node_block_size(body)); /* previous and velocities, too */
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
     SNAPSHOT_MEMBERS(walk, pli_body, body, is_frozen, is_asleep);

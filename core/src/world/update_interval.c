@@ -3,7 +3,6 @@
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "math/range.h"
 
 #include <math.h>
 
@@ -37,8 +36,7 @@ static void update_interval_take(pli_body* body, float dt) {
 }
 
 static void update_intervals_take(pli_world* world, float dt) {
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (plii_body_is_stopped(body)) {
             body->interval = (plii_update_interval){.steps = body->interval.steps, .step = dt};
         } else {

@@ -135,8 +135,7 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
 
 /* Tells every feature of every body through one of its hooks that something goes away. */
 static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         for (PLII_EACH_FEATURE(feature, body)) {
             if (feature->klass->on_rigid_removed != NULL) {
                 feature->klass->on_rigid_removed(body, feature->state, rigid);
@@ -273,24 +272,21 @@ pli_status plii_world_end_call(pli_world* world, const plii_walk* walk, uint64_t
 static void world_reserve(pli_world* world) {
     const uint64_t before = world->context->shortage.count;
     world->most_nodes = world->most_faces = 0;
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (body->node_count > world->most_nodes) { world->most_nodes = body->node_count; }
         if (body->topology->face_count > world->most_faces) { world->most_faces = body->topology->face_count; }
     }
     world->has_convex_shapes = world->has_other_shapes = false;
-    for (int i = 0; i < world->rigid_count; ++i) {
-        const pli_rigid* rigid = world->rigids[i];
+    for (PLII_EACH_RIGID(rigid, world)) {
         for (int k = 0; k < rigid->shape_count; ++k) {
             const bool is_convex = rigid->shapes[k]->def.support != NULL;
             *(is_convex ? &world->has_convex_shapes : &world->has_other_shapes) = true;
         }
     }
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         for (PLII_EACH_FEATURE(feature, body)) {
             if (feature->klass->reserve == NULL) { continue; }
-            plii_thread.pass = (plii_pass){i, feature->klass};
+            plii_thread.pass = (plii_pass){body->world_index, feature->klass};
             feature->klass->reserve(body, feature->state);
         }
     }
@@ -301,8 +297,7 @@ static void world_reserve(pli_world* world) {
 static void world_tell_frozen(pli_world* world) {
     if (!world->has_frozen) { return; }
     world->has_frozen = false;
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (!body->was_frozen) { continue; }
         body->was_frozen = false;
         plii_world_add_event(world, (pli_event){.kind = PLI_EVENT_BODY_FROZEN, .body = body, .node = body->lost_node});
@@ -361,8 +356,7 @@ pli_status pli_world_predict(pli_world* world, float dt) {
 }
 
 static void world_run_joint_stage(pli_world* world, plii_stage stage) {
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (plii_body_is_idle(body)) { continue; }
         plii_world_begin_body(body);
         plii_run_stage(body, stage);
@@ -372,8 +366,7 @@ static void world_run_joint_stage(pli_world* world, plii_stage stage) {
 /* Joints and cluster contacts couple bodies, so all bodies take part in each iteration (btSoftBody::solveClusters). */
 static void world_solve_joints(pli_world* world) {
     int iterations = 0;
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->bodies[i];
+    for (PLII_EACH_BODY(body, world)) {
         if (!plii_body_is_idle(body) && body->joint_iterations > iterations) { iterations = body->joint_iterations; }
     }
     if (iterations == 0) { return; }
@@ -400,15 +393,6 @@ static void world_solve_group(pli_body* const* bodies, int count) {
     world_refresh_bodies(bodies, count);
 }
 
-static void world_solve_all(pli_world* world) {
-    plii_world_profile(world, "solve", NULL, true);
-    plii_islands_solve(world->bodies, world->body_count);
-    plii_world_profile(world, "solve", NULL, false);
-    plii_world_profile(world, "refresh", NULL, true);
-    world_refresh_bodies(world->bodies, world->body_count);
-    plii_world_profile(world, "refresh", NULL, false);
-}
-
 /* Rigid bodies that are too fast or not finite get back what they had, and those that something touched when a body was
    put back while it was solved, since its impulses are among theirs. */
 static void world_end_trouble(pli_world* world, int events_before) {
@@ -418,8 +402,7 @@ static void world_end_trouble(pli_world* world, int events_before) {
         has_frozen = true;
         plii_solver_set_start(world->events[i].body); /* bodies solved later may have moved it */
     }
-    for (int i = 0; i < world->rigid_count; ++i) {
-        pli_rigid* rigid = world->rigids[i];
+    for (PLII_EACH_RIGID(rigid, world)) {
         if (!rigid->was_touched) { continue; }
         if (plii_rigid_is_slow(rigid) && !has_frozen) {
             plii_rigid_end_path(rigid, world->dt);
@@ -445,7 +428,12 @@ static pli_status world_solve(pli_world* world, const char* function) {
     if (plii_groups_find(world)) {
         plii_groups_run(world, world_solve_group);
     } else {
-        world_solve_all(world);
+        plii_world_profile(world, "solve", NULL, true);
+        plii_islands_solve(world->bodies, world->body_count);
+        plii_world_profile(world, "solve", NULL, false);
+        plii_world_profile(world, "refresh", NULL, true);
+        world_refresh_bodies(world->bodies, world->body_count);
+        plii_world_profile(world, "refresh", NULL, false);
     }
     world_tell_frozen(world);
     world_end_trouble(world, events_before);

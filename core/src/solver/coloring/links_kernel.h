@@ -17,27 +17,21 @@ typedef struct plii_links_task {
     /* XPBD only. */
     const float *compliances, *dampings; /* by slot, m/N and s: see plii_xpbd_multiplier; NULL: all are 0 */
     float inverse_dt;                    /* of a substep, 1/s */
-    const float* vectors;                /* see plii_links_start */
+    float* vectors;                      /* [3 * slot count] see plii_links_start_colors */
     const pli_vec4* start_displacements; /* the displacements at the start of the substep */
     float* multipliers;                  /* by slot */
     bool reads_multipliers, writes_multipliers;
 } plii_links_task;
 
-/* From node to node of each link at the start of a step, from where the displacements of XPBD count: x of a row, y, z.
- */
-typedef struct plii_links_start {
-    const plii_link_colors* colors;
-    const pli_vec4* positions;
-    float* vectors; /* [3 * slot count] */
-} plii_links_start;
-
 typedef struct plii_links_kernel {
-    void (*groups)(const plii_links_task* task, int begin, int end);           /* all of one colour */
-    void (*gather_vectors)(const plii_links_start* start, int begin, int end); /* groups */
+    void (*groups)(const plii_links_task* task, int begin, int end);         /* all of one colour */
+    void (*gather_vectors)(const plii_links_task* task, int begin, int end); /* groups */
 } plii_links_kernel;
 
 extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;
 
 /* All colours, with the threads of the context. */
-void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_task* task);
-void plii_links_start_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_start* start);
+void plii_links_sweep_colors(const plii_links_task* task);
+/* Fills in the vectors, from node to node of each link at the start of a step, from where the displacements of XPBD
+   count: x of a row, y, z. */
+void plii_links_start_colors(const plii_links_task* task);

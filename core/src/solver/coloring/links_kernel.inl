@@ -269,18 +269,19 @@ PLII_SIMD_INLINE float* links_gather_row(float* vectors, const plii_nodes8 nodes
     return vectors + 3 * PLII_LINK_LANES;
 }
 
-static void links_gather_vectors(const plii_links_start* start, int begin, int end) {
-    const plii_link_colors* colors = start->colors;
+static void links_gather_vectors(const plii_links_task* task, int begin, int end) {
+    const plii_link_colors* colors = task->colors;
+    const pli_vec4* positions = task->body->positions;
     for (const plii_link_group* group = &colors->groups[begin]; group < &colors->groups[end]; ++group) {
         const links_indices scaled_indices = (links_indices)&colors->scaled_indices[group->first_scaled_index];
-        float* vectors = start->vectors + (ptrdiff_t)3 * PLII_LINK_LANES * group->first_row;
+        float* vectors = task->vectors + (ptrdiff_t)3 * PLII_LINK_LANES * group->first_row;
         plii_nodes8 nodes[4];
-        nodes[0] = plii_nodes8_gather(start->positions, scaled_indices[0]);
-        nodes[1] = plii_nodes8_gather(start->positions, scaled_indices[1]);
+        nodes[0] = plii_nodes8_gather(positions, scaled_indices[0]);
+        nodes[1] = plii_nodes8_gather(positions, scaled_indices[1]);
         vectors = links_gather_row(vectors, nodes, group->pairs, 0);
         if (group->pairs == PLII_LINK_SINGLE) { continue; }
-        nodes[2] = plii_nodes8_gather(start->positions, scaled_indices[2]);
-        nodes[3] = plii_nodes8_gather(start->positions, scaled_indices[3]);
+        nodes[2] = plii_nodes8_gather(positions, scaled_indices[2]);
+        nodes[3] = plii_nodes8_gather(positions, scaled_indices[3]);
 #pragma GCC unroll 5
         for (int k = 1; k < PLII_LINK_PAIRS; ++k) {
             vectors = links_gather_row(vectors, nodes, group->pairs, k);

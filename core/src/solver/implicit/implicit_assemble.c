@@ -64,18 +64,11 @@ PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, cons
     return spring;
 }
 
-typedef struct implicit_hold_visit {
-    pli_body* body;
-    const pli_implicit_def* def;
-    plii_implicit_system* system;
-    plii_implicit_holds* holds;
-} implicit_hold_visit;
-
 /* Without memory it is left out. */
 static void implicit_add_hold(const plii_node_spring* spring, void* user) {
-    const implicit_hold_visit* visit = user;
-    const pli_body* body = visit->body;
-    plii_implicit_holds* holds = visit->holds;
+    plii_implicit_system* system = user;
+    const pli_body* body = system->body;
+    plii_implicit_holds* holds = system->holds;
     const int node = spring->node;
     if (!(body->positions[node].w > 0.0f) ||
         !PLII_RESERVE(body->context, &holds->items, &holds->capacity, holds->count + 1)) {
@@ -84,13 +77,13 @@ static void implicit_add_hold(const plii_node_spring* spring, void* user) {
     const double h = (double)body->step.dt;
     plii_implicit_hold hold = {.node = node, .hardness = (double)spring->hardness};
     if (!plii_vec3_is_zero(spring->along)) {
-        hold.hardness *= (double)visit->def->stiffness * h * h;
+        hold.hardness *= (double)system->def->stiffness * h * h;
         hold.along = plii_dvec3_from(spring->along);
     }
     const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[node]));
     const plii_dvec3 way = plii_dvec3_scale(plii_dvec3_from(spring->way), 1.0 / h);
     hold.rhs = plii_implicit_hold_mul(&hold, plii_dvec3_sub(way, velocity));
-    visit->system->rhs[node] = plii_dvec3_add(visit->system->rhs[node], hold.rhs);
+    system->rhs[node] = plii_dvec3_add(system->rhs[node], hold.rhs);
     int place = holds->count++;
     for (; place > 0 && holds->items[place - 1].node > node; --place) {
         holds->items[place] = holds->items[place - 1];
@@ -98,17 +91,13 @@ static void implicit_add_hold(const plii_node_spring* spring, void* user) {
     holds->items[place] = hold;
 }
 
-void plii_implicit_gather_holds(pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
-                                plii_implicit_holds* holds) {
-    implicit_hold_visit visit = {body, def, system, holds};
-    holds->count = 0;
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system) {
+    system->holds->count = 0;
+    for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_springs != NULL) {
-            feature->klass->visit_springs(body, feature->state, implicit_add_hold, &visit);
+            feature->klass->visit_springs(body, feature->state, implicit_add_hold, system);
         }
     }
-    system->holds = holds;
 }
 
 /* Of a node, from hold `first` on. Gives the first one after them. */
@@ -126,14 +115,6 @@ static int implicit_add_held(const plii_implicit_holds* holds, int first, int no
         d[5] += z.z;
     }
     return i;
-}
-
-static int implicit_first_hold(const plii_implicit_holds* holds, int node) {
-    int first = 0;
-    while (first < holds->count && holds->items[first].node < node) {
-        ++first;
-    }
-    return first;
 }
 
 /* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
@@ -161,9 +142,10 @@ static plii_dvec3 implicit_moved(const pli_body* body, int node) {
     return plii_dvec3_sub(implicit_position(body, node), plii_dvec3_from(plii_xyz(body->previous[node])));
 }
 
-PLII_SIMD_INLINE int implicit_assemble_node(const pli_body* body, const plii_link_graph* graph,
-                                            const pli_implicit_def* def, double h, int node, const plii_dvec3* leads,
-                                            plii_implicit_system* system, int* hold) {
+PLII_SIMD_INLINE int implicit_assemble_node(plii_implicit_system* system, double h, int node, const plii_dvec3* leads,
+                                            int* hold) {
+    const pli_body* body = system->body;
+    const plii_link_graph* graph = system->graph;
     const double mass = 1.0 / (double)body->positions[node].w;
     double d[6] = {mass, 0.0, 0.0, mass, 0.0, mass}; /* xx, xy, xz, yy, yz, zz */
     /* Before the springs: after them GCC 12 gives other bits with -ftree-slp-vectorize than without. */
@@ -172,7 +154,7 @@ PLII_SIMD_INLINE int implicit_assemble_node(const pli_body* body, const plii_lin
     const plii_dvec3 velocity = implicit_lead(body, leads, node);
     int collapsed = 0;
     for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
-        const implicit_spring spring = implicit_make_spring(body, def, h, node, graph->halves[k]);
+        const implicit_spring spring = implicit_make_spring(body, system->def, h, node, graph->halves[k]);
         system->halves[k] = spring.half;
         /* Once per spring: by the end that moves, or by the first of two. */
         const bool is_counted =
@@ -203,26 +185,23 @@ PLII_SIMD_INLINE int implicit_assemble_node(const pli_body* body, const plii_lin
 }
 
 typedef struct implicit_assembly {
-    const pli_body* body;
-    const plii_link_graph* graph;
-    const pli_implicit_def* def;
-    double h;
-    const plii_dvec3* leads;
     plii_implicit_system* system;
+    const plii_dvec3* leads;
 } implicit_assembly;
 
 static double implicit_assemble_block(int begin, int end, const void* data) {
     const implicit_assembly* all = data;
-    const pli_body* body = all->body;
-    const plii_link_graph* graph = all->graph;
     plii_implicit_system* system = all->system;
-    int collapsed = 0, hold = implicit_first_hold(system->holds, begin);
+    const pli_body* body = system->body;
+    const plii_link_graph* graph = system->graph;
+    const double h = (double)body->step.dt;
+    const plii_implicit_holds* holds = system->holds;
+    int collapsed = 0, hold = plii_implicit_find_node(holds->items, sizeof *holds->items, holds->count, begin);
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             /* Without leads, as in most calls, a copy of its own. */
-            collapsed += all->leads == NULL
-                             ? implicit_assemble_node(body, graph, all->def, all->h, i, NULL, system, &hold)
-                             : implicit_assemble_node(body, graph, all->def, all->h, i, all->leads, system, &hold);
+            collapsed += all->leads == NULL ? implicit_assemble_node(system, h, i, NULL, &hold)
+                                            : implicit_assemble_node(system, h, i, all->leads, &hold);
             continue;
         }
         system->rhs[i] = (plii_dvec3){0};
@@ -236,9 +215,9 @@ static double implicit_assemble_block(int begin, int end, const void* data) {
 
 enum { IMPLICIT_ASSEMBLE_NS = 250 }; /* per node */
 
-int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
-                           const plii_dvec3* leads, plii_implicit_system* system) {
-    const implicit_assembly all = {body, graph, def, (double)dt, leads, system};
+int plii_implicit_assemble(plii_implicit_system* system, const plii_dvec3* leads) {
+    const pli_body* body = system->body;
+    const implicit_assembly all = {system, leads};
     return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(IMPLICIT_ASSEMBLE_NS),
                                 implicit_assemble_block, &all);
 }

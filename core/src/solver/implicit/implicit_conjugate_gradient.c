@@ -31,9 +31,8 @@ static void gradient_lead(plii_implicit_system* system) {
     }
 }
 
-/* Moves the held part of the nodes' impulses y to the rigid bodies, sum[] of each. */
-static void gradient_reduce(const plii_implicit_constraints* constraints, double* (*sum)(plii_implicit_rigid*),
-                            plii_dvec3* y) {
+/* Moves the held part of the nodes' impulses y to the rigid bodies: to their products, or residuals. */
+static void gradient_reduce(const plii_implicit_constraints* constraints, bool are_products, plii_dvec3* y) {
     gradient_filter filter;
     for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
@@ -41,17 +40,11 @@ static void gradient_reduce(const plii_implicit_constraints* constraints, double
         plii_dvec3* of_node = &y[constraints->items[i].nodes[0]];
         const plii_dvec3 held = gradient_held_part(&filter, *of_node);
         if (filter.rigid != PLI_NULL_INDEX) {
-            plii_implicit_add_push(sum(&constraints->rigids[filter.rigid]), filter.arm, held, 1.0);
+            plii_implicit_rigid* rigid = &constraints->rigids[filter.rigid];
+            plii_implicit_add_push(are_products ? rigid->product : rigid->residual, filter.arm, held, 1.0);
         }
         *of_node = plii_dvec3_sub(*of_node, held);
     }
-}
-
-static double* gradient_residual_of(plii_implicit_rigid* rigid) {
-    return rigid->residual;
-}
-static double* gradient_product_of(plii_implicit_rigid* rigid) {
-    return rigid->product;
 }
 
 // -------------------------------------------------------------------------------------------- passes over the nodes
@@ -59,7 +52,6 @@ static double* gradient_product_of(plii_implicit_rigid* rigid) {
 enum { GRADIENT_PRODUCT_NS = 40, GRADIENT_ADD_NS = 5 }; /* per node */
 
 typedef struct gradient_pass {
-    const pli_body* body;
     const plii_implicit_system* system;
     const plii_dvec3 *a, *b;
     plii_dvec3* to;
@@ -70,8 +62,8 @@ typedef struct gradient_pass {
 static plii_dvec3 gradient_product(const gradient_pass* pass, int node, const plii_dvec3* x) {
     const plii_implicit_system* system = pass->system;
     const plii_dvec3 own = x[node];
-    plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)pass->body->positions[node].w);
-    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
+    plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)system->body->positions[node].w);
+    for (int k = system->graph->begin[node]; k < system->graph->begin[node + 1]; ++k) {
         const plii_implicit_half* half = &system->halves[k];
         const plii_dvec3 q = plii_dvec3_from(half->axis), difference = plii_dvec3_sub(own, x[half->neighbour]);
         sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, difference));
@@ -115,27 +107,24 @@ static double gradient_dot_block(int begin, int end, const void* data) {
 
 static double gradient_dot(const plii_implicit_system* system, const plii_dvec3* a, const plii_dvec3* b) {
     const gradient_pass pass = {.a = a, .b = b};
-    return plii_sum_blocks(system->context, system->node_count, PLII_IMPLICIT_SUM_NODES, gradient_dot_block, &pass);
+    return plii_implicit_sum(system, gradient_dot_block, &pass);
 }
 
 // --------------------------------------------------------------------------------------------------------- products
 
 /* residual = rhs + friction - W x, of rigid bodies too. */
-static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
+static void gradient_start_residual(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    gradient_pass pass = {.body = body, .system = system, .a = system->rhs, .b = system->solution};
-    pass.to = system->residual;
+    gradient_pass pass = {system, system->rhs, system->solution, system->residual, 0.0};
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         plii_implicit_rigid_mul(rigid, rigid->change, rigid->residual);
         for (int k = 0; k < 6; ++k) {
             rigid->residual[k] = rigid->is_dynamic ? -rigid->residual[k] : 0.0;
         }
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_dvec3 impulse = {0};
         if (gradient_is_rigid(constraint) && !constraint->is_viscous) {
             if (constraint->rows == 1) {
@@ -154,23 +143,19 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
         gradient_spread(constraint, impulse, system->residual);
         plii_implicit_add_push(constraints->rigids[constraint->rigid].residual, constraint->arm, impulse, -1.0);
     }
-    gradient_reduce(constraints, gradient_residual_of, system->residual);
+    gradient_reduce(constraints, false, system->residual);
 }
 
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
-static double gradient_multiply(const pli_body* body, plii_implicit_system* system) {
+static double gradient_multiply(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    gradient_pass pass = {.body = body, .system = system, .b = system->direction, .to = system->spare};
+    gradient_pass pass = {.system = system, .b = system->direction, .to = system->spare};
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        if (constraints->rigids[i].is_dynamic) {
-            plii_implicit_rigid_mul(&constraints->rigids[i], constraints->rigids[i].direction,
-                                    constraints->rigids[i].product);
-        }
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
+        if (rigid->is_dynamic) { plii_implicit_rigid_mul(rigid, rigid->direction, rigid->product); }
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         if (constraint->rows == 0 || (gradient_is_rigid(constraint) && !constraint->is_viscous)) { continue; }
         plii_dvec3 relative = plii_implicit_constraint_point(constraint, system->direction);
@@ -181,11 +166,11 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
         gradient_spread(constraint, impulse, system->spare);
         if (rigid->is_dynamic) { plii_implicit_add_push(rigid->product, constraint->arm, impulse, -1.0); }
     }
-    gradient_reduce(constraints, gradient_product_of, system->spare);
+    gradient_reduce(constraints, true, system->spare);
     double sum = gradient_dot(system, system->direction, system->spare);
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        for (int k = 0; k < 6 && constraints->rigids[i].is_dynamic; ++k) {
-            sum += constraints->rigids[i].direction[k] * constraints->rigids[i].product[k];
+    for (PLII_EACH(const plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
+        for (int k = 0; k < 6 && rigid->is_dynamic; ++k) {
+            sum += rigid->direction[k] * rigid->product[k];
         }
     }
     return sum;
@@ -225,10 +210,8 @@ static plii_dvec3 gradient_free_part(const plii_implicit_constraints* constraint
 /* Diagonal blocks of the rigid bodies: their own mass and that of what they lead. */
 static void gradient_factorise_rigids(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        if (constraints->rigids[i].is_dynamic) {
-            plii_implicit_rigid_matrix(&constraints->rigids[i], constraints->rigids[i].factor);
-        }
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
+        if (rigid->is_dynamic) { plii_implicit_rigid_matrix(rigid, rigid->factor); }
     }
     gradient_filter filter;
     for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
@@ -244,13 +227,11 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
             }
         }
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         if (rigid->is_dynamic) { plii_implicit_add_response(constraint, gradient_yield, rigid->factor); }
     }
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         rigid->is_solved = rigid->is_dynamic && plii_implicit_factorise6(rigid->factor);
     }
 }
@@ -267,8 +248,7 @@ static double gradient_precondition(plii_implicit_system* system) {
         system->spare[node] = gradient_free_part(constraints, &filter, system->residual[node]);
     }
     double sum = gradient_dot(system, system->spare, system->residual);
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (!rigid->is_solved) { continue; }
         memcpy(rigid->product, rigid->residual, sizeof rigid->product);
         plii_implicit_solve6((const double(*)[6])rigid->factor, rigid->product);
@@ -284,8 +264,7 @@ static double gradient_precondition(plii_implicit_system* system) {
 static void gradient_advance(plii_implicit_system* system, double alpha) {
     gradient_add(system, system->solution, alpha, system->direction, system->solution);
     gradient_add(system, system->residual, -alpha, system->spare, system->residual);
-    for (int i = 0; i < system->constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &system->constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
             rigid->change[k] += alpha * rigid->direction[k];
             rigid->residual[k] -= alpha * rigid->product[k];
@@ -296,8 +275,7 @@ static void gradient_advance(plii_implicit_system* system, double alpha) {
 /* direction = preconditioned residual + beta direction. */
 static void gradient_choose_direction(plii_implicit_system* system, double beta) {
     gradient_add(system, system->spare, beta, system->direction, system->direction);
-    for (int i = 0; i < system->constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &system->constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
             rigid->direction[k] = rigid->product[k] + beta * rigid->direction[k];
         }
@@ -314,17 +292,17 @@ static bool gradient_has_holds(const plii_implicit_constraints* constraints) {
 }
 
 /* With the present conditions. Gives the number of iterations; *first is the largest residual so far. */
-static int gradient_solve(const pli_body* body, plii_implicit_system* system, int iterations, double tolerance,
-                          double* first, double* last) {
+static int gradient_solve(plii_implicit_system* system, int iterations, double* first, double* last) {
+    const double tolerance = (double)system->def->tolerance;
     gradient_factorise_rigids(system);
-    gradient_start_residual(body, system);
+    gradient_start_residual(system);
     double rz = gradient_precondition(system);
     gradient_choose_direction(system, 0.0);
     if (!gradient_has_holds(system->constraints)) { *first = fmax(*first, 1e-4 * rz); }
     const double goal = tolerance * tolerance * *first;
     int done = 0;
     while (done < iterations && rz > goal) {
-        const double product = gradient_multiply(body, system);
+        const double product = gradient_multiply(system);
         if (!(product > 0.0)) { break; }
         gradient_advance(system, rz / product);
         const double rz_before = rz;
@@ -481,7 +459,8 @@ static bool gradient_is_anchored(const plii_implicit_constraints* constraints, c
 
 /* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
    so is friction. */
-static bool gradient_judge(const pli_body* body, plii_implicit_system* system) {
+static bool gradient_judge(plii_implicit_system* system) {
+    const pli_body* body = system->body;
     plii_implicit_constraints* constraints = system->constraints;
     const int count = constraints->node_bound_count;
     double change = 0.0, scale = 0.0;
@@ -544,23 +523,21 @@ static double gradient_first_block(int begin, int end, const void* data) {
     return sum;
 }
 
-int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
-                                     double tolerance, bool is_warm, double* residual) {
+int plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm, double* residual) {
     plii_implicit_constraints* constraints = system->constraints;
-    double first = 0.0, last = 0.0;
-    for (int i = 0; i < system->node_count; ++i) {
+    for (int i = 0; i < system->body->node_count; ++i) {
         if (!is_warm) { system->solution[i] = (plii_dvec3){0}; }
         system->direction[i] = (plii_dvec3){0};
     }
-    first = plii_sum_blocks(system->context, system->node_count, PLII_IMPLICIT_SUM_NODES, gradient_first_block, system);
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        memset(constraints->rigids[i].direction, 0, sizeof constraints->rigids[i].direction);
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
+        memset(rigid->direction, 0, sizeof rigid->direction);
     }
+    double first = plii_implicit_sum(system, gradient_first_block, system), last = 0.0;
     int done = 0;
-    (void)gradient_judge(body, system);
+    (void)gradient_judge(system);
     for (int round = 0; round < IMPLICIT_MAX_ROUNDS; ++round) {
-        done += gradient_solve(body, system, iterations, tolerance, &first, &last);
-        if (gradient_judge(body, system)) { break; }
+        done += gradient_solve(system, iterations, &first, &last);
+        if (gradient_judge(system)) { break; }
     }
     *residual = first > 0.0 ? sqrt(last / first) : 0.0;
     return done;

@@ -69,8 +69,7 @@ static int implicit_constraints_find_rigid(pli_body* body, plii_implicit_constra
 }
 
 void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        const plii_implicit_rigid* touched = &constraints->rigids[i];
+    for (PLII_EACH(const plii_implicit_rigid, touched, constraints->rigids, constraints->rigid_count)) {
         const double* q = touched->change;
         const pli_vec3 linear = pli_vec3_make((float)q[0], (float)q[1], (float)q[2]);
         const pli_vec3 angular = pli_vec3_make((float)q[3], (float)q[4], (float)q[5]);
@@ -90,15 +89,13 @@ static void implicit_constraint_report(const plii_implicit_constraint* constrain
 
 /* What impulses leave of the change of momentum of each rigid body, and what they are in all. */
 static void implicit_sum_impulses(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         memset(rigid->residual, 0, sizeof rigid->residual);
         for (int k = 0; k < 3 && rigid->is_dynamic; ++k) {
             rigid->residual[k] = rigid->mass[k] < IMPLICIT_IMMOVABLE ? rigid->mass[k] * rigid->change[k] : 0.0;
         }
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         const double impulse[3] = {constraint->impulse.x, constraint->impulse.y, constraint->impulse.z};
         for (int k = 0; k < 3; ++k) {
@@ -112,8 +109,7 @@ static void implicit_sum_impulses(plii_implicit_constraints* constraints) {
 void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bool are_recorded) {
     if (!are_recorded) { return; }
     implicit_sum_impulses(constraints);
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         const double* rest = rigid->residual;
         plii_dvec3 impulse = constraint->impulse;
@@ -205,8 +201,7 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
     for (int attempt = 0; attempt < 2; ++attempt) {
         count = wanted = 0;
         const int room = constraints->listed_capacity / 2; /* the other half is for sorting */
-        for (int i = 0; i < body->pipeline.feature_count; ++i) {
-            const plii_feature* feature = &body->pipeline.features[i];
+        for (PLII_EACH_FEATURE(feature, body)) {
             if (feature->klass->list_constraints == NULL) { continue; }
             plii_node_constraint* free = constraints->listed != NULL ? constraints->listed + count : NULL;
             const int found = feature->klass->list_constraints(body, feature->state, room - count, free);
@@ -325,24 +320,20 @@ static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
     return true;
 }
 
-static bool implicit_is_alone(const plii_node_constraint* listed, int index, int count) {
-    const int node = listed[index].node;
-    return !(index > 0 && listed[index - 1].node == node) && !(index + 1 < count && listed[index + 1].node == node);
-}
-
 /* What else holds a node, if a rigid body that moves presses on it, is a point like those of faces. */
 static bool implicit_is_point(const plii_node_constraint* listed, int index, int count) {
     const plii_node_constraint* from = &listed[index];
     if (from->node == PLI_NULL_INDEX) { return true; }
-    return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !implicit_is_alone(listed, index, count);
+    const bool is_alone = !(index > 0 && listed[index - 1].node == from->node) &&
+                          !(index + 1 < count && listed[index + 1].node == from->node);
+    return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !is_alone;
 }
 
-/* The first of a node, or where it would be. */
-static int implicit_find_node(const plii_node_constraint* listed, int count, int node) {
+int plii_implicit_find_node(const void* items, size_t size, int count, int node) {
     int begin = 0, end = count;
     while (begin < end) {
         const int middle = begin + (end - begin) / 2;
-        if ((unsigned)listed[middle].node < (unsigned)node) {
+        if (*(const unsigned*)((const char*)items + (size_t)middle * size) < (unsigned)node) {
             begin = middle + 1;
         } else {
             end = middle;
@@ -357,7 +348,8 @@ static bool implicit_is_covered(const plii_node_constraint* listed, int count, c
     double covered = 0.0;
     for (int k = 0; k < 3 && from->node == PLI_NULL_INDEX; ++k) {
         const int node = from->face_nodes[k];
-        for (int i = implicit_find_node(listed, count, node); i < count && listed[i].node == node; ++i) {
+        int i = plii_implicit_find_node(listed, sizeof *listed, count, node);
+        for (; i < count && listed[i].node == node; ++i) {
             if (listed[i].rigid != from->rigid) { continue; }
             covered += (double)weights[k];
             break;
@@ -368,17 +360,10 @@ static bool implicit_is_covered(const plii_node_constraint* listed, int count, c
 
 /* How far a node can go along a unit vector until it meets a surface that nothing moves. */
 static double implicit_room(const plii_implicit_constraints* constraints, int node, plii_dvec3 direction) {
-    int begin = 0, end = constraints->node_bound_count;
-    while (begin < end) {
-        const int middle = begin + (end - begin) / 2;
-        if (constraints->items[middle].nodes[0] < node) {
-            begin = middle + 1;
-        } else {
-            end = middle;
-        }
-    }
     double room = (double)INFINITY;
-    for (int i = begin; i < constraints->node_bound_count && constraints->items[i].nodes[0] == node; ++i) {
+    const int count = constraints->node_bound_count;
+    int i = plii_implicit_find_node(constraints->items, sizeof *constraints->items, count, node);
+    for (; i < count && constraints->items[i].nodes[0] == node; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         const double approach = -plii_dvec3_dot(constraint->normal, direction);
         if (constraint->is_anchor || constraints->rigids[constraint->rigid].is_dynamic || !(approach > 0.1)) {
@@ -434,16 +419,14 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
 }
 
 void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (!constraint->is_pinned) { constraint->block = constraints->blocks[constraint->nodes[0]]; }
     }
     plii_implicit_share_nodes(constraints);
 }
 
 void plii_implicit_constraints_release(plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (constraint->is_anchor) { continue; }
         constraint->rows = 0;
         constraint->impulse = (plii_dvec3){0};
@@ -482,8 +465,7 @@ void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
             loads[constraint->nodes[k]] += constraint->weights[k];
         }
     }
-    for (int i = 0; i < first; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, first)) {
         constraint->share = 1.0 / (1.0 + loads[constraint->nodes[0]]);
     }
     for (int i = 0; i < first; ++i) {

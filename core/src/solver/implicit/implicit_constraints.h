@@ -63,6 +63,9 @@ typedef struct plii_implicit_constraints {
     int rigid_count, rigid_capacity;
 } plii_implicit_constraints;
 
+/* Of items by node, which begin with it, the first of a node, or where it would be; PLI_NULL_INDEX is the last. */
+int plii_implicit_find_node(const void* items, size_t size, int count, int node);
+
 /* What the features of the body demand now. `base` is what the velocities of the body have in them of the solution
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
@@ -116,13 +119,6 @@ static inline plii_dvec3 plii_implicit_constraint_point(const plii_implicit_cons
         sum = plii_dvec3_add_scaled(sum, x[constraint->nodes[k]], constraint->weights[k]);
     }
     return sum;
-}
-/* Impulse on a point of a face that stops it in the directions held. */
-static inline plii_dvec3 plii_implicit_point_impulse(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
-    const double along = plii_dvec3_dot(constraint->normal, moved);
-    const double across = constraint->rows == 3 ? constraint->stiffness_across : 0.0;
-    return plii_dvec3_add_scaled(plii_dvec3_scale(moved, across), constraint->normal,
-                                 along * (constraint->stiffness - across));
 }
 static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 arm) {
     return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]), plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), arm));

@@ -38,8 +38,7 @@ static void energy_add_rigid(const plii_implicit_rigid* rigid, double* work, dou
 /* What surfaces that move and penetrations that are taken back give to nodes. */
 static double energy_given(const plii_implicit_constraints* constraints) {
     double sum = 0.0;
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const bool is_led = !constraints->rigids[constraint->rigid].is_dynamic && !constraint->is_pinned;
         const plii_dvec3 given =
             is_led ? plii_dvec3_add(constraint->surface_velocity, constraint->recovery) : constraint->recovery;
@@ -49,25 +48,25 @@ static double energy_given(const plii_implicit_constraints* constraints) {
 }
 
 /* What springs to fixed points give to nodes. */
-static double energy_of_holds(const pli_body* body, const plii_implicit_system* system) {
+static double energy_of_holds(const plii_implicit_system* system) {
+    const pli_vec4* velocities = system->body->velocities;
     double sum = 0.0;
-    for (int i = 0; i < system->holds->count; ++i) {
-        const plii_implicit_hold* hold = &system->holds->items[i];
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
         const plii_dvec3 taken = plii_implicit_hold_mul(hold, system->solution[hold->node]);
-        sum +=
-            plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), plii_dvec3_from(plii_xyz(body->velocities[hold->node])));
+        sum += plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), plii_dvec3_from(plii_xyz(velocities[hold->node])));
     }
     return sum;
 }
 
-double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, const plii_implicit_system* system) {
+double plii_implicit_excess(const plii_implicit_system* system) {
+    const pli_body* body = system->body;
     double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0;
     for (int i = 0; i < body->link_count; ++i) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
         springs += energy_of_link(body, i, energy_place(body->positions, a), energy_place(body->positions, b)) -
                    energy_of_link(body, i, energy_place(body->previous, a), energy_place(body->previous, b));
     }
-    springs *= (double)def->stiffness;
+    springs *= (double)system->def->stiffness;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const plii_dvec3 v = plii_dvec3_from(plii_xyz(body->velocities[i])), s = system->solution[i];
@@ -76,18 +75,18 @@ double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, c
         scale += m * plii_dvec3_dot(s, s);
         kinetic += m * plii_dvec3_dot(v, v);
     }
-    for (int i = 0; i < system->constraints->rigid_count; ++i) {
-        const plii_implicit_rigid* rigid = &system->constraints->rigids[i];
+    for (PLII_EACH(const plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
         if (rigid->is_dynamic) { energy_add_rigid(rigid, &work, &scale); }
     }
-    work -= energy_given(system->constraints) + energy_of_holds(body, system);
+    work -= energy_given(system->constraints) + energy_of_holds(system);
     return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
 }
 
-/* m s^2 / 2 + U of the solution that lies `share` of the way from `before`, with what the impulses of constraints give
-   to it; the body is at `before`. */
-static double energy_potential(const pli_body* body, const pli_implicit_def* def, const plii_implicit_system* system,
-                               const plii_dvec3* before, double share) {
+/* m s^2 / 2 + U of the solution that lies `share` of the way from the one before, with what the impulses of constraints
+   give to it; the body is there. */
+static double energy_potential(const plii_implicit_system* system, double share) {
+    const pli_body* body = system->body;
+    const plii_dvec3* before = system->before;
     const plii_implicit_constraints* constraints = system->constraints;
     const double way = share * (double)body->step.dt;
     double springs = 0.0, sum = 0.0;
@@ -100,20 +99,18 @@ static double energy_potential(const pli_body* body, const pli_implicit_def* def
         }
         springs += energy_of_link(body, i, ends[0], ends[1]);
     }
-    sum += springs * (double)def->stiffness;
+    sum += springs * (double)system->def->stiffness;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const plii_dvec3 s = plii_dvec3_add_scaled(before[i], plii_dvec3_sub(system->solution[i], before[i]), share);
         sum += 0.5 * plii_dvec3_dot(s, s) / (double)body->positions[i].w;
     }
-    for (int i = 0; i < system->holds->count; ++i) {
-        const plii_implicit_hold* hold = &system->holds->items[i];
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
         const plii_dvec3 s = plii_dvec3_add_scaled(
             before[hold->node], plii_dvec3_sub(system->solution[hold->node], before[hold->node]), share);
         sum += 0.5 * plii_dvec3_dot(s, plii_implicit_hold_mul(hold, s)) - plii_dvec3_dot(hold->rhs, s);
     }
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        const plii_implicit_rigid* rigid = &constraints->rigids[i];
+    for (PLII_EACH(const plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         double q[6], p[6];
         if (!rigid->is_dynamic) { continue; }
         for (int k = 0; k < 6; ++k) {
@@ -124,8 +121,7 @@ static double energy_potential(const pli_body* body, const pli_implicit_def* def
             sum += q[k] != 0.0 ? 0.5 * q[k] * p[k] : 0.0;
         }
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         if (constraint->rows == 0) { continue; }
         plii_dvec3 point = plii_dvec3_scale(plii_implicit_constraint_point(constraint, before), 1.0 - share);
@@ -140,21 +136,20 @@ static double energy_potential(const pli_body* body, const pli_implicit_def* def
     return sum;
 }
 
-double plii_implicit_search(const pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
-                            const plii_dvec3* before) {
+double plii_implicit_search(plii_implicit_system* system) {
+    const plii_dvec3* before = system->before;
     double share = 1.0;
-    const double start = energy_potential(body, def, system, before, 0.0);
-    double end = energy_potential(body, def, system, before, share);
+    const double start = energy_potential(system, 0.0);
+    double end = energy_potential(system, share);
     while (end > start && share > IMPLICIT_LEAST_SHARE) {
         share *= 0.5;
-        end = energy_potential(body, def, system, before, share);
+        end = energy_potential(system, share);
     }
     if (share == 1.0) { return share; }
-    for (int i = 0; i < system->node_count; ++i) {
+    for (int i = 0; i < system->body->node_count; ++i) {
         system->solution[i] = plii_dvec3_add_scaled(before[i], plii_dvec3_sub(system->solution[i], before[i]), share);
     }
-    for (int i = 0; i < system->constraints->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &system->constraints->rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
         for (int k = 0; k < 6; ++k) {
             rigid->change[k] = rigid->before[k] + share * (rigid->change[k] - rigid->before[k]);
         }

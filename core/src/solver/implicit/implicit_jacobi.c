@@ -7,7 +7,7 @@
 /* Sum over the neighbours of h^2 J_ij x_j. */
 static plii_dvec3 implicit_gather(const plii_implicit_system* system, int node, const plii_dvec3* x) {
     plii_dvec3 sum = {0};
-    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
+    for (int k = system->graph->begin[node]; k < system->graph->begin[node + 1]; ++k) {
         const plii_implicit_half* half = &system->halves[k];
         const plii_dvec3 q = plii_dvec3_from(half->axis), other = x[half->neighbour];
         sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, other));
@@ -70,8 +70,7 @@ static void implicit_run_sweep(const plii_implicit_system* system, plii_dvec3* s
    stiffer along the surface than across, as of a sheet that lies: what turned would go on turning. */
 static void implicit_start_friction(plii_implicit_system* system) {
     const plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < constraints->node_bound_count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->node_bound_count)) {
         if (constraint->is_anchor || constraints->rigids[constraint->rigid].is_dynamic) { continue; }
         const plii_dvec3 n = constraint->normal;
         plii_dvec3* x = &system->solution[constraint->nodes[0]];
@@ -108,14 +107,13 @@ static void implicit_blend_range(int begin, int end, void* data) {
 /* solution = before + weight (swept and projected solution - before), for rigid bodies too. */
 static void implicit_extrapolate(plii_implicit_system* system, double weight) {
     plii_implicit_constraints* constraints = system->constraints;
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        memcpy(constraints->rigids[r].product, constraints->rigids[r].change, sizeof constraints->rigids[r].product);
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
+        memcpy(rigid->product, rigid->change, sizeof rigid->product);
     }
     plii_implicit_project(constraints, system->residual);
     implicit_nodes nodes = {system, system->residual, system->spare, weight};
     plii_implicit_run(system, implicit_blend_range, &nodes, IMPLICIT_SOLVE_NS);
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        plii_implicit_rigid* rigid = &constraints->rigids[r];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         for (int k = 0; k < 6; ++k) {
             const double before = rigid->direction[k];
             rigid->direction[k] = rigid->product[k];
@@ -138,11 +136,11 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double sp
     } else {
         implicit_start(system);
     }
-    for (int i = 0; i < system->node_count; ++i) {
+    for (int i = 0; i < system->body->node_count; ++i) {
         system->spare[i] = (plii_dvec3){0}; /* the iterate before the start */
     }
-    for (int r = 0; r < system->constraints->rigid_count; ++r) {
-        memset(system->constraints->rigids[r].direction, 0, sizeof system->constraints->rigids[r].direction);
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+        memset(rigid->direction, 0, sizeof rigid->direction);
     }
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         const int run = s < restart ? s : s - restart;
@@ -171,8 +169,7 @@ static double implicit_square_of_solution(int begin, int end, const void* data) 
 }
 
 static double implicit_norm(const plii_implicit_system* system) {
-    return sqrt(plii_sum_blocks(system->context, system->node_count, PLII_IMPLICIT_SUM_NODES,
-                                implicit_square_of_solution, system));
+    return sqrt(plii_implicit_sum(system, implicit_square_of_solution, system));
 }
 
 static void implicit_power_range(int begin, int end, void* data) {
@@ -194,7 +191,7 @@ static double implicit_noise(uint32_t seed) {
 /* In the product x^T D y the iteration matrix is symmetric, so the growth of a vector never exceeds the radius and
    never falls from one iteration to the next. */
 double plii_implicit_spectral_radius(plii_implicit_system* system) {
-    for (int i = 0; i < system->node_count; ++i) {
+    for (int i = 0; i < system->body->node_count; ++i) {
         const uint32_t seed = 3 * (uint32_t)i;
         const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->solution[i] =

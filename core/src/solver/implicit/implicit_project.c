@@ -302,8 +302,7 @@ static void project_rigid(plii_implicit_constraints* constraints, int index, pli
     for (int i = 0; i < 6; ++i) {
         b[i] = -b[i];
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (constraint->rigid != index || constraint->rows == 0) { continue; }
         plii_implicit_add_push(b, constraint->arm, constraint->impulse, -1.0);
         plii_implicit_add_response(constraint, project_response, m);
@@ -313,8 +312,7 @@ static void project_rigid(plii_implicit_constraints* constraints, int index, pli
     for (int i = 0; i < 6; ++i) {
         rigid->change[i] += b[i];
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (constraint->rigid != index || constraint->rows == 0) { continue; }
         const plii_dvec3 more = project_response(constraint, plii_implicit_point_change(b, constraint->arm));
         constraint->impulse = plii_dvec3_add(constraint->impulse, more);

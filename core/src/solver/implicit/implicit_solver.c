@@ -24,12 +24,8 @@ enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
 
 typedef struct implicit_state {
     pli_implicit_def def;
-    bool had_links; /* on positions, before this solver came */
-    plii_implicit_half* halves;
-    plii_implicit_block* blocks;
-    int* groups;
-    plii_dvec3* vectors;   /* [IMPLICIT_VECTORS][node_count] */
-    plii_dvec3* direction; /* [node_count], only for conjugate gradients */
+    bool had_links;      /* on positions, before this solver came */
+    plii_dvec3* vectors; /* [IMPLICIT_VECTORS][node_count] */
     plii_implicit_constraints constraints;
     plii_implicit_holds holds;
     plii_implicit_system system; /* of the step in progress */
@@ -55,24 +51,17 @@ static pli_vec3 implicit_free_change(const pli_body* body, int node, float dt) {
 
 enum { IMPLICIT_NODE_NS = 5 }; /* of a pass over the nodes */
 
-typedef struct implicit_pass {
-    pli_body* body;
-    const pli_implicit_def* def;
-    float dt;
-    plii_dvec3* vector; /* right-hand side or solution */
-} implicit_pass;
-
 /* Free flight is a new base for the velocities, the unknown is what springs change about it; else it is part of the
    unknown, by the right-hand side. */
 static void implicit_external_range(int begin, int end, void* data) {
-    const implicit_pass* pass = data;
-    pli_body* body = pass->body;
+    const plii_implicit_system* system = data;
+    const pli_body* body = system->body;
     for (int i = begin; i < end; ++i) {
-        pass->vector[i] = (plii_dvec3){0};
+        system->rhs[i] = (plii_dvec3){0};
         if (body->positions[i].w > 0.0f) {
-            const pli_vec3 change = implicit_free_change(body, i, pass->dt);
-            if (pass->def->start == PLI_IMPLICIT_START_AT_REST) {
-                pass->vector[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
+            const pli_vec3 change = implicit_free_change(body, i, body->step.dt);
+            if (system->def->start == PLI_IMPLICIT_START_AT_REST) {
+                system->rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
             } else {
                 plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
             }
@@ -81,23 +70,17 @@ static void implicit_external_range(int begin, int end, void* data) {
     }
 }
 
-static void implicit_add_external(pli_body* body, const implicit_state* state, float dt, plii_dvec3* rhs) {
-    implicit_pass pass = {body, &state->def, dt, rhs};
-    plii_parallel_for(body->context, implicit_external_range, &pass, body->node_count, plii_grain(IMPLICIT_NODE_NS));
-}
-
-static void implicit_descend(const pli_body* body, implicit_state* state, int iterations, bool is_warm) {
+static void implicit_descend(implicit_state* state, int iterations, bool is_warm) {
     double residual = 0.0;
-    state->report.iterations += plii_implicit_conjugate_gradient(body, &state->system, iterations,
-                                                                 (double)state->def.tolerance, is_warm, &residual);
+    state->report.iterations += plii_implicit_conjugate_gradient(&state->system, iterations, is_warm, &residual);
     state->report.residual = (float)residual;
 }
 
-static void implicit_iterate(const pli_body* body, implicit_state* state, bool is_warm) {
+static void implicit_iterate(implicit_state* state, bool is_warm) {
     plii_implicit_system* system = &state->system;
     const int sweeps = state->def.sweeps;
     if (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) {
-        implicit_descend(body, state, sweeps, is_warm);
+        implicit_descend(state, sweeps, is_warm);
         return;
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
@@ -119,27 +102,30 @@ static bool implicit_slides(const plii_implicit_constraints* constraints, const 
     return constraint->rows == 1 && !constraint->is_viscous && !constraints->rigids[constraint->rigid].is_dynamic;
 }
 
+static int implicit_group_of(const plii_implicit_system* system, int node) {
+    return plii_union_root(system->groups, system->graph->components[node]);
+}
+
 /* Groups of components: what hangs together by links and by rigid bodies that can move. Those get their group, the
    nodes of which are infinitely heavy where a rigid body cannot move. */
-static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system, plii_dvec3* masses) {
+static void implicit_join_groups(const plii_implicit_system* system, plii_dvec3* masses) {
+    const plii_link_graph* graph = system->graph;
     plii_implicit_constraints* constraints = system->constraints;
-    plii_union_start(system->node_count, system->groups);
+    plii_union_start(system->body->node_count, system->groups);
     for (int r = 0; r < constraints->rigid_count; ++r) {
         constraints->rigids[r].group = PLI_NULL_INDEX;
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         if (!rigid->is_dynamic || constraint->rows == 0) { continue; }
         const int component = graph->components[constraint->nodes[0]];
         if (rigid->group == PLI_NULL_INDEX) { rigid->group = component; }
         plii_union_join(system->groups, rigid->group, component);
     }
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
         if (implicit_slides(constraints, constraint)) { continue; }
-        const int group = plii_union_root(system->groups, graph->components[constraint->nodes[0]]);
+        const int group = implicit_group_of(system, constraint->nodes[0]);
         implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
     }
 }
@@ -147,15 +133,13 @@ static void implicit_join_groups(const plii_link_graph* graph, const plii_implic
 /* Along surfaces that nothing moves a group gets what friction has given to its nodes, each on its own: unfinished
    sweeps pass on little of it. No more than stops it there; across them it goes as it was solved. `momenta`: the
    changes of velocity of groups. */
-static void implicit_slide_groups(const plii_link_graph* graph, const plii_implicit_system* system, plii_dvec3* momenta,
-                                  plii_dvec3* sums) {
+static void implicit_slide_groups(const plii_implicit_system* system, plii_dvec3* momenta, plii_dvec3* sums) {
     const plii_implicit_constraints* constraints = system->constraints;
-    memset(sums, 0, implicit_vector_size(system->node_count)); /* x: motion against the change, y: contacts */
+    memset(sums, 0, implicit_vector_size(system->body->node_count)); /* x: motion against the change, y: contacts */
     for (int pass = 0; pass < 2; ++pass) {
-        for (int i = 0; i < constraints->count; ++i) {
-            const plii_implicit_constraint* constraint = &constraints->items[i];
+        for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
             if (!implicit_slides(constraints, constraint)) { continue; }
-            const int group = plii_union_root(system->groups, graph->components[constraint->nodes[0]]);
+            const int group = implicit_group_of(system, constraint->nodes[0]);
             const plii_dvec3 n = constraint->normal;
             plii_dvec3* change = &momenta[group];
             if (pass == 0) {
@@ -168,7 +152,7 @@ static void implicit_slide_groups(const plii_link_graph* graph, const plii_impli
             sums[group].y += 1.0;
         }
     }
-    for (int i = 0; i < system->node_count; ++i) {
+    for (int i = 0; i < system->body->node_count; ++i) {
         const double square = plii_dvec3_dot(momenta[i], momenta[i]) * sums[i].y;
         if (square > 0.0) { momenta[i] = plii_dvec3_scale(momenta[i], fmin(fmax(sums[i].x / square, 0.0), 1.0)); }
     }
@@ -177,54 +161,51 @@ static void implicit_slide_groups(const plii_link_graph* graph, const plii_impli
 /* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that hold them. Unfinished
    sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. What
    holds nodes from outside moves it, by what it gives to the nodes as they then are. */
-static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* graph, plii_implicit_system* system) {
+static void implicit_keep_momentum(plii_implicit_system* system) {
+    const pli_body* body = system->body;
     plii_implicit_constraints* constraints = system->constraints;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
     memset(momenta, 0, implicit_vector_size(body->node_count));
     memset(masses, 0, implicit_vector_size(body->node_count));
-    implicit_join_groups(graph, system, masses);
+    implicit_join_groups(system, masses);
     for (int i = 0; i < body->node_count; ++i) {
-        const int group = plii_union_root(system->groups, graph->components[i]);
+        const int group = implicit_group_of(system, i);
         const double mass = 1.0 / (double)body->positions[i].w; /* infinite when pinned */
         implicit_add_masses(&masses[group], mass, mass, mass);
         if (!isfinite(mass)) { continue; }
         momenta[group] = plii_dvec3_add_scaled(momenta[group], system->solution[i], mass);
     }
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        plii_implicit_rigid* rigid = &constraints->rigids[r];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         const double *m = rigid->mass, *q = rigid->change;
         if (rigid->group == PLI_NULL_INDEX) { continue; }
         rigid->group = plii_union_root(system->groups, rigid->group);
         implicit_add_masses(&masses[rigid->group], m[0], m[1], m[2]);
         implicit_add_masses(&momenta[rigid->group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
     }
-    for (int i = 0; i < system->holds->count; ++i) {
-        const plii_implicit_hold* hold = &system->holds->items[i];
-        const int group = plii_union_root(system->groups, graph->components[hold->node]);
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
+        const int group = implicit_group_of(system, hold->node);
         const plii_dvec3 push = plii_implicit_hold_mul(hold, system->solution[hold->node]);
         implicit_add_masses(&masses[group], hold->hardness, hold->hardness, hold->hardness);
         momenta[group] = plii_dvec3_add(momenta[group], plii_dvec3_sub(push, hold->rhs));
     }
     bool has_sliding = false;
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (!implicit_slides(constraints, constraint)) { continue; }
-        const int group = plii_union_root(system->groups, graph->components[constraint->nodes[0]]);
+        const int group = implicit_group_of(system, constraint->nodes[0]);
         momenta[group] = plii_dvec3_sub(momenta[group], constraint->impulse);
         has_sliding = true;
     }
     for (int i = 0; i < body->node_count; ++i) {
-        if (plii_union_root(system->groups, graph->components[i]) != i) { continue; }
+        if (implicit_group_of(system, i) != i) { continue; }
         momenta[i] =
             plii_dvec3_make(-momenta[i].x / masses[i].x, -momenta[i].y / masses[i].y, -momenta[i].z / masses[i].z);
     }
-    if (has_sliding) { implicit_slide_groups(graph, system, momenta, masses); }
+    if (has_sliding) { implicit_slide_groups(system, momenta, masses); }
     for (int i = 0; i < body->node_count; ++i) {
-        const int group = plii_union_root(system->groups, graph->components[i]);
+        const int group = implicit_group_of(system, i);
         system->solution[i] = plii_dvec3_add(system->solution[i], momenta[group]);
     }
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        plii_implicit_rigid* rigid = &constraints->rigids[r];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (rigid->group == PLI_NULL_INDEX) { continue; }
         rigid->change[0] += momenta[rigid->group].x;
         rigid->change[1] += momenta[rigid->group].y;
@@ -232,57 +213,48 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
     }
 }
 
+/* Nodes move by the solution. */
 static void implicit_solution_range(int begin, int end, void* data) {
-    const implicit_pass* pass = data;
-    pli_body* body = pass->body;
+    const plii_implicit_system* system = data;
+    const pli_body* body = system->body;
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[i]));
-            plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, pass->vector[i])));
+            plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, system->solution[i])));
         }
         const pli_vec3 position = plii_xyz(body->positions[i]);
         plii_set_xyz(&body->previous[i], position);
         plii_set_xyz(&body->positions[i],
-                     pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), pass->dt)));
+                     pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt)));
     }
-}
-
-static void implicit_add_solution(pli_body* body, plii_dvec3* solution, float dt) {
-    implicit_pass pass = {.body = body, .dt = dt, .vector = solution};
-    plii_parallel_for(body->context, implicit_solution_range, &pass, body->node_count, plii_grain(IMPLICIT_NODE_NS));
 }
 
 static void implicit_predict(pli_body* body, float dt) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
     plii_run_stage(body, PLII_STAGE_FORCES);
 
     plii_implicit_system* system = &state->system;
-    *system = (plii_implicit_system){
-        .context = body->context,
-        .node_count = body->node_count,
-        .begin = graph->begin,
-        .halves = state->halves,
-        .blocks = state->blocks,
-        .groups = state->groups,
-        .constraints = &state->constraints,
-        .rhs = state->vectors,
-        .solution = state->vectors + body->node_count,
-        .spare = state->vectors + (ptrdiff_t)2 * body->node_count,
-        .residual = state->vectors + (ptrdiff_t)3 * body->node_count,
-        .direction = state->direction,
-    };
+    system->body = body;
+    system->graph = plii_feature_state(body, &plii_link_graph_class);
+    system->def = &state->def;
+    system->constraints = &state->constraints;
+    system->holds = &state->holds;
+    system->rhs = state->vectors;
+    system->solution = system->rhs + body->node_count;
+    system->spare = system->solution + body->node_count;
+    system->residual = system->spare + body->node_count;
+    system->before = system->residual + body->node_count;
     state->report = (pli_implicit_report){0};
-    implicit_add_external(body, state, step->dt, system->rhs);
-    plii_implicit_gather_holds(body, &state->def, system, &state->holds);
-    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, NULL, system);
-    plii_implicit_constraints_gather(body, &state->constraints, false, state->blocks, NULL);
-    implicit_iterate(body, state, false);
-    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
-    implicit_add_solution(body, system->solution, step->dt);
+    plii_implicit_run(system, implicit_external_range, system, IMPLICIT_NODE_NS);
+    plii_implicit_gather_holds(body, system);
+    state->report.collapsed_links = plii_implicit_assemble(system, NULL);
+    plii_implicit_constraints_gather(body, &state->constraints, false, system->blocks, NULL);
+    implicit_iterate(state, false);
+    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
+    plii_implicit_run(system, implicit_solution_range, system, IMPLICIT_NODE_NS);
 
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
@@ -292,24 +264,24 @@ static void implicit_predict(pli_body* body, float dt) {
 
 // -------------------------------------------------------------------------------------------- anchors and contacts
 
-/* Where the velocity of a node leads, rounded as in implicit_add_solution. */
+/* Where the velocity of a node leads, rounded as in implicit_solution_range. */
 static pli_vec3 implicit_reached(const pli_body* body, int node) {
     const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
     return pli_vec3_add(plii_xyz(body->previous[node]), motion);
 }
 
 /* Nodes follow a solution that has changed; what others moved them by stays. */
-static void implicit_follow_solution(pli_body* body, const plii_implicit_system* system, plii_dvec3* before) {
+static void implicit_follow_solution(pli_body* body, const plii_implicit_system* system) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 predicted = implicit_reached(body, i),
                        others = pli_vec3_sub(plii_xyz(body->positions[i]), predicted);
-        const plii_dvec3 more = plii_dvec3_sub(system->solution[i], before[i]);
+        const plii_dvec3 more = plii_dvec3_sub(system->solution[i], system->before[i]);
         const plii_dvec3 velocity = plii_dvec3_add(plii_dvec3_from(plii_xyz(body->velocities[i])), more);
         plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
     }
-    memcpy(before, system->solution, implicit_vector_size(body->node_count));
+    memcpy(system->before, system->solution, implicit_vector_size(body->node_count));
 }
 
 /* Whether conjugate gradients take part. */
@@ -332,8 +304,7 @@ static bool implicit_is_shifted(const pli_body* body, const plii_dvec3* noted) {
 }
 
 /* Springs anew where the solution has brought them. */
-static void implicit_linearise_again(pli_body* body, implicit_state* state) {
-    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
+static void implicit_linearise_again(const pli_body* body, implicit_state* state) {
     plii_implicit_system* system = &state->system;
     plii_dvec3* leads = system->spare;
     for (int i = 0; i < body->node_count; ++i) {
@@ -343,48 +314,44 @@ static void implicit_linearise_again(pli_body* body, implicit_state* state) {
         leads[i] = plii_dvec3_add_scaled(free, moved, -(double)body->step.inverse_dt);
         system->rhs[i] = (plii_dvec3){0};
     }
-    for (int i = 0; i < state->constraints.rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &state->constraints.rigids[i];
+    for (PLII_EACH(plii_implicit_rigid, rigid, state->constraints.rigids, state->constraints.rigid_count)) {
         memcpy(rigid->before, rigid->change, sizeof rigid->before);
     }
-    for (int i = 0; i < state->holds.count; ++i) {
-        const plii_implicit_hold* hold = &state->holds.items[i];
+    for (PLII_EACH(const plii_implicit_hold, hold, state->holds.items, state->holds.count)) {
         system->rhs[hold->node] = plii_dvec3_add(system->rhs[hold->node], hold->rhs);
     }
-    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, body->step.dt, leads, system);
+    state->report.collapsed_links = plii_implicit_assemble(system, leads);
     plii_implicit_constraints_update_blocks(&state->constraints);
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
 static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
-    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_implicit_system* system = &state->system;
     plii_thread.pass.feature = NULL; /* stages have run */
-    plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
-    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
+    plii_implicit_constraints_gather(body, &state->constraints, true, system->blocks, system->solution);
     const bool is_free = state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT;
-    const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, before);
+    const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, system->before);
     const bool is_exact = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
     const int iterations = is_exact ? state->def.sweeps : state->def.finishing_iterations;
-    memcpy(before, system->solution, implicit_vector_size(body->node_count));
+    memcpy(system->before, system->solution, implicit_vector_size(body->node_count));
     if (state->constraints.count > 0) {
-        implicit_iterate(body, state, true);
-        if (is_free) { implicit_keep_momentum(body, graph, system); }
-        implicit_follow_solution(body, system, before);
+        implicit_iterate(state, true);
+        if (is_free) { implicit_keep_momentum(system); }
+        implicit_follow_solution(body, system);
     }
     double excess = (double)INFINITY, share = 1.0;
 
     for (int round = 0; is_improved && round < IMPLICIT_MAX_LINEARISATIONS; ++round) {
         const double excess_before = excess;
-        excess = plii_implicit_excess(body, &state->def, system);
+        excess = plii_implicit_excess(system);
         const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
         if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
         implicit_linearise_again(body, state);
         if (round == 0 && !is_exact) { plii_implicit_constraints_release(&state->constraints); }
-        implicit_descend(body, state, iterations, true);
-        implicit_keep_momentum(body, graph, system);
-        share = plii_implicit_search(body, &state->def, system, before);
-        implicit_follow_solution(body, system, before);
+        implicit_descend(state, iterations, true);
+        implicit_keep_momentum(system);
+        share = plii_implicit_search(system);
+        implicit_follow_solution(body, system);
     }
     plii_implicit_constraints_push_rigids(&state->constraints);
     plii_implicit_constraints_report(&state->constraints, body->records_contacts);
@@ -392,8 +359,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
 
 /* Taking back an error moves nodes, but gives them no speed. */
 static void implicit_end_recovery(pli_body* body, const plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (constraint->rows == 0 || constraint->is_pinned || constraints->rigids[constraint->rigid].is_dynamic) {
             continue;
         }
@@ -414,8 +380,7 @@ static void implicit_end_recovery(pli_body* body, const plii_implicit_constraint
 
 // ------------------------------------------------------------------------------------------------------ corrections
 
-/* Nodes that pose matching, anchors, contacts and the like moved since implicit_add_solution, by as much over the
-   step. */
+/* Nodes that pose matching, anchors, contacts and the like moved since the solution, by as much over the step. */
 static void implicit_corrections_range(int begin, int end, void* data) {
     pli_body* body = data;
     for (int i = begin; i < end; ++i) {
@@ -429,8 +394,7 @@ static void implicit_corrections_range(int begin, int end, void* data) {
 
 /* Those that the stage has moved. */
 static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->node_bound_count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->node_bound_count)) {
         const pli_vec3 x = plii_xyz(body->positions[constraint->nodes[0]]),
                        solved = implicit_reached(body, constraint->nodes[0]);
         const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
@@ -440,9 +404,8 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
 
 static void implicit_begin(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
     for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
-        before[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
+        state->system.before[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
     }
     plii_run_stage(body, PLII_STAGE_PREPARE);
     implicit_solve_constraints(body, state);
@@ -462,7 +425,7 @@ static void implicit_couple(pli_body* body) {
 
 static void implicit_end(pli_body* body) {
     const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    plii_parallel_for(body->context, implicit_corrections_range, body, body->node_count, plii_grain(IMPLICIT_NODE_NS));
+    plii_implicit_run(&state->system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
     implicit_end_recovery(body, &state->constraints);
     for (int i = 0; i < body->node_count && body->solver.velocity_damping > 0.0f; ++i) {
         plii_set_xyz(&body->velocities[i],
@@ -493,7 +456,7 @@ static void implicit_build(pli_body* body, void* data) {
 
 static bool implicit_is_sound(const pli_body* body, const void* data) {
     const implicit_state* state = data;
-    return state->direction != NULL || !implicit_needs_direction(&state->def);
+    return state->system.direction != NULL || !implicit_needs_direction(&state->def);
 }
 
 static const plii_field implicit_fields[] = {
@@ -517,11 +480,11 @@ const plii_feature_class plii_implicit_class = {
     .is_sound = implicit_is_sound,
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, system.halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, system.blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, system.groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(implicit_state, system.direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
         {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .snapshot = PLII_LEFT},
@@ -547,10 +510,11 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_implicit_class, &data));
     implicit_state* state = data;
+    plii_dvec3** direction = &state->system.direction;
     if (!implicit_needs_direction(&used)) {
-        PLII_RELEASE(body->context, state->direction, body->node_count);
-        state->direction = NULL;
-    } else if (state->direction == NULL && !PLII_ALLOCATE(body->context, &state->direction, body->node_count)) {
+        PLII_RELEASE(body->context, *direction, body->node_count);
+        *direction = NULL;
+    } else if (*direction == NULL && !PLII_ALLOCATE(body->context, direction, body->node_count)) {
         if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
@@ -567,7 +531,6 @@ pli_status pli_body_disable_implicit(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     if (state == NULL) { return PLI_OK; }
-    PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
     plii_feature_disable(body, &plii_implicit_class);
     return PLI_OK;

@@ -32,30 +32,29 @@ typedef struct plii_implicit_holds {
 enum { PLII_IMPLICIT_SUM_NODES = 2048 };
 
 typedef struct plii_implicit_system {
-    pli_context* context;
-    int node_count;
-    const int* begin;           /* [node_count + 1] into halves */
-    plii_implicit_half* halves; /* [2 * link_count] */
+    const pli_body* body;
+    const plii_link_graph* graph;
+    const pli_implicit_def* def;
+    plii_implicit_half* halves; /* [2 * link_count] in the order of the graph */
     plii_implicit_block* blocks;
     int* groups; /* [node_count] for the balance of momentum */
     plii_implicit_constraints* constraints;
-    const plii_implicit_holds* holds;
+    plii_implicit_holds* holds;
     plii_dvec3* rhs;      /* [node_count], as all vectors */
     plii_dvec3* solution; /* change of velocity, m/s */
     plii_dvec3* spare;
     plii_dvec3* residual;
+    plii_dvec3* before;    /* the solution that nodes have followed */
     plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
 } plii_implicit_system;
 
 /* Springs at their present lengths, and holds; adds the spring part to rhs. `leads` is, by node, the velocity that
    leads from the present positions to those of free flight; NULL at the start of a step, when it is that of the body.
    Gives the number of springs that are too short to have a direction. */
-int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
-                           const plii_dvec3* leads, plii_implicit_system* system);
+int plii_implicit_assemble(plii_implicit_system* system, const plii_dvec3* leads);
 
 /* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
-void plii_implicit_gather_holds(pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
-                                plii_implicit_holds* holds);
+void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system);
 
 /* What a sweep makes of the solution at a node. */
 plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
@@ -64,16 +63,20 @@ void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_d
 
 /* Energy that the step gains by the solution, which the body has followed, relative to that of what springs and
    constraints change. */
-double plii_implicit_excess(const pli_body* body, const pli_implicit_def* def, const plii_implicit_system* system);
-/* Goes back towards `before`, where the body and the linearisation are, until what backward Euler minimises is not more
-   than there. Gives the share of the way that is left. */
-double plii_implicit_search(const pli_body* body, const pli_implicit_def* def, plii_implicit_system* system,
-                            const plii_dvec3* before);
+double plii_implicit_excess(const plii_implicit_system* system);
+/* Goes back towards the solution before, where the body and the linearisation are, until what backward Euler minimises
+   is not more than there. Gives the share of the way that is left. */
+double plii_implicit_search(plii_implicit_system* system);
 
 /* Runs over the nodes on several threads, where one takes so long. */
 static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,
                                      int nanoseconds) {
-    plii_parallel_for(system->context, range, task, system->node_count, plii_grain(nanoseconds));
+    plii_parallel_for(system->body->context, range, task, system->body->node_count, plii_grain(nanoseconds));
+}
+/* The sum of a value of the nodes. */
+static inline double plii_implicit_sum(const plii_implicit_system* system, plii_block_value_fn* value,
+                                       const void* task) {
+    return plii_sum_blocks(system->body->context, system->body->node_count, PLII_IMPLICIT_SUM_NODES, value, task);
 }
 
 static inline plii_dvec3 plii_implicit_hold_mul(const plii_implicit_hold* hold, plii_dvec3 x) {
@@ -84,8 +87,7 @@ static inline plii_dvec3 plii_implicit_hold_mul(const plii_implicit_hold* hold, 
 /* sum += scale * what holds make of x. */
 static inline void plii_implicit_add_holds(const plii_implicit_system* system, const plii_dvec3* x, double scale,
                                            plii_dvec3* sum) {
-    for (int i = 0; i < system->holds->count; ++i) {
-        const plii_implicit_hold* hold = &system->holds->items[i];
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
         sum[hold->node] = plii_dvec3_add_scaled(sum[hold->node], plii_implicit_hold_mul(hold, x[hold->node]), scale);
     }
 }
@@ -97,6 +99,5 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
 void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm);
 /* Lower bound of the largest |eigenvalue| of 1 - D^-1 W by power iteration; overwrites the solution. */
 double plii_implicit_spectral_radius(plii_implicit_system* system);
-/* Until the residual is `tolerance` of the first one, at most `iterations`. Gives the number of iterations done. */
-int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
-                                     double tolerance, bool is_warm, double* residual);
+/* Until the residual is the tolerance of the first one, at most `iterations`. Gives the number of iterations done. */
+int plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm, double* residual);

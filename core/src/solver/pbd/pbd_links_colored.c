@@ -14,7 +14,6 @@ enum {
 
 typedef struct colored_links_state {
     const plii_link_colors* colors;
-    const plii_links_kernel* kernel;
     float *rest_squared, *weights; /* by slot: see plii_links_task */
     int rest_capacity, weight_capacity;
     uint32_t link_revision; /* of both */
@@ -39,7 +38,7 @@ static void colored_links_sweep(pli_body* body, void* data) {
                                   .rest = state->rest_squared,
                                   .weights = state->weights,
                                   .moved = body->positions};
-    plii_links_sweep_colors(body->context, state->kernel, &task);
+    plii_links_sweep_colors(&task);
 }
 
 /* False when out of memory. A body of few links, whose colours would not fill the lanes, or of some that all meet stays
@@ -67,7 +66,6 @@ static void colored_links_prepare(pli_body* body, void* data) {
 
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
-    state->kernel = PLII_KERNEL(body->context, &plii_links_kernel);
     state->link_revision = body->link_revision - 1;
     return colored_links_choose_sweep(body, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
@@ -80,7 +78,7 @@ static void colored_links_disable(pli_body* body, void* state) {
 const plii_feature_class plii_colored_links_class = {
     .name = "colored links",
     .state_size = sizeof(colored_links_state),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(colored_links_state, colors, kernel, PLII_LEFT, NULL),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE(colored_links_state, colors, PLII_LEFT),
                                     PLII_STATE(colored_links_state, link_revision, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS(

@@ -84,13 +84,6 @@ static void solver_predict(pli_body* body, float dt) {
     plii_solver_update_predicted_bounds(body);
 }
 
-static void solver_positions_from_velocities(pli_body* body, float dt) {
-    for (int i = 0; i < body->node_count; ++i) {
-        plii_set_xyz(&body->positions[i],
-                     pli_vec3_add(plii_xyz(body->previous[i]), pli_vec3_scale(plii_xyz(body->velocities[i]), dt)));
-    }
-}
-
 plii_solver_pace plii_solver_iterations(const pli_body* body) {
     return (plii_solver_pace){1, body->solver.position_iterations};
 }
@@ -98,11 +91,12 @@ plii_solver_pace plii_solver_iterations(const pli_body* body) {
 static void solver_begin(pli_body* body) {
     const pli_solver_settings* settings = &body->solver;
     plii_run_stage(body, PLII_STAGE_PREPARE);
-    if (settings->velocity_iterations > 0) {
-        for (int i = 0; i < settings->velocity_iterations; ++i) {
-            plii_run_stage(body, PLII_STAGE_VELOCITY);
-        }
-        solver_positions_from_velocities(body, body->step.dt);
+    for (int i = 0; i < settings->velocity_iterations; ++i) {
+        plii_run_stage(body, PLII_STAGE_VELOCITY);
+    }
+    for (int i = 0; i < body->node_count && settings->velocity_iterations > 0; ++i) {
+        const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
+        plii_set_xyz(&body->positions[i], pli_vec3_add(plii_xyz(body->previous[i]), motion));
     }
 }
 

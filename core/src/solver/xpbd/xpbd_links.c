@@ -7,11 +7,10 @@
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
-    const plii_link_colors* colors; /* NULL: there was no memory for them */
-    const plii_links_kernel* kernel;
+    const plii_link_colors* colors;    /* NULL: there was no memory for them */
     float *rest_lengths, *multipliers; /* by slot */
     float *compliances, *dampings;     /* by slot, where there are some: see plii_links_task */
-    float* vectors;                    /* see plii_links_start */
+    float* vectors;                    /* see plii_links_start_colors */
     int rest_capacity, multiplier_capacity, compliance_capacity, damping_capacity, vector_capacity;
     uint32_t link_revision; /* of the numbers of links */
 } xpbd_links_state;
@@ -62,10 +61,8 @@ static bool xpbd_links_is_idle(const void* state) {
 
 static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_links_state* state = data;
-    if (substep->has_new_positions) {
-        const plii_links_start start = {state->colors, body->positions, state->vectors};
-        plii_links_start_colors(body->context, state->kernel, &start);
-    }
+    const plii_links_task task = {.body = body, .colors = state->colors, .vectors = state->vectors};
+    if (substep->has_new_positions) { plii_links_start_colors(&task); }
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* substep) {
@@ -82,14 +79,13 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
                                   .multipliers = state->multipliers,
                                   .reads_multipliers = !substep->is_first_sweep,
                                   .writes_multipliers = !substep->is_last_sweep};
-    plii_links_sweep_colors(body->context, state->kernel, &task);
+    plii_links_sweep_colors(&task);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
-    state->kernel = PLII_KERNEL(body->context, &plii_links_kernel);
     state->link_revision = body->link_revision - 1;
     xpbd_links_begin(body, state);
     return state->colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
@@ -112,9 +108,9 @@ const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
     .settings = PLII_LIMITS(xpbd_links_state, def, xpbd_links_fields),
-    .state_parts = PLII_STATE_PARTS(
-        PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"), PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
-        PLII_STATE(xpbd_links_state, kernel, PLII_LEFT), PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
+                                    PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
+                                    PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},

@@ -86,13 +86,6 @@ static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* 
     plii_parallel_for(body->context, range, nodes, body->node_count, XPBD_NODES_GRAIN);
 }
 
-static bool xpbd_has_finish(const plii_substep_kinds* kinds) {
-    for (int k = 0; k < kinds->count; ++k) {
-        if (kinds->at[k]->klass->substepped->finish != NULL) { return true; }
-    }
-    return false;
-}
-
 static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
     return PLII_KERNEL(body->context, &plii_xpbd_nodes);
 }
@@ -117,7 +110,10 @@ static void xpbd_begin(pli_body* body) {
                                    .dt = run->substep.dt,
                                    .inverse_dt = run->substep.inverse_dt,
                                    .kept = 1.0f - body->solver.velocity_damping};
-    run->has_finish = xpbd_has_finish(&run->kinds);
+    run->has_finish = false;
+    for (int k = 0; k < run->kinds.count; ++k) {
+        run->has_finish = run->has_finish || run->kinds.at[k]->klass->substepped->finish != NULL;
+    }
     run->sweep = 0;
     body->substep = &run->substep;
     xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->begin);
@@ -256,7 +252,6 @@ pli_status pli_body_disable_xpbd(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     if (state == NULL) { return PLI_OK; }
-    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
     xpbd_leave(body);
     plii_feature_disable(body, &plii_xpbd_class);

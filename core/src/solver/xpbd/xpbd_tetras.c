@@ -5,7 +5,6 @@
 #include "math/simd_float4.h"
 
 #include "base/scratch.h"
-#include "math/range.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
