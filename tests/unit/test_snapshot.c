@@ -197,6 +197,12 @@ static void a_world_that_is_another_is_refused(void** unused) {
     char small[8];
     assert_int_equal(pli_world_save(t.world, small, sizeof small, NULL), PLI_ERROR_WRONG_STATE);
     assert_int_equal(pli_world_solve(t.world), PLI_OK);
+    buffer = save(&t, &size);
+    while (t.body_count > 0) {
+        pli_body_destroy(t.bodies[--t.body_count]);
+    }
+    expect_refused(&t, buffer, size, PLI_ERROR_INVALID_VALUE, "bodies or rigid bodies have come or gone");
+    free(buffer);
     end(&t);
 }
 
