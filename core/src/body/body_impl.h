@@ -152,6 +152,8 @@ float plii_pressure_response(const pli_body* body);
 extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
+/* A sweep as the body has it. */
+void plii_links_run(pli_body* body, void* state);
 
 static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* positions) {
     for (int i = 0; i < body->node_count; ++i) {
@@ -196,6 +198,9 @@ float plii_body_volume(const pli_body* body);
 extern const plii_solver_class plii_position_solver;
 /* By `position_iterations`. */
 plii_solver_pace plii_solver_iterations(const pli_body* body);
+/* POSITION, and COUPLE. */
+void plii_solver_sweep(pli_body* body);
+void plii_solver_couple(pli_body* body);
 
 /* PLI_OK when an idle body may start or stop to be stepped by `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);

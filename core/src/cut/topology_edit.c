@@ -314,13 +314,6 @@ static bool edit_make_topology(const plii_edit* edit, edit_product* product) {
     return true;
 }
 
-static bool edit_needs_tags(const plii_edit* edit) {
-    for (int i = 0; i < edit->link_count; ++i) {
-        if (edit->links[i].tag != 0) { return true; }
-    }
-    return false;
-}
-
 static bool edit_make_product(const plii_edit* edit, edit_product* product) {
     pli_body* fresh = &product->body;
     fresh->context = product->scratch.context = edit->context;
@@ -329,7 +322,11 @@ static bool edit_make_product(const plii_edit* edit, edit_product* product) {
     product->node_origins = PLII_TAKE(&product->scratch, plii_node_origin, edit->node_count - edit->old_node_count);
     product->face_origins = PLII_TAKE(&product->scratch, plii_face_origin, edit->face_count);
     product->features = PLII_TAKE(&product->scratch, struct edit_blocks, edit->body->pipeline.feature_count);
-    if (product->scratch.is_short || !plii_body_allocate_arrays(fresh, edit_needs_tags(edit)) ||
+    bool needs_tags = false;
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
+        needs_tags = needs_tags || link->tag != 0;
+    }
+    if (product->scratch.is_short || !plii_body_allocate_arrays(fresh, needs_tags) ||
         !edit_make_topology(edit, product)) {
         return false;
     }
@@ -366,16 +363,6 @@ static bool edit_reserve_features(const plii_edit* edit, const plii_topology_cha
     return true;
 }
 
-/* What keeps memory by the size of the body has to say how it follows. */
-static const plii_feature_class* edit_find_stiff_feature(const pli_body* body) {
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature_class* klass = body->pipeline.features[i].klass;
-        const bool needs_commit = klass->bytes != NULL || plii_feature_arrays_need_commit(klass);
-        if (needs_commit && klass->topology_commit == NULL && klass->build == NULL) { return klass; }
-    }
-    return NULL;
-}
-
 static void edit_replace(pli_body* body, const pli_body* fresh) {
     plii_body_release_arrays(body);
     body->positions = fresh->positions;
@@ -392,10 +379,13 @@ static void edit_replace(pli_body* body, const pli_body* fresh) {
 
 static pli_status edit_commit(plii_edit* edit) {
     pli_body* body = edit->body;
-    const plii_feature_class* stiff = edit_find_stiff_feature(body);
-    if (stiff != NULL) {
+    for (PLII_EACH_FEATURE(feature, body)) {
+        const plii_feature_class* klass = feature->klass;
+        /* What keeps memory by the size of the body has to say how it follows. */
+        const bool needs_commit = klass->bytes != NULL || plii_feature_arrays_need_commit(klass);
+        if (!needs_commit || klass->topology_commit != NULL || klass->build != NULL) { continue; }
         return plii_fail(edit->context, PLI_ERROR_WRONG_STATE, edit->function, "%s cannot follow a cut of the body",
-                         stiff->name);
+                         klass->name);
     }
     edit_product product = {0};
     plii_topology_change change = {

@@ -86,20 +86,18 @@ static plii_pair_key contact_key(const contact_events* state, const plii_contact
     return key;
 }
 
-static void contact_set_place(pli_contact_event* event, const plii_contact_report* report) {
-    event->shape = report->shape;
-    event->node = report->node;
-    event->face = report->face;
-    event->link = report->link;
-    event->other_node = report->other_node;
-    event->other_face = report->other_face;
-}
-
 static void contact_item_add(contact_item* item, const plii_contact_report* report, float weight) {
     pli_contact_event* event = &item->event;
     const bool is_nearest = item->weight == 0.0f && weight == 0.0f && report->gap < item->gap;
     if (is_nearest) { item->gap = report->gap; }
-    if (is_nearest || weight > item->strongest) { contact_set_place(event, report); }
+    if (is_nearest || weight > item->strongest) {
+        event->shape = report->shape;
+        event->node = report->node;
+        event->face = report->face;
+        event->link = report->link;
+        event->other_node = report->other_node;
+        event->other_face = report->other_face;
+    }
     if (weight > 0.0f) {
         const float before = item->weight > 0.0f ? 1.0f : 0.0f;
         event->point = pli_vec3_add(pli_vec3_scale(event->point, before), pli_vec3_scale(report->point, weight));

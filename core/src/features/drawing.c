@@ -81,12 +81,6 @@ static void vertex_write(char* to, pli_vec3 value) {
     memcpy(to, &value, sizeof value);
 }
 
-static pli_vec3 vertices_normal(pli_vec3 previous, pli_vec3 present, float factor) {
-    const pli_vec3 sum = pli_vec3_lerp(previous, present, factor);
-    const float length = pli_vec3_length(sum);
-    return length > PLII_EPSILON ? pli_vec3_scale(sum, 1.0f / length) : present;
-}
-
 /* Of the body's step, given that of the world's. */
 static float vertices_share_of_step(const pli_body* body, float factor) {
     const plii_update_interval* interval = &body->interval;
@@ -119,8 +113,10 @@ pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer
         vertex_write(vertex + buffer->position_offset,
                      pli_vec3_lerp(plii_xyz(body->previous[node]), plii_xyz(body->positions[node]), factor));
         if (normals == NULL) { continue; }
+        const pli_vec3 sum = pli_vec3_lerp(normals->previous[node], body->normals[node], factor);
+        const float length = pli_vec3_length(sum);
         vertex_write(vertex + buffer->normal_offset,
-                     vertices_normal(normals->previous[node], body->normals[node], factor));
+                     length > PLII_EPSILON ? pli_vec3_scale(sum, 1.0f / length) : body->normals[node]);
     }
     return PLI_OK;
 }

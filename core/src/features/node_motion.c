@@ -17,18 +17,13 @@ typedef struct node_motion_state {
     int ended_count, count, capacity;
 } node_motion_state;
 
-/* A velocity that somebody else has given since stays. */
-static void node_motion_stop(pli_body* body, const node_motion* motion) {
-    const bool is_pinned = !(body->positions[motion->node].w > 0.0f);
-    if (is_pinned && plii_vec3_compare(plii_xyz(body->velocities[motion->node]), motion->velocity) == 0) {
-        body->velocities[motion->node] = (pli_vec4){0};
-    }
-}
-
 static void node_motion_start(pli_body* body, void* data) {
     node_motion_state* state = data;
-    for (int i = 0; i < state->ended_count; ++i) {
-        node_motion_stop(body, &state->motions[i]);
+    for (PLII_EACH(const node_motion, motion, state->motions, state->ended_count)) {
+        pli_vec4* velocity = &body->velocities[motion->node];
+        const bool is_pinned = !(body->positions[motion->node].w > 0.0f);
+        /* One that somebody else has given since stays. */
+        if (is_pinned && plii_vec3_compare(plii_xyz(*velocity), motion->velocity) == 0) { *velocity = (pli_vec4){0}; }
     }
     int kept = 0;
     for (int i = state->ended_count; i < state->count; ++i) {

@@ -167,18 +167,15 @@ static void target_hold(pli_body* body, target_item* item) {
     body->link_revision += 1;
 }
 
-/* A mass that the caller has given it meanwhile stays. */
-static void target_let_go(pli_body* body, target_item* item) {
-    if (!item->is_held || target_is_free(body, item)) { return; }
-    body->positions[item->limits.node].w = item->inverse_mass;
-    body->velocities[item->limits.node] = (pli_vec4){0};
-    body->link_revision += 1;
-}
-
+/* A mass that the caller has given to a node meanwhile stays. */
 static void target_let_go_all(pli_body* body, target_state* state) {
-    for (int i = 0; i < state->count; ++i) {
-        target_let_go(body, &state->items[i]);
-        state->places[state->items[i].limits.node] = 0;
+    for (PLII_EACH(const target_item, item, state->items, state->count)) {
+        const int node = item->limits.node;
+        state->places[node] = 0;
+        if (!item->is_held || target_is_free(body, item)) { continue; }
+        body->positions[node].w = item->inverse_mass;
+        body->velocities[node] = (pli_vec4){0};
+        body->link_revision += 1;
     }
     state->count = state->given = 0;
 }

@@ -409,10 +409,10 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
     for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
         if (!origin->is_led) { continue; }
-        const pli_vec3 way = pli_vec3_sub(origin->end, origin->start);
-        const pli_vec3 goal = pli_vec3_add(origin->start, pli_vec3_scale(way, share)), /* at the end of the substep */
-            position = plii_xyz(body->positions[origin->node]);
-        plii_set_xyz(&substep->displacements[origin->node], pli_vec3_sub(goal, position));
+        /* To where it is at the end of the substep. */
+        const pli_vec3 goal = pli_vec3_lerp(origin->start, origin->end, share);
+        plii_set_xyz(&substep->displacements[origin->node],
+                     pli_vec3_sub(goal, plii_xyz(body->positions[origin->node])));
     }
     tether_hold_nodes(body, state, substep);
     for (PLII_EACH(const tether_load, load, state->loads, state->load_count)) {

@@ -76,21 +76,6 @@ static bool file_have_materials(const pli_body* body, const uint16_t* materials,
     return true;
 }
 
-static bool file_has_two_nodes(const pli_body* body) {
-    for (int i = 0; i < body->link_count; ++i) {
-        if (body->links[i].nodes[0] == body->links[i].nodes[1]) { return false; }
-    }
-    return true;
-}
-
-static bool file_is_within(const pli_body* body) {
-    for (int i = 0; i < body->node_count; ++i) {
-        const float w = body->positions[i].w;
-        if (!plii_is_point(plii_xyz(body->previous[i])) || !(w >= 0.0f && w <= 1.0f / PLI_MIN_MASS)) { return false; }
-    }
-    return plii_body_find_lost_node(body) == PLI_NULL_INDEX;
-}
-
 static void file_body_mesh(plii_file* file, pli_body* body) {
     const size_t nodes = (size_t)body->node_count;
     plii_topology* topology = body->topology;
@@ -114,8 +99,15 @@ static void file_check_body(plii_file* file, const pli_body* body) {
                                file_have_materials(body, topology->face_materials, topology->face_count, 0xffff) &&
                                (body->material_count > 0 || body->link_count == 0);
     if (!has_materials) { plii_file_refuse(file, "a material is out of range"); }
-    if (!file_has_two_nodes(body)) { plii_file_refuse(file, "a link joins a node to itself"); }
-    if (!file_is_within(body)) { plii_file_refuse(file, "a node is too far out, too fast, or has no mass"); }
+    for (PLII_EACH(const plii_link, link, body->links, body->link_count)) {
+        if (link->nodes[0] == link->nodes[1]) { plii_file_refuse(file, "a link joins a node to itself"); }
+    }
+    bool is_within = plii_body_find_lost_node(body) == PLI_NULL_INDEX;
+    for (int i = 0; i < body->node_count; ++i) {
+        const float w = body->positions[i].w;
+        is_within = is_within && plii_is_point(plii_xyz(body->previous[i])) && w >= 0.0f && w <= 1.0f / PLI_MIN_MASS;
+    }
+    if (!is_within) { plii_file_refuse(file, "a node is too far out, too fast, or has no mass"); }
     for (int i = 0; i < body->material_count && file->status == PLI_OK; ++i) {
         if (plii_check_material(file->context, &body->materials[i], file->function) != PLI_OK) {
             plii_file_refuse(file, "the stiffness of a material is out of range");

@@ -18,13 +18,6 @@ enum { FILE_CLASSES = sizeof file_classes / sizeof *file_classes };
 
 // ------------------------------------------------------------------------------------------------------- which ones
 
-static const plii_feature_class* file_find_class(const char* name) {
-    for (int i = 0; i < FILE_CLASSES; ++i) {
-        if (strcmp(file_classes[i]->name, name) == 0) { return file_classes[i]; }
-    }
-    return NULL;
-}
-
 static bool file_may_enable(const pli_body* body, const plii_feature_class* klass) {
     if (plii_feature_is_enabled(body, klass)) { return false; }
     for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
@@ -67,7 +60,10 @@ static void file_feature_name(plii_file* file, pli_body* body, int index) {
     plii_file_fields(file, "B", &by_user);
     if (!is_reading || file->status != PLI_OK) { return; }
     name[FILE_NAME_SIZE - 1] = 0;
-    const plii_feature_class* klass = file_find_class(name);
+    const plii_feature_class* klass = NULL;
+    for (int i = 0; i < FILE_CLASSES && klass == NULL; ++i) {
+        if (strcmp(file_classes[i]->name, name) == 0) { klass = file_classes[i]; }
+    }
     if (klass == NULL) {
         plii_file_refuse(file, "there is a feature that this version does not know");
         return;

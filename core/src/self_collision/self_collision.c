@@ -54,8 +54,7 @@ pli_vec3 plii_self_direction(int a, int b) {
 void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, pli_vec3* rest) {
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
-        const pli_vec3 a = rest[origin->a], b = rest[origin->b];
-        rest[i] = pli_vec3_add(a, pli_vec3_scale(pli_vec3_sub(b, a), origin->share));
+        rest[i] = pli_vec3_lerp(rest[origin->a], rest[origin->b], origin->share);
     }
     if (change->takes_rest_shape) { plii_body_copy_positions(body, rest); }
 }

@@ -100,12 +100,6 @@ static pli_bounds self_faces_box(const pli_body* body, const int* nodes, int cou
     return box;
 }
 
-static float self_faces_box_distance(const pli_bounds* a, const pli_bounds* b) {
-    const pli_vec3 zero = pli_vec3_make(0, 0, 0);
-    const pli_vec3 apart = plii_vec3_max(pli_vec3_sub(a->min, b->max), pli_vec3_sub(b->min, a->max));
-    return pli_vec3_length(plii_vec3_max(apart, zero));
-}
-
 typedef struct self_faces_search {
     pli_body* body;
     plii_self_faces_state* state;
@@ -141,7 +135,9 @@ static void self_faces_hit(int other, void* user) {
     for (int k = second; k < 4; ++k) {
         if (nodes[k] == nodes[0] || nodes[k] == nodes[second - 1]) { return; }
     }
-    const float distance = self_faces_box_distance(&query->box, &state->boxes[other]);
+    const pli_bounds *a = &query->box, *b = &state->boxes[other];
+    const pli_vec3 apart = plii_vec3_max(pli_vec3_sub(a->min, b->max), pli_vec3_sub(b->min, a->max));
+    const float distance = pli_vec3_length(plii_vec3_max(apart, pli_vec3_make(0, 0, 0)));
     if (!(distance <= state->reach)) { return; }
     float mobility = 0.0f;
     for (int k = 0; k < 4; ++k) {

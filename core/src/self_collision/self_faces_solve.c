@@ -56,30 +56,20 @@ void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* 
     state->report.contacts = contacts;
 }
 
-/* Levels of the nodes of a pair along its normal, about the middle; positive on the first side. */
-static void self_faces_levels(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float sign[4],
-                              float level[4]) {
-    const pli_vec3 origin = plii_self_start(nodes, pair->nodes[0]);
-    for (int k = 0; k < 4; ++k) {
-        const pli_vec3 x = pli_vec3_sub(plii_self_position(nodes, pair->nodes[k]), origin);
-        sign[k] = k == 0 || (k == 1 && pair->is_edges) ? 1.0f : -1.0f;
-        level[k] = sign[k] * (pli_vec3_dot(pair->normal, x) - pair->middle);
-    }
-}
-
 /* Motions of the nodes of a pair end where they would come too near to its plane. True when one did. */
 static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, bool is_forced) {
-    float sign[4], level[4], first = FLT_MAX, second = FLT_MAX;
-    self_faces_levels(nodes, pair, sign, level);
+    /* Levels of the nodes along the normal, about the middle; positive on the first side. The lowest of each side. */
+    float sign[4], level[4], lowest[2] = {FLT_MAX, FLT_MAX};
+    const pli_vec3 origin = plii_self_start(nodes, pair->nodes[0]);
     for (int k = 0; k < 4; ++k) {
-        if (sign[k] > 0.0f) {
-            first = plii_min(first, level[k]);
-        } else {
-            second = plii_min(second, level[k]);
-        }
+        const bool is_first = k == 0 || (k == 1 && pair->is_edges);
+        const pli_vec3 x = pli_vec3_sub(plii_self_position(nodes, pair->nodes[k]), origin);
+        sign[k] = is_first ? 1.0f : -1.0f;
+        level[k] = sign[k] * (pli_vec3_dot(pair->normal, x) - pair->middle);
+        lowest[is_first] = plii_min(lowest[is_first], level[k]);
     }
     const float kept = 0.5f * SELF_FACES_KEPT * pair->distance;
-    if (!is_forced && first + second >= 2.0f * kept) { return false; } /* apart, if not at this plane */
+    if (!is_forced && lowest[0] + lowest[1] >= 2.0f * kept) { return false; } /* apart, if not at this plane */
     bool is_shortened = false;
     for (int k = 0; k < 4; ++k) {
         if (!(level[k] < kept)) { continue; }

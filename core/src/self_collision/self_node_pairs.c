@@ -329,14 +329,17 @@ static void self_nodes_search(const pli_body* body, plii_self_node_pairs* state)
 
 // ------------------------------------------------------------------------------------------------------------- counts
 
-typedef struct self_nodes_counts {
+/* Of a pass over the nodes. */
+typedef struct self_nodes_paths {
     const pli_body* body;
-    const plii_self_node_pairs* state;
-    float share;
-} self_nodes_counts;
+    plii_self_node_pairs* state;
+    const plii_self_nodes* nodes;
+    pli_vec3 shift;
+    float scale, share; /* of motions; of the travel since the search */
+} self_nodes_paths;
 
 static double self_nodes_leaving_block(int begin, int end, const void* data) {
-    const self_nodes_counts* all = data;
+    const self_nodes_paths* all = data;
     const pli_body* body = all->body;
     const plii_self_node_pairs* state = all->state;
     int leaving = 0;
@@ -351,7 +354,7 @@ static double self_nodes_leaving_block(int begin, int end, const void* data) {
 }
 
 static double self_nodes_strayed_block(int begin, int end, const void* data) {
-    const self_nodes_counts* all = data;
+    const self_nodes_paths* all = data;
     int strayed = 0;
     for (int i = begin; i < end; ++i) {
         strayed += self_nodes_has_strayed(all->state, i, all->share);
@@ -359,9 +362,9 @@ static double self_nodes_strayed_block(int begin, int end, const void* data) {
     return strayed;
 }
 
-static int self_nodes_count(const pli_body* body, const plii_self_node_pairs* state, plii_block_value_fn* value,
+static int self_nodes_count(const pli_body* body, plii_self_node_pairs* state, plii_block_value_fn* value,
                             float share) {
-    const self_nodes_counts all = {body, state, share};
+    const self_nodes_paths all = {.body = body, .state = state, .share = share};
     return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, &all);
 }
 
@@ -374,14 +377,6 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
     state->searched_at = state->travel_time = 0.0f; /* nodes are at the ends of their paths */
     return true;
 }
-
-typedef struct self_nodes_paths {
-    const pli_body* body;
-    plii_self_node_pairs* state;
-    const plii_self_nodes* nodes;
-    pli_vec3 shift;
-    float scale, share; /* of motions; of the travel since the search */
-} self_nodes_paths;
 
 static void self_nodes_step_range(int begin, int end, void* data) {
     const self_nodes_paths* paths = data;

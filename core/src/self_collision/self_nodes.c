@@ -170,28 +170,23 @@ static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs,
     return found;
 }
 
-static void self_nodes_part_found(self_nodes_state* state, const plii_self_nodes* nodes,
-                                  const plii_self_pair* const* near, int count, float friction) {
-    pli_vec4* at = state->pairs.at;
-    for (int k = 0; k < count; ++k) {
-        const plii_float4 apart = self_nodes_apart(at, near[k]);
-        if (!self_nodes_is_near(apart, near[k], 1.0f) || !self_nodes_part(nodes, at, *near[k], apart, friction)) {
-            continue;
-        }
-        if (state->touching_count < state->touching_capacity) { state->touching[state->touching_count++] = *near[k]; }
-        state->report.contacts += 1;
-    }
-}
-
 static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* nodes, float friction) {
     const plii_self_pair_list* pairs = &state->pairs.found;
     const plii_self_pair* near[SELF_NODES_BATCH];
+    pli_vec4* at = state->pairs.at;
     state->touching_count = 0;
     state->report.contacts = 0;
     for (int first = 0; first < pairs->count; first += SELF_NODES_BATCH) {
         const int left = pairs->count - first, count = left < SELF_NODES_BATCH ? left : SELF_NODES_BATCH;
-        const int found = self_nodes_find_near(state->pairs.at, pairs->items + first, count, near);
-        self_nodes_part_found(state, nodes, near, found, friction);
+        const int found = self_nodes_find_near(at, pairs->items + first, count, near);
+        for (int k = 0; k < found; ++k) {
+            const plii_float4 apart = self_nodes_apart(at, near[k]);
+            if (!self_nodes_is_near(apart, near[k], 1.0f)) { continue; }
+            if (!self_nodes_part(nodes, at, *near[k], apart, friction)) { continue; }
+            const bool has_room = state->touching_count < state->touching_capacity;
+            if (has_room) { state->touching[state->touching_count++] = *near[k]; }
+            state->report.contacts += 1;
+        }
     }
 }
 

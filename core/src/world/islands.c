@@ -11,16 +11,12 @@ void plii_islands_start(pli_world* world) {
     world->has_islands = false;
 }
 
-/* As many sweeps and substeps of one length. */
-static bool islands_are_in_step(const pli_body* body, const pli_body* other) {
-    const plii_solver_class* solver = body->solver_class;
-    if (other->solver_class != solver || other->step.dt != body->step.dt) { return false; }
-    const plii_solver_pace a = solver->pace(body), b = solver->pace(other);
-    return a.substeps == b.substeps && a.sweeps == b.sweeps;
-}
-
 void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
-    if (!islands_are_in_step(body, other)) { return; }
+    /* They need as many sweeps and substeps of one length. */
+    const plii_solver_class* solver = body->solver_class;
+    if (other->solver_class != solver || other->step.dt != body->step.dt) { return; }
+    const plii_solver_pace a = solver->pace(body), b = solver->pace(other);
+    if (a.substeps != b.substeps || a.sweeps != b.sweeps) { return; }
     const bool was_locked = plii_context_lock(world->context); /* pairs may meet on several threads */
     if (!world->has_islands) {
         plii_union_start(world->body_count, world->islands);

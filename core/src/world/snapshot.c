@@ -86,23 +86,17 @@ static void snapshot_align(snapshot_walk* walk) {
     if (walk->mode == SNAPSHOT_SAVE) { snapshot_sum(walk); }
 }
 
-static void snapshot_write_large(snapshot_walk* walk, const unsigned char* block, size_t size) {
-    const size_t whole = size - size % PLII_CHECKSUM_BLOCK;
-    plii_checksum_add_blocks(&walk->checksum, walk->to + walk->at, block, whole);
-    memcpy(walk->to + walk->at + whole, block + whole, size - whole);
-    walk->summed += whole;
-}
-
 /* Bytes that are taken over. */
 static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
     if (size >= SNAPSHOT_LARGE) { snapshot_align(walk); }
     if (size == 0 || !snapshot_has(walk, size)) { return; }
     if (walk->mode == SNAPSHOT_RESTORE) {
         memcpy(block, walk->from + walk->at, size);
-    } else if (walk->mode == SNAPSHOT_SAVE && size >= SNAPSHOT_LARGE) {
-        snapshot_write_large(walk, block, size);
     } else if (walk->mode == SNAPSHOT_SAVE) {
-        memcpy(walk->to + walk->at, block, size);
+        const size_t whole = size >= SNAPSHOT_LARGE ? size - size % PLII_CHECKSUM_BLOCK : 0;
+        if (whole > 0) { plii_checksum_add_blocks(&walk->checksum, walk->to + walk->at, block, whole); }
+        memcpy(walk->to + walk->at + whole, (const unsigned char*)block + whole, size - whole);
+        walk->summed += whole;
     }
     walk->at += size;
 }
@@ -247,15 +241,6 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_align(walk);
 }
 
-static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
-    SNAPSHOT_MEMBERS(walk, pli_rigid, rigid, kind, rest_time);
-    if (walk->mode == SNAPSHOT_RESTORE) {
-        rigid->path.next = NULL;
-        rigid->is_in_step = true;
-        rigid->are_shapes_placed = false;
-    }
-}
-
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
     snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone", NULL);
     SNAPSHOT_MEMBER(walk, world->def.gravity);
@@ -265,8 +250,12 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
     if (walk->status != PLI_OK) { return; }
     snapshot_bytes(walk, world->sweep, (size_t)world->body_count * sizeof(*world->sweep));
     if (walk->mode == SNAPSHOT_RESTORE) { world->event_count = 0; }
-    for (int i = 0; i < world->rigid_count && walk->status == PLI_OK; ++i) {
-        snapshot_rigid(walk, world->rigids[i]);
+    for (PLII_EACH_RIGID(rigid, world)) {
+        SNAPSHOT_MEMBERS(walk, pli_rigid, rigid, kind, rest_time);
+        if (walk->mode != SNAPSHOT_RESTORE) { continue; }
+        rigid->path.next = NULL;
+        rigid->is_in_step = true;
+        rigid->are_shapes_placed = false;
     }
 }
 

@@ -57,19 +57,16 @@ static bool link_colors_take_memory(link_colors_work* work) {
 
 // ------------------------------------------------------------------------------------------------------------- items
 
-static const int* link_colors_links_at(const link_colors_work* work, int index) {
-    const plii_link_quads* quads = &work->quads;
-    return &quads->links[index < quads->quad_count ? quads->quads[index].first_link
-                                                   : quads->in_quads + index - quads->quad_count];
-}
 static uint8_t link_colors_pairs_at(const link_colors_work* work, int index) {
     return index < work->quads.quad_count ? work->quads.quads[index].pairs : PLII_LINK_SINGLE;
 }
 
 static link_colors_item link_colors_item_at(const link_colors_work* work, int index) {
-    const int* link = link_colors_links_at(work, index);
-    const bool is_quad = index < work->quads.quad_count;
-    const int* nodes = is_quad ? work->quads.quads[index].nodes : work->body->links[*link].nodes;
+    const plii_link_quads* quads = &work->quads;
+    const bool is_quad = index < quads->quad_count;
+    const int* link =
+        &quads->links[is_quad ? quads->quads[index].first_link : quads->in_quads + index - quads->quad_count];
+    const int* nodes = is_quad ? quads->quads[index].nodes : work->body->links[*link].nodes;
     link_colors_item item = {.pairs = link_colors_pairs_at(work, index)};
     for (int k = 0; k < 4; ++k) {
         item.nodes[k] = nodes[is_quad || k == 1 ? k : 0];

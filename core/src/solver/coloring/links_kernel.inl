@@ -85,13 +85,6 @@ PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const pl
     plii_nodes8_scatter(task->moved, scaled_indices, a);
 }
 
-/* From the first nodes of eight links to their second ones, as they are at the start of the step. */
-PLII_SIMD_INLINE plii_vec3x8 links_apart(const plii_links_task* task, ptrdiff_t slot) {
-    const float* vectors = task->vectors + 3 * slot;
-    return (plii_vec3x8){plii_float8_load(vectors), plii_float8_load(vectors + PLII_LINK_LANES),
-                         plii_float8_load(vectors + 2 * PLII_LINK_LANES)};
-}
-
 /* From node a to node b of eight links. */
 typedef struct links_measure {
     plii_vec3x8 delta;
@@ -102,7 +95,12 @@ PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, i
                                               int kind, ptrdiff_t slot) {
     links_measure own;
     own.delta = plii_vec3x8_sub(quads->moved[b], quads->moved[a]);
-    if (kind != LINKS_POSITIONS) { own.delta = plii_vec3x8_add(links_apart(task, slot), own.delta); }
+    if (kind != LINKS_POSITIONS) { /* from where they are at the start of the step */
+        const float* vectors = task->vectors + 3 * slot;
+        const plii_vec3x8 apart = {plii_float8_load(vectors), plii_float8_load(vectors + PLII_LINK_LANES),
+                                   plii_float8_load(vectors + 2 * PLII_LINK_LANES)};
+        own.delta = plii_vec3x8_add(apart, own.delta);
+    }
     const plii_float8 length_squared = plii_vec3x8_dot(own.delta, own.delta);
     const plii_float8 rest = plii_float8_load(task->rest + slot);
     if (kind == LINKS_POSITIONS) {
@@ -198,12 +196,9 @@ PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_g
 /* A group link by link. */
 PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_link_group* group, int kind) {
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[group->first_scaled_index];
-    const int node_count = group->pairs == PLII_LINK_SINGLE ? 2 : 4;
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * group->first_row;
     links_quads quads;
-    for (int k = 0; k < node_count; ++k) {
-        links_gather(&quads, k, task, scaled_indices[k], kind);
-    }
+    links_gather_all(&quads, task, scaled_indices, group->pairs, kind);
     for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
         if ((group->pairs >> k & 1) == 0) { continue; }
         const uint8_t* ends = plii_link_pair_nodes[k];
@@ -211,9 +206,7 @@ PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_l
         links_move(&quads, ends[0], ends[1], &measure);
         slot += PLII_LINK_LANES;
     }
-    for (int k = node_count - 1; k >= 0; --k) {
-        links_scatter(&quads, k, task, scaled_indices[k]);
-    }
+    links_scatter_all(&quads, task, scaled_indices, group->pairs);
 }
 
 /* What most quads are gets code of its own, unless their nodes do not fit into registers: there it would only be large.

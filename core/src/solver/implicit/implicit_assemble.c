@@ -22,10 +22,6 @@ typedef struct implicit_spring {
     bool is_collapsed;
 } implicit_spring;
 
-static plii_dvec3 implicit_position(const pli_body* body, int node) {
-    return plii_dvec3_from(plii_xyz(body->positions[node]));
-}
-
 /* Of the stiffness of a compressed spring across it: the absolute value, or what of it is beyond
    IMPLICIT_MOST_BUCKLING. `firmness`: h^2 k over the mass of the lighter end. */
 static double implicit_across_compressed(const pli_implicit_def* def, double shortening, double firmness) {
@@ -36,8 +32,8 @@ static double implicit_across_compressed(const pli_implicit_def* def, double sho
 
 PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, const pli_implicit_def* def, double h,
                                                       int node, plii_half_link half_link) {
-    const plii_dvec3 delta =
-        plii_dvec3_sub(implicit_position(body, half_link.neighbour), implicit_position(body, node));
+    const plii_dvec3 delta = plii_dvec3_sub(plii_implicit_xyz(&body->positions[half_link.neighbour]),
+                                            plii_implicit_xyz(&body->positions[node]));
     const double length = plii_dvec3_length(delta);
     const double rest = sqrt((double)body->links[half_link.link].rest_length_squared);
     const double material = (double)plii_link_stiffness(body, half_link.link);
@@ -80,7 +76,7 @@ static void implicit_add_hold(const plii_node_spring* spring, void* user) {
         hold.hardness *= (double)system->def->stiffness * h * h;
         hold.along = plii_dvec3_from(spring->along);
     }
-    const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[node]));
+    const plii_dvec3 velocity = plii_implicit_xyz(&body->velocities[node]);
     const plii_dvec3 way = plii_dvec3_scale(plii_dvec3_from(spring->way), 1.0 / h);
     hold.rhs = plii_implicit_hold_mul(&hold, plii_dvec3_sub(way, velocity));
     system->rhs[node] = plii_dvec3_add(system->rhs[node], hold.rhs);
@@ -135,11 +131,11 @@ PLII_SIMD_INLINE plii_implicit_block implicit_factorise(const double d[6], doubl
 
 /* The velocity that leads from where springs are linearised to where the node would be in free flight. */
 PLII_SIMD_INLINE plii_dvec3 implicit_lead(const pli_body* body, const plii_dvec3* leads, int node) {
-    return leads != NULL ? leads[node] : plii_dvec3_from(plii_xyz(body->velocities[node]));
+    return leads != NULL ? leads[node] : plii_implicit_xyz(&body->velocities[node]);
 }
 
 static plii_dvec3 implicit_moved(const pli_body* body, int node) {
-    return plii_dvec3_sub(implicit_position(body, node), plii_dvec3_from(plii_xyz(body->previous[node])));
+    return plii_dvec3_sub(plii_implicit_xyz(&body->positions[node]), plii_implicit_xyz(&body->previous[node]));
 }
 
 PLII_SIMD_INLINE int implicit_assemble_node(plii_implicit_system* system, double h, int node, const plii_dvec3* leads,

@@ -6,6 +6,10 @@
 
 #include <stdbool.h>
 
+static inline plii_dvec3 plii_implicit_xyz(const pli_vec4* v) {
+    return plii_dvec3_from(plii_xyz(*v));
+}
+
 /* W_ii = L D L^T with unit lower L; all zero for pinned nodes, whose solution is thereby zero. */
 typedef struct plii_implicit_block {
     double l10, l20, l21;

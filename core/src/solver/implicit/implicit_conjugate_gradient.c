@@ -283,14 +283,6 @@ static void gradient_choose_direction(plii_implicit_system* system, double beta)
     gradient_lead(system);
 }
 
-/* They are much stiffer than all else, and solved at once. */
-static bool gradient_has_holds(const plii_implicit_constraints* constraints) {
-    for (int i = constraints->node_bound_count; i < constraints->count; ++i) {
-        if (constraints->items[i].is_pinned && constraints->items[i].rows > 0) { return true; }
-    }
-    return false;
-}
-
 /* With the present conditions. Gives the number of iterations; *first is the largest residual so far. */
 static int gradient_solve(plii_implicit_system* system, int iterations, double* first, double* last) {
     const double tolerance = (double)system->def->tolerance;
@@ -298,7 +290,11 @@ static int gradient_solve(plii_implicit_system* system, int iterations, double* 
     gradient_start_residual(system);
     double rz = gradient_precondition(system);
     gradient_choose_direction(system, 0.0);
-    if (!gradient_has_holds(system->constraints)) { *first = fmax(*first, 1e-4 * rz); }
+    bool has_holds = false; /* much stiffer than all else, and solved at once */
+    for (int i = system->constraints->node_bound_count; i < system->constraints->count; ++i) {
+        has_holds = has_holds || (system->constraints->items[i].is_pinned && system->constraints->items[i].rows > 0);
+    }
+    if (!has_holds) { *first = fmax(*first, 1e-4 * rz); }
     const double goal = tolerance * tolerance * *first;
     int done = 0;
     while (done < iterations && rz > goal) {
@@ -373,21 +369,18 @@ static void gradient_judge_contact(plii_implicit_constraint* constraint, double 
     }
 }
 
-static double gradient_point_mass(const pli_body* body, const plii_implicit_constraint* constraint) {
-    double weight = 0.0;
-    for (int k = 0; k < constraint->node_count; ++k) {
-        weight += constraint->weights[k] * constraint->weights[k] * (double)body->positions[constraint->nodes[k]].w;
-    }
-    return constraint->is_pinned ? constraint->stiffness : 1.0 / weight;
-}
-
 /* The same of a point of a face, whose impulse goes on along the normal from the one that it has, with what is left of
    the error. */
 static void gradient_judge_point(const pli_body* body, const plii_implicit_constraints* constraints,
                                  plii_implicit_constraint* constraint, const plii_dvec3* x) {
     const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint),
                      off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
-    const double before = plii_dvec3_dot(n, constraint->impulse), mass = gradient_point_mass(body, constraint);
+    double weight = 0.0;
+    for (int k = 0; k < constraint->node_count; ++k) {
+        weight += constraint->weights[k] * constraint->weights[k] * (double)body->positions[constraint->nodes[k]].w;
+    }
+    const double before = plii_dvec3_dot(n, constraint->impulse);
+    const double mass = constraint->is_pinned ? constraint->stiffness : 1.0 / weight;
     const plii_dvec3 impulse = constraint->rows == 0
                                    ? plii_dvec3_scale(off, mass)
                                    : plii_dvec3_add_scaled(gradient_yield(constraint, off), n, before);

@@ -126,7 +126,7 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     plii_implicit_rigid* touched = &constraints->rigids[constraint->rigid];
     pli_rigid* rigid = touched->rigid;
     const double h = (double)body->step.dt;
-    const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[constraint->nodes[0]]));
+    const plii_dvec3 x = plii_implicit_xyz(&body->positions[constraint->nodes[0]]);
     plii_dvec3 off = plii_dvec3_sub(constraint->goal_position, x);
     if (touched->is_dynamic) {
         off = plii_dvec3_add_scaled(off, plii_implicit_point_change(touched->change, constraint->arm), h);
@@ -182,17 +182,8 @@ static void implicit_constraints_sort(plii_node_constraint* from, plii_node_cons
                                                                                                       : from[b++];
             }
         }
-        for (int i = 0; i < count; ++i) {
-            from[i] = to[i];
-        }
+        memcpy(from, to, (size_t)count * sizeof *from);
     }
-}
-
-static bool implicit_constraints_are_sorted(const plii_node_constraint* constraints, int count) {
-    for (int i = 1; i < count; ++i) {
-        if (implicit_constraint_is_after(&constraints[i - 1], &constraints[i])) { return false; }
-    }
-    return true;
 }
 
 /* Lists the constraints of all features, twice if they are more than there is room for. */
@@ -213,22 +204,19 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
             break;
         }
     }
+    plii_node_constraint* listed = constraints->listed;
+    bool is_sorted = true;
     int kept = 0;
     for (int i = 0; i < count; ++i) {
-        if (with_contacts || constraints->listed[i].is_anchor) { constraints->listed[kept++] = constraints->listed[i]; }
+        if (!with_contacts && !listed[i].is_anchor) { continue; }
+        listed[kept++] = listed[i];
+        is_sorted = is_sorted && (kept == 1 || !implicit_constraint_is_after(&listed[kept - 2], &listed[kept - 1]));
     }
-    if (!implicit_constraints_are_sorted(constraints->listed, kept)) {
-        implicit_constraints_sort(constraints->listed, constraints->listed + kept, kept);
-    }
+    if (!is_sorted) { implicit_constraints_sort(listed, listed + kept, kept); }
     /* Each may hold its rigid body twice. */
     return PLII_RESERVE(body->context, &constraints->items, &constraints->capacity, 2 * kept)
                ? kept
                : constraints->capacity / 2;
-}
-
-static plii_implicit_block implicit_pinned_block(const pli_rigid* rigid) {
-    const double inverse = (double)rigid->state.inverse_mass / IMPLICIT_PINNED_RATIO;
-    return (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}};
 }
 
 /* Velocity with which a point that moves with the rigid body leaves where it was at the start of the step, as far as it
@@ -309,13 +297,15 @@ static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
     for (int k = 0; k < item->node_count; ++k) {
         const int node = item->nodes[k];
         const pli_vec4 x = base != NULL ? body->previous[node] : body->positions[node];
-        plii_dvec3 v = plii_dvec3_from(plii_xyz(body->velocities[node]));
+        plii_dvec3 v = plii_implicit_xyz(&body->velocities[node]);
         if (base != NULL) { v = plii_dvec3_sub(v, base[node]); }
-        start = plii_dvec3_add_scaled(start, plii_dvec3_from(plii_xyz(x)), item->weights[k]);
+        start = plii_dvec3_add_scaled(start, plii_implicit_xyz(&x), item->weights[k]);
         velocity = plii_dvec3_add_scaled(velocity, v, item->weights[k]);
     }
     implicit_constraint_set_target(body, from, start, velocity, item);
-    item->block = item->is_pinned ? implicit_pinned_block(from->rigid) : constraints->blocks[item->nodes[0]];
+    const double inverse = (double)from->rigid->state.inverse_mass / IMPLICIT_PINNED_RATIO;
+    item->block = item->is_pinned ? (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}}
+                                  : constraints->blocks[item->nodes[0]];
     constraints->count += 1;
     return true;
 }

@@ -16,10 +16,6 @@ static double energy_of_link(const pli_body* body, int link, plii_dvec3 a, plii_
     return 0.5 * stretch * stretch * (double)plii_link_stiffness(body, link);
 }
 
-static plii_dvec3 energy_place(const pli_vec4* positions, int node) {
-    return plii_dvec3_from(plii_xyz(positions[node]));
-}
-
 /* The work of impulses on a rigid body, and twice the energy of its change of velocity. */
 static void energy_add_rigid(const plii_implicit_rigid* rigid, double* work, double* scale) {
     double p[6];
@@ -53,7 +49,7 @@ static double energy_of_holds(const plii_implicit_system* system) {
     double sum = 0.0;
     for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
         const plii_dvec3 taken = plii_implicit_hold_mul(hold, system->solution[hold->node]);
-        sum += plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), plii_dvec3_from(plii_xyz(velocities[hold->node])));
+        sum += plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), plii_implicit_xyz(&velocities[hold->node]));
     }
     return sum;
 }
@@ -63,13 +59,14 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0;
     for (int i = 0; i < body->link_count; ++i) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
-        springs += energy_of_link(body, i, energy_place(body->positions, a), energy_place(body->positions, b)) -
-                   energy_of_link(body, i, energy_place(body->previous, a), energy_place(body->previous, b));
+        springs +=
+            energy_of_link(body, i, plii_implicit_xyz(&body->positions[a]), plii_implicit_xyz(&body->positions[b])) -
+            energy_of_link(body, i, plii_implicit_xyz(&body->previous[a]), plii_implicit_xyz(&body->previous[b]));
     }
     springs *= (double)system->def->stiffness;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
-        const plii_dvec3 v = plii_dvec3_from(plii_xyz(body->velocities[i])), s = system->solution[i];
+        const plii_dvec3 v = plii_implicit_xyz(&body->velocities[i]), s = system->solution[i];
         const double m = 1.0 / (double)body->positions[i].w;
         work += m * plii_dvec3_dot(s, v);
         scale += m * plii_dvec3_dot(s, s);
@@ -94,7 +91,7 @@ static double energy_potential(const plii_implicit_system* system, double share)
         plii_dvec3 ends[2];
         for (int k = 0; k < 2; ++k) {
             const int node = body->links[i].nodes[k];
-            ends[k] = plii_dvec3_add_scaled(energy_place(body->positions, node),
+            ends[k] = plii_dvec3_add_scaled(plii_implicit_xyz(&body->positions[node]),
                                             plii_dvec3_sub(system->solution[node], before[node]), way);
         }
         springs += energy_of_link(body, i, ends[0], ends[1]);

@@ -153,17 +153,15 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double sp
 enum { IMPLICIT_POWER_ITERATIONS = 24 };
 
 /* x^T W_ii x. */
-static double implicit_block_square(const plii_implicit_block* block, plii_dvec3 x) {
-    if (plii_implicit_block_is_pinned(block)) { return 0.0; }
-    const double y0 = x.x + block->l10 * x.y + block->l20 * x.z, y1 = x.y + block->l21 * x.z;
-    return y0 * y0 / block->inverse_d[0] + y1 * y1 / block->inverse_d[1] + x.z * x.z / block->inverse_d[2];
-}
-
 static double implicit_square_of_solution(int begin, int end, const void* data) {
     const plii_implicit_system* system = data;
     double sum = 0.0;
     for (int i = begin; i < end; ++i) {
-        sum += implicit_block_square(&system->blocks[i], system->solution[i]);
+        const plii_implicit_block* block = &system->blocks[i];
+        const plii_dvec3 x = system->solution[i];
+        if (plii_implicit_block_is_pinned(block)) { continue; }
+        const double y0 = x.x + block->l10 * x.y + block->l20 * x.z, y1 = x.y + block->l21 * x.z;
+        sum += y0 * y0 / block->inverse_d[0] + y1 * y1 / block->inverse_d[1] + x.z * x.z / block->inverse_d[2];
     }
     return sum;
 }

@@ -106,9 +106,8 @@ static int implicit_group_of(const plii_implicit_system* system, int node) {
     return plii_union_root(system->groups, system->graph->components[node]);
 }
 
-/* Groups of components: what hangs together by links and by rigid bodies that can move. Those get their group, the
-   nodes of which are infinitely heavy where a rigid body cannot move. */
-static void implicit_join_groups(const plii_implicit_system* system, plii_dvec3* masses) {
+/* Groups of components: what hangs together by links and by rigid bodies that can move, which get their group. */
+static void implicit_join_groups(const plii_implicit_system* system) {
     const plii_link_graph* graph = system->graph;
     plii_implicit_constraints* constraints = system->constraints;
     plii_union_start(system->body->node_count, system->groups);
@@ -121,12 +120,6 @@ static void implicit_join_groups(const plii_implicit_system* system, plii_dvec3*
         const int component = graph->components[constraint->nodes[0]];
         if (rigid->group == PLI_NULL_INDEX) { rigid->group = component; }
         plii_union_join(system->groups, rigid->group, component);
-    }
-    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
-        if (implicit_slides(constraints, constraint)) { continue; }
-        const int group = implicit_group_of(system, constraint->nodes[0]);
-        implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
     }
 }
 
@@ -167,7 +160,7 @@ static void implicit_keep_momentum(plii_implicit_system* system) {
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
     memset(momenta, 0, implicit_vector_size(body->node_count));
     memset(masses, 0, implicit_vector_size(body->node_count));
-    implicit_join_groups(system, masses);
+    implicit_join_groups(system);
     for (int i = 0; i < body->node_count; ++i) {
         const int group = implicit_group_of(system, i);
         const double mass = 1.0 / (double)body->positions[i].w; /* infinite when pinned */
@@ -190,10 +183,14 @@ static void implicit_keep_momentum(plii_implicit_system* system) {
     }
     bool has_sliding = false;
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        if (!implicit_slides(constraints, constraint)) { continue; }
+        if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
         const int group = implicit_group_of(system, constraint->nodes[0]);
-        momenta[group] = plii_dvec3_sub(momenta[group], constraint->impulse);
-        has_sliding = true;
+        if (implicit_slides(constraints, constraint)) {
+            momenta[group] = plii_dvec3_sub(momenta[group], constraint->impulse);
+            has_sliding = true;
+        } else {
+            implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
+        }
     }
     for (int i = 0; i < body->node_count; ++i) {
         if (implicit_group_of(system, i) != i) { continue; }
@@ -219,7 +216,7 @@ static void implicit_solution_range(int begin, int end, void* data) {
     const pli_body* body = system->body;
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
-            const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[i]));
+            const plii_dvec3 velocity = plii_implicit_xyz(&body->velocities[i]);
             plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, system->solution[i])));
         }
         const pli_vec3 position = plii_xyz(body->positions[i]);
@@ -277,7 +274,7 @@ static void implicit_follow_solution(pli_body* body, const plii_implicit_system*
         const pli_vec3 predicted = implicit_reached(body, i),
                        others = pli_vec3_sub(plii_xyz(body->positions[i]), predicted);
         const plii_dvec3 more = plii_dvec3_sub(system->solution[i], system->before[i]);
-        const plii_dvec3 velocity = plii_dvec3_add(plii_dvec3_from(plii_xyz(body->velocities[i])), more);
+        const plii_dvec3 velocity = plii_dvec3_add(plii_implicit_xyz(&body->velocities[i]), more);
         plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
     }
@@ -297,7 +294,7 @@ static bool implicit_is_improved(const implicit_state* state) {
 /* Whether nodes are not where they were noted: what moved them, as bodies that overlap, is not to become speed. */
 static bool implicit_is_shifted(const pli_body* body, const plii_dvec3* noted) {
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[i]));
+        const plii_dvec3 x = plii_implicit_xyz(&body->positions[i]);
         if (x.x != noted[i].x || x.y != noted[i].y || x.z != noted[i].z) { return true; }
     }
     return false;
@@ -309,8 +306,8 @@ static void implicit_linearise_again(const pli_body* body, implicit_state* state
     plii_dvec3* leads = system->spare;
     for (int i = 0; i < body->node_count; ++i) {
         const plii_dvec3 moved =
-            plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), plii_dvec3_from(plii_xyz(body->previous[i])));
-        const plii_dvec3 free = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->velocities[i])), system->solution[i]);
+            plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), plii_implicit_xyz(&body->previous[i]));
+        const plii_dvec3 free = plii_dvec3_sub(plii_implicit_xyz(&body->velocities[i]), system->solution[i]);
         leads[i] = plii_dvec3_add_scaled(free, moved, -(double)body->step.inverse_dt);
         system->rhs[i] = (plii_dvec3){0};
     }
@@ -385,7 +382,7 @@ static void implicit_corrections_range(int begin, int end, void* data) {
     pli_body* body = data;
     for (int i = begin; i < end; ++i) {
         const pli_vec3 solved = implicit_reached(body, i);
-        const plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), plii_dvec3_from(solved));
+        const plii_dvec3 moved = plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), plii_dvec3_from(solved));
         plii_set_xyz(&body->velocities[i],
                      pli_vec3_add(plii_xyz(body->velocities[i]),
                                   plii_dvec3_to_float(plii_dvec3_scale(moved, (double)body->step.inverse_dt))));
@@ -405,14 +402,10 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
 static void implicit_begin(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
-        state->system.before[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
+        state->system.before[i] = plii_implicit_xyz(&body->positions[i]);
     }
     plii_run_stage(body, PLII_STAGE_PREPARE);
     implicit_solve_constraints(body, state);
-}
-
-static void implicit_sweep(pli_body* body) {
-    plii_run_stage(body, PLII_STAGE_POSITION);
 }
 
 /* Twice: little beside the solution, and what lies in piles comes to rest by it. */
@@ -438,7 +431,7 @@ static const plii_solver_class implicit_solver = {.name = "implicit",
                                                   .predict = implicit_predict,
                                                   .pace = plii_solver_iterations,
                                                   .begin = implicit_begin,
-                                                  .sweep = implicit_sweep,
+                                                  .sweep = plii_solver_sweep,
                                                   .couple = implicit_couple,
                                                   .end = implicit_end,
                                                   .solves_constraints = true,

@@ -37,11 +37,11 @@ void plii_links_sweep(pli_body* body, void* state) {
     }
 }
 
-static void links_solve(pli_body* body, void* state) {
+void plii_links_run(pli_body* body, void* state) {
     body->sweep_links(body, body->sweep_links_state);
 }
 
 const plii_feature_class plii_links_class = {
     .name = "links",
-    .stages[PLII_STAGE_POSITION] = {links_solve, PLII_ORDER_LINKS},
+    .stages[PLII_STAGE_POSITION] = {plii_links_run, PLII_ORDER_LINKS},
 };

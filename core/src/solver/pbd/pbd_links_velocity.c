@@ -37,16 +37,12 @@ static void velocity_links_solve(pli_body* body, void* state) {
     }
 }
 
-static void velocity_links_drift(pli_body* body, void* state) {
-    body->sweep_links(body, body->sweep_links_state);
-}
-
 const plii_feature_class plii_velocity_links_class = {
     .name = "velocity links",
     .state_size = sizeof(velocity_links_state),
     .stages[PLII_STAGE_PREPARE] = {velocity_links_prepare, PLII_ORDER_LINKS},
     .stages[PLII_STAGE_VELOCITY] = {velocity_links_solve, PLII_ORDER_LINKS},
-    .stages[PLII_STAGE_DRIFT] = {velocity_links_drift, PLII_ORDER_LINKS},
+    .stages[PLII_STAGE_DRIFT] = {plii_links_run, PLII_ORDER_LINKS},
     /* Each step prepares them anew. */
     .arrays = PLII_ARRAYS({PLII_MEMBER(velocity_links_state, links), PLII_PER_LINK, .snapshot = PLII_LEFT}),
 };

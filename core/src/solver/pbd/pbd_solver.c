@@ -100,11 +100,11 @@ static void solver_begin(pli_body* body) {
     }
 }
 
-static void solver_sweep(pli_body* body) {
+void plii_solver_sweep(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_POSITION);
 }
 
-static void solver_couple(pli_body* body) {
+void plii_solver_couple(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_COUPLE);
 }
 
@@ -138,8 +138,8 @@ const plii_solver_class plii_position_solver = {
     .predict = solver_predict,
     .pace = plii_solver_iterations,
     .begin = solver_begin,
-    .sweep = solver_sweep,
-    .couple = solver_couple,
+    .sweep = plii_solver_sweep,
+    .couple = plii_solver_couple,
     .end = solver_end,
 };
 

@@ -152,10 +152,6 @@ static void xpbd_sweep(pli_body* body) {
     plii_substep_kinds_sweep(body, &run->kinds, substep);
 }
 
-static void xpbd_couple(pli_body* body) {
-    plii_run_stage(body, PLII_STAGE_COUPLE);
-}
-
 static void xpbd_end(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     xpbd_run* run = &state->run;
@@ -175,7 +171,7 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
                                               .pace = xpbd_pace,
                                               .begin = xpbd_begin,
                                               .sweep = xpbd_sweep,
-                                              .couple = xpbd_couple,
+                                              .couple = plii_solver_couple,
                                               .end = xpbd_end,
                                               .has_substeps = true};
 
