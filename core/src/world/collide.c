@@ -122,9 +122,11 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     return world_collide_rigid_pairs(world, pairs, count, __func__);
 }
 
-/* Contacts that are to last for a step are looked for a margin further out than they begin. */
+/* Contacts that are to last for a step are looked for a margin further out than they begin, and those that surfaces
+   get to in the step where they get to. */
 static bool world_overlaps_rigid(pli_body* body, const pli_rigid* rigid) {
-    const bool is_ahead = plii_follows_rigids(body), is_swept = is_ahead || body->sweeping_features > 0;
+    const bool is_ahead = plii_follows_rigids(body);
+    const bool is_swept = is_ahead || body->sweeping_features > 0 || body->solver_class->contact_reach > 0.0f;
     pli_bounds bounds = is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds;
     if (is_ahead) { bounds = plii_bounds_grow(bounds, body->collision_margin); }
     return plii_bounds_overlap(body->bounds, bounds) && world_meets_rigid(body, rigid);
