@@ -261,17 +261,6 @@ static double gradient_precondition(plii_implicit_system* system) {
 
 // ------------------------------------------------------------------------------------------------------ iterations
 
-static void gradient_advance(plii_implicit_system* system, double alpha) {
-    gradient_add(system, system->solution, alpha, system->direction, system->solution);
-    gradient_add(system, system->residual, -alpha, system->spare, system->residual);
-    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
-        for (int k = 0; k < 6 && rigid->is_solved; ++k) {
-            rigid->change[k] += alpha * rigid->direction[k];
-            rigid->residual[k] -= alpha * rigid->product[k];
-        }
-    }
-}
-
 /* direction = preconditioned residual + beta direction. */
 static void gradient_choose_direction(plii_implicit_system* system, double beta) {
     gradient_add(system, system->spare, beta, system->direction, system->direction);
@@ -300,8 +289,15 @@ static int gradient_solve(plii_implicit_system* system, int iterations, double* 
     while (done < iterations && rz > goal) {
         const double product = gradient_multiply(system);
         if (!(product > 0.0)) { break; }
-        gradient_advance(system, rz / product);
-        const double rz_before = rz;
+        const double alpha = rz / product, rz_before = rz;
+        gradient_add(system, system->solution, alpha, system->direction, system->solution);
+        gradient_add(system, system->residual, -alpha, system->spare, system->residual);
+        for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+            for (int k = 0; k < 6 && rigid->is_solved; ++k) {
+                rigid->change[k] += alpha * rigid->direction[k];
+                rigid->residual[k] -= alpha * rigid->product[k];
+            }
+        }
         rz = gradient_precondition(system);
         gradient_choose_direction(system, rz / rz_before);
         done += 1;
