@@ -109,9 +109,8 @@ static void tether_mark_origins(const pli_body* body, tether_state* state) {
         state->tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
         state->far[i] = (tether_far){{INFINITY, INFINITY, INFINITY, INFINITY}};
     }
-    for (int i = 0; i < state->origin_count; ++i) {
-        const int node = state->origins[i].node;
-        state->tethers[node] = (pli_tether){node, 0.0f};
+    for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
+        state->tethers[origin->node] = (pli_tether){origin->node, 0.0f};
     }
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
         state->landmarks[k] = PLI_NULL_INDEX;

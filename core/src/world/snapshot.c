@@ -67,18 +67,15 @@ static void snapshot_sum(snapshot_walk* walk) {
     walk->summed = walk->at;
 }
 
-/* To the next line. What is before it can be summed then: whole blocks. */
-static void snapshot_align(snapshot_walk* walk) {
-    const size_t gap = (SNAPSHOT_LINE - walk->at % SNAPSHOT_LINE) % SNAPSHOT_LINE;
-    const bool is_written = walk->mode == SNAPSHOT_SAVE && walk->at + gap <= walk->size;
-    if (is_written) { memset(walk->to + walk->at, 0, gap); }
-    walk->at += gap;
-    if (is_written) { snapshot_sum(walk); }
-}
-
-/* Bytes that are taken over. */
+/* Bytes that are taken over. Large ones begin on the next line; what is before it can be summed then: whole blocks. */
 static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
-    if (size >= SNAPSHOT_LARGE) { snapshot_align(walk); }
+    if (size >= SNAPSHOT_LARGE) {
+        const size_t gap = (SNAPSHOT_LINE - walk->at % SNAPSHOT_LINE) % SNAPSHOT_LINE;
+        const bool is_written = walk->mode == SNAPSHOT_SAVE && walk->at + gap <= walk->size;
+        if (is_written) { memset(walk->to + walk->at, 0, gap); }
+        walk->at += gap;
+        if (is_written) { snapshot_sum(walk); }
+    }
     if (size == 0 || !snapshot_has(walk, size)) { return; }
     if (walk->mode == SNAPSHOT_RESTORE) {
         memcpy(block, walk->from + walk->at, size);
