@@ -235,15 +235,15 @@ static plii_dvec3 implicit_point_velocity(const pli_rigid* rigid, pli_vec3 local
 /* Those of a point of a face without the ones that have no weight. */
 static void implicit_constraint_set_nodes(const pli_body* body, const plii_node_constraint* from,
                                           plii_implicit_constraint* item) {
-    const float weights[3] = {from->weights.x, from->weights.y, from->weights.z};
     const bool is_of_face = from->node == PLI_NULL_INDEX;
+    const float weights[3] = {is_of_face ? from->weights.x : 1.0f, from->weights.y, from->weights.z};
+    const int* nodes = is_of_face ? from->face_nodes : &from->node;
     item->is_pinned = true;
     for (int k = 0; k < (is_of_face ? 3 : 1); ++k) {
-        const int node = is_of_face ? from->face_nodes[k] : from->node;
-        if (is_of_face && !(weights[k] > 0.0f)) { continue; }
-        item->nodes[item->node_count] = node;
-        item->weights[item->node_count++] = is_of_face ? (double)weights[k] : 1.0;
-        item->is_pinned = item->is_pinned && !(body->positions[node].w > 0.0f);
+        if (!(weights[k] > 0.0f)) { continue; }
+        item->nodes[item->node_count] = nodes[k];
+        item->weights[item->node_count++] = (double)weights[k];
+        item->is_pinned = item->is_pinned && !(body->positions[nodes[k]].w > 0.0f);
     }
 }
 

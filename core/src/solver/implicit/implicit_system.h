@@ -70,6 +70,14 @@ double plii_implicit_excess(const plii_implicit_system* system);
    is not more than there. Gives the share of the way that is left. */
 double plii_implicit_search(plii_implicit_system* system);
 
+/* Of a pass over the nodes: what it reads and writes. */
+typedef struct plii_implicit_pass {
+    const plii_implicit_system* system;
+    const plii_dvec3 *a, *b;
+    plii_dvec3* to;
+    double factor;
+} plii_implicit_pass;
+
 /* Runs over the nodes on several threads, where one takes so long. */
 static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,
                                      int nanoseconds) {
