@@ -408,16 +408,10 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
     plii_implicit_share_nodes(constraints);
 }
 
-void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints) {
+void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released) {
     for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (!constraint->is_pinned) { constraint->block = constraints->blocks[constraint->nodes[0]]; }
-    }
-    plii_implicit_share_nodes(constraints);
-}
-
-void plii_implicit_constraints_release(plii_implicit_constraints* constraints) {
-    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        if (constraint->is_anchor) { continue; }
+        if (!are_released || constraint->is_anchor) { continue; }
         constraint->rows = 0;
         constraint->impulse = (plii_dvec3){0};
     }

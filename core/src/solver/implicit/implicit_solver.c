@@ -302,7 +302,7 @@ static bool implicit_is_shifted(const pli_body* body, const plii_dvec3* noted) {
 }
 
 /* Springs anew where the solution has brought them. */
-static void implicit_linearise_again(const pli_body* body, implicit_state* state) {
+static void implicit_linearise_again(const pli_body* body, implicit_state* state, bool releases_contacts) {
     plii_implicit_system* system = &state->system;
     plii_dvec3* leads = system->spare;
     for (int i = 0; i < body->node_count; ++i) {
@@ -320,7 +320,7 @@ static void implicit_linearise_again(const pli_body* body, implicit_state* state
     }
     system->leads = leads;
     state->report.collapsed_links = plii_implicit_assemble(system);
-    plii_implicit_constraints_update_blocks(&state->constraints);
+    plii_implicit_constraints_update(&state->constraints, releases_contacts);
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
@@ -345,8 +345,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         excess = plii_implicit_excess(system);
         const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
         if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
-        implicit_linearise_again(body, state);
-        if (round == 0 && !is_exact) { plii_implicit_constraints_release(&state->constraints); }
+        implicit_linearise_again(body, state, round == 0 && !is_exact);
         implicit_descend(state, iterations, true);
         implicit_keep_momentum(system);
         share = plii_implicit_search(system);
