@@ -344,8 +344,8 @@ static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* s
 
 /* What would get too far away in free flight is on a spring, along the tether: held after the system is solved, no
    force would reach the rigid bodies in it. */
-static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest,
-                                void (*visit)(const plii_node_spring* spring, void* user), void* user) {
+static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest, plii_spring_fn* visit,
+                                void* user) {
     const pli_vec3 free = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
     const pli_vec3 apart = pli_vec3_sub(pli_vec3_add(plii_xyz(body->positions[node]), free), origin);
     const float distance = pli_vec3_length(apart);
@@ -356,8 +356,7 @@ static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin,
     visit(&spring, user);
 }
 
-static void tether_visit_springs(pli_body* body, void* data, void (*visit)(const plii_node_spring* spring, void* user),
-                                 void* user) {
+static void tether_visit_springs(pli_body* body, void* data, plii_spring_fn* visit, void* user) {
     tether_state* state = data;
     pli_vec3 landmarks[TETHER_LANDMARKS];
     int hint = 0;
