@@ -15,9 +15,8 @@ pli_status pli_body_count_parts(const pli_body* body, int* count) {
     PLII_TRY(plii_check_body(body, __func__));
     if (count == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "count is null"); }
     const plii_topology* topology = body->topology;
-    const size_t size = (size_t)body->node_count * sizeof(int);
-    int* parents = plii_allocate(body->context, size);
-    if (parents == NULL) {
+    int* parents = NULL;
+    if (!PLII_ALLOCATE(body->context, &parents, body->node_count)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to count the parts of %d nodes",
                          body->node_count);
     }
@@ -41,7 +40,7 @@ pli_status pli_body_count_parts(const pli_body* body, int* count) {
             parents[root] = PLI_NULL_INDEX;
         }
     }
-    plii_release(body->context, parents, size);
+    PLII_RELEASE(body->context, parents, body->node_count);
     *count = parts;
     return PLI_OK;
 }

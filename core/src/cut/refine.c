@@ -270,9 +270,8 @@ static void refine_find_sides(const refine_work* work, const plii_edge_map* bord
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         refine_mark_sides(link->nodes, 2, refine_link_side(work, borders, link), sides);
     }
-    for (int i = 0; i < edit->face_count; ++i) {
-        const int* nodes = edit->faces[i].nodes;
-        refine_mark_sides(nodes, 3, refine_side(work, nodes, 3), sides);
+    for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
+        refine_mark_sides(face->nodes, 3, refine_side(work, face->nodes, 3), sides);
     }
 }
 
@@ -287,9 +286,8 @@ static bool refine_detach(refine_work* work, const plii_edge_map* borders, const
         if (inner != i && !plii_edit_add_link(edit, link)) { return false; }
         refine_replace(edit->links[inner].nodes, 2, copies);
     }
-    for (int i = 0; i < edit->face_count; ++i) {
-        int* nodes = edit->faces[i].nodes;
-        if (refine_side(work, nodes, 3) == REFINE_INSIDE) { refine_replace(nodes, 3, copies); }
+    for (PLII_EACH(plii_edit_face, face, edit->faces, edit->face_count)) {
+        if (refine_side(work, face->nodes, 3) == REFINE_INSIDE) { refine_replace(face->nodes, 3, copies); }
     }
     return true;
 }

@@ -289,16 +289,6 @@ typedef struct edit_product {
     } * features; /* [feature_count] */
 } edit_product;
 
-static void edit_release_product(const plii_edit* edit, edit_product* product) {
-    plii_body_release_arrays(&product->body);
-    for (int i = 0; product->features != NULL && i < edit->body->pipeline.feature_count; ++i) {
-        for (int k = 0; k < PLII_MAX_FEATURE_ARRAYS; ++k) {
-            plii_release(edit->context, product->features[i].blocks[k], product->features[i].sizes[k]);
-        }
-    }
-    plii_scratch_free(&product->scratch);
-}
-
 static bool edit_make_topology(const plii_edit* edit, edit_product* product) {
     const plii_topology* old = edit->old_topology;
     plii_topology* topology =
@@ -405,7 +395,13 @@ static pli_status edit_commit(plii_edit* edit) {
         ok = edit_reserve_features(edit, &change, &product);
     }
     if (!ok) {
-        edit_release_product(edit, &product);
+        plii_body_release_arrays(&product.body);
+        for (int i = 0; product.features != NULL && i < body->pipeline.feature_count; ++i) {
+            for (int k = 0; k < PLII_MAX_FEATURE_ARRAYS; ++k) {
+                plii_release(edit->context, product.features[i].blocks[k], product.features[i].sizes[k]);
+            }
+        }
+        plii_scratch_free(&product.scratch);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
 

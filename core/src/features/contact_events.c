@@ -61,15 +61,6 @@ static void contact_list_clear(contact_list* list) {
     plii_key_table_clear(&list->table);
 }
 
-/* NULL without memory. */
-static contact_item* contact_list_add(pli_context* context, contact_list* list, plii_pair_key key) {
-    if (!contact_list_reserve(context, list, list->count + 1)) { return NULL; }
-    (void)plii_key_table_add(&list->table, plii_pair_key_hash(key), list->count);
-    contact_item* item = &list->items[list->count++];
-    *item = (contact_item){.key = key, .gap = INFINITY};
-    return item;
-}
-
 // ------------------------------------------------------------------------------------------------------ gathering
 
 /* Of a node, or of a face or link, which is odd. */
@@ -126,17 +117,21 @@ static void contact_events_visit(const plii_contact_report* report, void* user) 
     const bool touches = weight > 0.0f || report->is_sensor;
     if (!touches && !(report->gap <= CONTACT_EVENTS_SLACK * body->collision_margin)) { return; }
     const plii_pair_key key = contact_key(state, report);
-    const int known = contact_list_find(&state->present, key);
-    contact_item* item = known != PLI_NULL_INDEX ? &state->present.items[known] : NULL;
-    if (item == NULL) {
+    contact_list* list = &state->present;
+    int index = contact_list_find(list, key);
+    if (index == PLI_NULL_INDEX) {
         if (!touches && contact_list_find(&state->past, key) == PLI_NULL_INDEX) { return; }
-        item = contact_list_add(body->context, &state->present, key);
-        if (item == NULL) { return; } /* the step tells; without memory a contact is left out */
+        /* Without memory a contact is left out; the step tells. */
+        if (!contact_list_reserve(body->context, list, list->count + 1)) { return; }
+        index = list->count++;
+        (void)plii_key_table_add(&list->table, plii_pair_key_hash(key), index);
+        contact_item* item = &list->items[index];
+        *item = (contact_item){.key = key, .gap = INFINITY};
         item->event.rigid = report->rigid;
         item->event.other = report->other;
         item->event.user_data = report->rigid != NULL ? report->rigid->user_data : report->other->user_data;
     }
-    contact_item_add(item, report, weight);
+    contact_item_add(&list->items[index], report, weight);
 }
 
 // -------------------------------------------------------------------------------------------------------- sensors

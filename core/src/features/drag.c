@@ -32,8 +32,7 @@ typedef struct drag_state {
     plii_id_pool ids;
 } drag_state;
 
-/* `places`: displacements in a substep, else (NULL) positions of the body, which may be those of the start of the step.
- */
+/* `places`: displacements in a substep, else (NULL) positions, which may be those of the start of the step. */
 static pli_vec3 drag_point(const pli_body* body, const drag_item* item, const plii_substep* substep,
                            const pli_vec4* places) {
     pli_vec3 point = item->shift;
@@ -102,8 +101,7 @@ static void drag_finish(pli_body* body, void* data) {
 
 /* Each node on a spring of its own, stiff by its weight: the sum of the forces is that of the point, and its moment
    against the turning of the face is a damper of the step. At the start of a step, before nodes move. */
-static void drag_visit_springs(pli_body* body, void* data, void (*visit)(const plii_node_spring* spring, void* user),
-                               void* user) {
+static void drag_visit_springs(pli_body* body, void* data, plii_spring_fn* visit, void* user) {
     const drag_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         drag_item item = state->items[i];

@@ -67,15 +67,6 @@ const plii_feature_class plii_node_motion_class = {
         {PLII_COUNTED_LIST(node_motion_state, motions, capacity, count), .is_kept = true, PLII_SAVED_AS("n6f")}),
 };
 
-/* Only of a list so long that it has some node twice, as that of a body that is called for but not stepped. */
-static node_motion* node_motion_find_same(const pli_body* body, node_motion_state* state, int node) {
-    if (state->count - state->ended_count < body->node_count) { return NULL; }
-    for (int i = state->count - 1; i >= state->ended_count; --i) {
-        if (state->motions[i].node == node) { return &state->motions[i]; }
-    }
-    return NULL;
-}
-
 pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
@@ -86,9 +77,11 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
     node_motion_state* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_node_motion_class, (void**)&state));
     const node_motion motion = {.node = node, .target = position};
-    node_motion* same = node_motion_find_same(body, state, node);
-    if (same != NULL) {
-        *same = motion;
+    /* So long that it has some node twice, as that of a body that is called for but not stepped. */
+    const bool is_long = state->count - state->ended_count >= body->node_count;
+    for (int i = state->count - 1; is_long && i >= state->ended_count; --i) {
+        if (state->motions[i].node != node) { continue; }
+        state->motions[i] = motion;
         return PLI_OK;
     }
     if (!PLII_RESERVE(body->context, &state->motions, &state->capacity, state->count + 1)) {

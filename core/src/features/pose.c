@@ -37,17 +37,6 @@ static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
     return covariance;
 }
 
-/* Pinned nodes stay. */
-static void pose_match(pli_body* body, const pose_state* pose) {
-    const pli_transform frame = {pose->rotation, pose->centre};
-    for (int i = 0; i < body->node_count; ++i) {
-        pli_vec4* position = &body->positions[i];
-        if (!(position->w > 0.0f)) { continue; }
-        const pli_vec3 goal = pli_transform_point(frame, pose->rest[i]);
-        plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, pose->matching));
-    }
-}
-
 static void pose_run(pli_body* body, void* state) {
     pose_state* pose = state;
     if (body->world->def.reference_mode) {
@@ -56,7 +45,13 @@ static void pose_run(pli_body* body, void* state) {
     }
     pose->centre = pose_centre(body, pose);
     pose->rotation = plii_polar_factor(pose_covariance(body, pose), pose->rotation);
-    if (pose->matching > 0.0f) { pose_match(body, pose); }
+    const pli_transform frame = {pose->rotation, pose->centre};
+    for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
+        pli_vec4* position = &body->positions[i];
+        if (!(position->w > 0.0f)) { continue; } /* pinned nodes stay */
+        const pli_vec3 goal = pli_transform_point(frame, pose->rest[i]);
+        plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, pose->matching));
+    }
 }
 
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */

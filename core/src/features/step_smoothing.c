@@ -40,38 +40,28 @@ static void step_smoothing_start(pli_body* body, void* data) {
     }
 }
 
-/* Sums over the nodes of m u v and m u u: u the change, v the start. */
-typedef struct step_smoothing_sums {
-    double along, square;
-} step_smoothing_sums;
-
-static step_smoothing_sums step_smoothing_sum(const pli_body* body, const step_smoothing_state* state) {
-    step_smoothing_sums sums = {0};
-    for (int i = 0; i < body->node_count; ++i) {
-        if (!(body->positions[i].w > 0.0f)) { continue; }
-        const pli_vec3 change = pli_vec3_sub(plii_xyz(body->velocities[i]), state->starts[i]);
-        const double mass = 1.0 / (double)body->positions[i].w;
-        sums.along += mass * (double)pli_vec3_dot(change, state->starts[i]);
-        sums.square += mass * (double)pli_vec3_dot(change, change);
-    }
-    return sums;
-}
-
 /* What takes energy counts as a speed of the error over the reference length; what gives some, as the speed that a
    spring gives in this step which would give that one in a step of the reference length. */
 static void step_smoothing_finish(pli_body* body, void* data) {
     step_smoothing_state* state = data;
     if (!state->is_shorter) { return; }
-    const step_smoothing_sums sums = step_smoothing_sum(body, state);
+    double along = 0.0, square = 0.0; /* sums over the nodes of m u v and m u u: u the change, v the start */
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const pli_vec3 change = pli_vec3_sub(plii_xyz(body->velocities[i]), state->starts[i]);
+        const double mass = 1.0 / (double)body->positions[i].w;
+        along += mass * (double)pli_vec3_dot(change, state->starts[i]);
+        square += mass * (double)pli_vec3_dot(change, change);
+    }
     const double ratio = (double)body->step.dt / (double)state->reference_dt;
-    const double neutral = sums.along < 0.0 ? -2.0 * sums.along / sums.square : 0.0;
+    const double neutral = along < 0.0 ? -2.0 * along / square : 0.0;
     const float share = (float)fmin(fmax(neutral, ratio * ratio), ratio);
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->velocities[i]), state->starts[i]);
         plii_set_xyz(&body->velocities[i], pli_vec3_add(state->starts[i], pli_vec3_scale(change, share)));
     }
-    const double error = sums.square * (double)body->step.dt * (double)body->step.dt;
+    const double error = square * (double)body->step.dt * (double)body->step.dt;
     const double before = (double)state->error;
     const double left = before > 0.0 ? sqrt(error / before) : STEP_SMOOTHING_SLOWEST;
     const double falls = fmin(fmax(left, STEP_SMOOTHING_FASTEST), STEP_SMOOTHING_SLOWEST);

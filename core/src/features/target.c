@@ -157,16 +157,6 @@ static float target_room(const pli_body* body, const void* data, const plii_subs
 
 // --------------------------------------------------------------------------------------------------------- the list
 
-static void target_hold(pli_body* body, target_item* item) {
-    const int node = item->limits.node;
-    item->is_held = item->limits.max_distance == 0.0f && body->positions[node].w > 0.0f;
-    if (!item->is_held) { return; }
-    item->inverse_mass = body->positions[node].w;
-    body->positions[node].w = 0.0f;
-    body->velocities[node] = (pli_vec4){0};
-    body->link_revision += 1;
-}
-
 /* A mass that the caller has given to a node meanwhile stays. */
 static void target_let_go_all(pli_body* body, target_state* state) {
     for (PLII_EACH(const target_item, item, state->items, state->count)) {
@@ -412,9 +402,15 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     for (int i = 0; i < def->count; ++i) {
         target_item* item = &state->items[i];
         *item = (target_item){.limits = def->targets[i]};
-        item->to.position = plii_xyz(body->positions[item->limits.node]);
+        pli_vec4* position = &body->positions[item->limits.node];
+        item->to.position = plii_xyz(*position);
+        item->is_held = item->limits.max_distance == 0.0f && position->w > 0.0f;
         state->places[item->limits.node] = i + 1;
-        target_hold(body, item);
+        if (!item->is_held) { continue; }
+        item->inverse_mass = position->w;
+        position->w = 0.0f;
+        body->velocities[item->limits.node] = (pli_vec4){0};
+        body->link_revision += 1;
     }
     target_set_poses(body, state, def->positions, def->normals);
     target_find_limits(state);

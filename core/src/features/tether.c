@@ -109,9 +109,8 @@ static void tether_mark_origins(const pli_body* body, tether_state* state) {
         state->tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
         state->far[i] = (tether_far){{INFINITY, INFINITY, INFINITY, INFINITY}};
     }
-    for (int i = 0; i < state->origin_count; ++i) {
-        const int node = state->origins[i].node;
-        state->tethers[node] = (pli_tether){node, 0.0f};
+    for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
+        state->tethers[origin->node] = (pli_tether){origin->node, 0.0f};
     }
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
         state->landmarks[k] = PLI_NULL_INDEX;
@@ -345,8 +344,8 @@ static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* s
 
 /* What would get too far away in free flight is on a spring, along the tether: held after the system is solved, no
    force would reach the rigid bodies in it. */
-static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest,
-                                void (*visit)(const plii_node_spring* spring, void* user), void* user) {
+static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest, plii_spring_fn* visit,
+                                void* user) {
     const pli_vec3 free = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
     const pli_vec3 apart = pli_vec3_sub(pli_vec3_add(plii_xyz(body->positions[node]), free), origin);
     const float distance = pli_vec3_length(apart);
@@ -357,8 +356,7 @@ static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin,
     visit(&spring, user);
 }
 
-static void tether_visit_springs(pli_body* body, void* data, void (*visit)(const plii_node_spring* spring, void* user),
-                                 void* user) {
+static void tether_visit_springs(pli_body* body, void* data, plii_spring_fn* visit, void* user) {
     tether_state* state = data;
     pli_vec3 landmarks[TETHER_LANDMARKS];
     int hint = 0;

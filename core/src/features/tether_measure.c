@@ -27,17 +27,12 @@ static void surface_fill_faces(const plii_tether_surface* surface) {
         const int* nodes = topology->faces[f];
         float* lengths = surface->edges[f].lengths;
         for (int k = 0; k < 3; ++k) {
-            ++surface->face_begin[nodes[k]];
             lengths[k] = edge_length(surface, nodes[k], nodes[(k + 1) % 3]);
         }
         if (lengths[1] == INFINITY || lengths[2] == INFINITY) { lengths[0] = INFINITY; }
     }
-    (void)plii_csr_sum(surface->body->node_count, surface->face_begin);
-    for (int f = topology->face_count - 1; f >= 0; --f) {
-        for (int k = 0; k < 3; ++k) {
-            surface->faces[--surface->face_begin[topology->faces[f][k]]] = f;
-        }
-    }
+    plii_csr_sort(surface->body->node_count, 3 * topology->face_count, topology->faces[0], surface->face_begin,
+                  surface->corners);
 }
 
 plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratch* scratch) {
@@ -47,7 +42,7 @@ plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratc
         .link_begin = PLII_TAKE(scratch, int, node_count + 1),
         .halves = PLII_TAKE(scratch, plii_half_link, 2 * (size_t)body->link_count),
         .face_begin = PLII_TAKE(scratch, int, node_count + 1),
-        .faces = PLII_TAKE(scratch, int, 3 * (size_t)face_count),
+        .corners = PLII_TAKE(scratch, int, 3 * (size_t)face_count),
         .edges = PLII_TAKE(scratch, plii_face_edges, face_count),
         .front = PLII_TAKE(scratch, int, node_count),
         .places = PLII_TAKE(scratch, int, node_count),
@@ -142,7 +137,7 @@ void plii_tether_measure(plii_tether_surface* surface, pli_tether* tethers) {
             tether_shorten(surface, tethers, half.neighbour, here.origin, here.length + length);
         }
         for (int k = surface->face_begin[node]; k < surface->face_begin[node + 1]; ++k) {
-            tether_pass_face(surface, tethers, node, surface->faces[k]);
+            tether_pass_face(surface, tethers, node, surface->corners[k] / 3);
         }
     }
 }

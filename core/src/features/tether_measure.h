@@ -18,7 +18,7 @@ typedef struct plii_tether_surface {
     int* link_begin; /* [node_count + 1] */
     plii_half_link* halves;
     int* face_begin; /* [node_count + 1] */
-    int* faces;      /* around each node */
+    int* corners;    /* of faces, three for each, at each node */
     plii_face_edges* edges;
     /* Nodes whose distance has changed, a heap with the nearest first, and 1 + the place of each node in it. */
     int* front;

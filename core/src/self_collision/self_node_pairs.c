@@ -43,12 +43,6 @@ static void self_nodes_set_travel(plii_self_node_pairs* state, int node, pli_vec
     state->travel[node] = is_lost ? (pli_vec4){0, 0, 0, margin} : (pli_vec4){motion.x, motion.y, motion.z, margin};
 }
 
-/* Margin and travel beside the drift, to either side of the middle. */
-static float self_nodes_reach(const plii_self_node_pairs* state, int node) {
-    const pli_vec4 motion = state->travel[node];
-    return motion.w + 0.5f * pli_vec3_length(pli_vec3_sub(plii_xyz(motion), state->drift));
-}
-
 // ------------------------------------------------------------------------------------------------------ pairs
 
 /* Who looks for the pairs of single nodes, and where they go. */
@@ -265,10 +259,13 @@ static int self_nodes_max_apart(int node_count) {
 
 enum { SELF_NODES_PATH_NS = 5 }; /* per node */
 
+/* Margin and travel beside the drift, to either side of the middle. */
 static float self_nodes_longest_reach(const pli_body* body, const plii_self_node_pairs* state) {
     float longest = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        longest = plii_max(longest, self_nodes_reach(state, i));
+        const pli_vec4 motion = state->travel[i];
+        const float beside = pli_vec3_length(pli_vec3_sub(plii_xyz(motion), state->drift));
+        longest = plii_max(longest, motion.w + 0.5f * beside);
     }
     return longest;
 }

@@ -155,7 +155,7 @@ static int64_t world_join_rigids(pli_world* world) {
     return nodes;
 }
 
-static void world_collide_rigids(pli_world* world) {
+void plii_world_collide_all(pli_world* world) {
     for (int r = 0; r < world->rigid_count; ++r) {
         plii_rigid_place_shapes(world->rigids[r]);
         world->rigids[r]->step_bounds = world->rigids[r]->bounds;
@@ -163,9 +163,5 @@ static void world_collide_rigids(pli_world* world) {
     const int count = world->body_count;
     const int grain = world->has_groups ? plii_groups_grain(world, count, world_join_rigids(world)) : count;
     plii_parallel_for(world->context, world_collide_range_of_bodies, world, count, grain);
-}
-
-void plii_world_collide_all(pli_world* world) {
-    world_collide_rigids(world);
     plii_world_collide_soft_pairs(world);
 }

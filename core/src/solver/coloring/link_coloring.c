@@ -151,16 +151,6 @@ static uint8_t link_colors_group_pairs(uint8_t pairs, int count) {
     return lacks_one && 2 * count >= PLII_LINK_LANES ? PLII_LINK_TWO_TRIANGLES : pairs;
 }
 
-/* Items of a group have one colour. */
-static int link_colors_group_end(const link_colors_work* work, int first) {
-    const int color = work->colors[work->order[first]];
-    int end = first + 1;
-    while (end < work->count && end - first < PLII_LINK_LANES && work->colors[work->order[end]] == color) {
-        ++end;
-    }
-    return end;
-}
-
 /* Adds a group from items [first, end) of one color; with no memory in `made` only to its counts. Lanes without an item
    come first and have the nodes of others. */
 static void link_colors_make_group(const link_colors_work* work, int first, int end, plii_link_colors* made) {
@@ -192,14 +182,18 @@ static void link_colors_make_group(const link_colors_work* work, int first, int 
     made->row_count += __builtin_popcount(pairs);
 }
 
+/* Items of a group have one colour. */
 static void link_colors_make_groups(const link_colors_work* work, plii_link_colors* made) {
     for (int first = 0; first < work->count;) {
         const int color = work->colors[work->order[first]], first_group = made->group_count;
-        while (first < work->count && work->colors[work->order[first]] == color) {
-            const int end = link_colors_group_end(work, first);
+        int end = first;
+        while (end < work->count && work->colors[work->order[end]] == color) {
+            if (++end - first < PLII_LINK_LANES) { continue; }
             link_colors_make_group(work, first, end, made);
             first = end;
         }
+        if (first < end) { link_colors_make_group(work, first, end, made); }
+        first = end;
         if (made->groups != NULL) {
             made->colors[made->color_count] = (plii_link_color){first_group, made->group_count - first_group};
         }

@@ -138,8 +138,8 @@ static plii_dvec3 implicit_moved(const pli_body* body, int node) {
     return plii_dvec3_sub(plii_implicit_xyz(&body->positions[node]), plii_implicit_xyz(&body->previous[node]));
 }
 
-PLII_SIMD_INLINE int implicit_assemble_node(plii_implicit_system* system, double h, int node, const plii_dvec3* leads,
-                                            int* hold) {
+PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, double h, int node,
+                                            const plii_dvec3* leads, int* hold) {
     const pli_body* body = system->body;
     const plii_link_graph* graph = system->graph;
     const double mass = 1.0 / (double)body->positions[node].w;
@@ -180,14 +180,8 @@ PLII_SIMD_INLINE int implicit_assemble_node(plii_implicit_system* system, double
     return collapsed;
 }
 
-typedef struct implicit_assembly {
-    plii_implicit_system* system;
-    const plii_dvec3* leads;
-} implicit_assembly;
-
 static double implicit_assemble_block(int begin, int end, const void* data) {
-    const implicit_assembly* all = data;
-    plii_implicit_system* system = all->system;
+    const plii_implicit_system* system = data;
     const pli_body* body = system->body;
     const plii_link_graph* graph = system->graph;
     const double h = (double)body->step.dt;
@@ -196,8 +190,8 @@ static double implicit_assemble_block(int begin, int end, const void* data) {
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             /* Without leads, as in most calls, a copy of its own. */
-            collapsed += all->leads == NULL ? implicit_assemble_node(system, h, i, NULL, &hold)
-                                            : implicit_assemble_node(system, h, i, all->leads, &hold);
+            collapsed += system->leads == NULL ? implicit_assemble_node(system, h, i, NULL, &hold)
+                                               : implicit_assemble_node(system, h, i, system->leads, &hold);
             continue;
         }
         system->rhs[i] = (plii_dvec3){0};
@@ -211,9 +205,8 @@ static double implicit_assemble_block(int begin, int end, const void* data) {
 
 enum { IMPLICIT_ASSEMBLE_NS = 250 }; /* per node */
 
-int plii_implicit_assemble(plii_implicit_system* system, const plii_dvec3* leads) {
+int plii_implicit_assemble(const plii_implicit_system* system) {
     const pli_body* body = system->body;
-    const implicit_assembly all = {system, leads};
     return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(IMPLICIT_ASSEMBLE_NS),
-                                implicit_assemble_block, &all);
+                                implicit_assemble_block, system);
 }

@@ -19,10 +19,8 @@ enum { IMPLICIT_MAX_ROUNDS = 8, IMPLICIT_NODE_PASSES = 8 };
 /* The held part of the direction is that of the rigid bodies. */
 static void gradient_lead(plii_implicit_system* system) {
     const plii_implicit_constraints* constraints = system->constraints;
-    gradient_filter filter;
-    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
-        filter = gradient_make_filter(constraints, i);
-        plii_dvec3 *x = &system->direction[constraints->items[i].nodes[0]], lead = {0};
+    for (gradient_filter filter = {0}; gradient_next_filter(constraints, &filter);) {
+        plii_dvec3 *x = &system->direction[filter.node], lead = {0};
         if (filter.count == 0) { continue; }
         if (filter.rigid != PLI_NULL_INDEX) {
             lead = plii_implicit_point_change(constraints->rigids[filter.rigid].direction, filter.arm);
@@ -33,11 +31,9 @@ static void gradient_lead(plii_implicit_system* system) {
 
 /* Moves the held part of the nodes' impulses y to the rigid bodies: to their products, or residuals. */
 static void gradient_reduce(const plii_implicit_constraints* constraints, bool are_products, plii_dvec3* y) {
-    gradient_filter filter;
-    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
-        filter = gradient_make_filter(constraints, i);
+    for (gradient_filter filter = {0}; gradient_next_filter(constraints, &filter);) {
         if (filter.count == 0) { continue; }
-        plii_dvec3* of_node = &y[constraints->items[i].nodes[0]];
+        plii_dvec3* of_node = &y[filter.node];
         const plii_dvec3 held = gradient_held_part(&filter, *of_node);
         if (filter.rigid != PLI_NULL_INDEX) {
             plii_implicit_rigid* rigid = &constraints->rigids[filter.rigid];
@@ -51,15 +47,8 @@ static void gradient_reduce(const plii_implicit_constraints* constraints, bool a
 
 enum { GRADIENT_PRODUCT_NS = 40, GRADIENT_ADD_NS = 5 }; /* per node */
 
-typedef struct gradient_pass {
-    const plii_implicit_system* system;
-    const plii_dvec3 *a, *b;
-    plii_dvec3* to;
-    double factor;
-} gradient_pass;
-
 /* W x of a node that is not pinned, but for holds. */
-static plii_dvec3 gradient_product(const gradient_pass* pass, int node, const plii_dvec3* x) {
+static plii_dvec3 gradient_product(const plii_implicit_pass* pass, int node, const plii_dvec3* x) {
     const plii_implicit_system* system = pass->system;
     const plii_dvec3 own = x[node];
     plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)system->body->positions[node].w);
@@ -74,7 +63,7 @@ static plii_dvec3 gradient_product(const gradient_pass* pass, int node, const pl
 
 /* to = W b, or a - W b where there is an a. */
 static void gradient_product_range(int begin, int end, void* data) {
-    const gradient_pass* pass = data;
+    const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
         const bool is_pinned = plii_implicit_block_is_pinned(&pass->system->blocks[i]);
         const plii_dvec3 product = is_pinned ? (plii_dvec3){0} : gradient_product(pass, i, pass->b);
@@ -83,7 +72,7 @@ static void gradient_product_range(int begin, int end, void* data) {
 }
 
 static void gradient_add_range(int begin, int end, void* data) {
-    const gradient_pass* pass = data;
+    const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
         pass->to[i] = plii_dvec3_add_scaled(pass->a[i], pass->b[i], pass->factor);
     }
@@ -92,12 +81,12 @@ static void gradient_add_range(int begin, int end, void* data) {
 /* to = a + factor b */
 static void gradient_add(const plii_implicit_system* system, const plii_dvec3* a, double factor, const plii_dvec3* b,
                          plii_dvec3* to) {
-    gradient_pass pass = {.a = a, .b = b, .to = to, .factor = factor};
+    plii_implicit_pass pass = {.a = a, .b = b, .to = to, .factor = factor};
     plii_implicit_run(system, gradient_add_range, &pass, GRADIENT_ADD_NS);
 }
 
 static double gradient_dot_block(int begin, int end, const void* data) {
-    const gradient_pass* pass = data;
+    const plii_implicit_pass* pass = data;
     double sum = 0.0;
     for (int i = begin; i < end; ++i) {
         sum += plii_dvec3_dot(pass->a[i], pass->b[i]);
@@ -106,7 +95,7 @@ static double gradient_dot_block(int begin, int end, const void* data) {
 }
 
 static double gradient_dot(const plii_implicit_system* system, const plii_dvec3* a, const plii_dvec3* b) {
-    const gradient_pass pass = {.a = a, .b = b};
+    const plii_implicit_pass pass = {.a = a, .b = b};
     return plii_implicit_sum(system, gradient_dot_block, &pass);
 }
 
@@ -115,7 +104,7 @@ static double gradient_dot(const plii_implicit_system* system, const plii_dvec3*
 /* residual = rhs + friction - W x, of rigid bodies too. */
 static void gradient_start_residual(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    gradient_pass pass = {system, system->rhs, system->solution, system->residual, 0.0};
+    plii_implicit_pass pass = {system, system->rhs, system->solution, system->residual, 0.0};
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
@@ -149,7 +138,7 @@ static void gradient_start_residual(plii_implicit_system* system) {
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
 static double gradient_multiply(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    gradient_pass pass = {.system = system, .b = system->direction, .to = system->spare};
+    plii_implicit_pass pass = {.system = system, .b = system->direction, .to = system->spare};
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
@@ -213,14 +202,12 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (rigid->is_dynamic) { plii_implicit_rigid_matrix(rigid, rigid->factor); }
     }
-    gradient_filter filter;
-    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
-        filter = gradient_make_filter(constraints, i);
+    for (gradient_filter filter = {0}; gradient_next_filter(constraints, &filter);) {
         for (int k = 0; k < 6 && filter.count > 0 && filter.rigid != PLI_NULL_INDEX; ++k) {
             double unit[6] = {0}, column[6] = {0};
             unit[k] = 1.0;
             const plii_dvec3 held = gradient_held_part(&filter, plii_implicit_point_change(unit, filter.arm));
-            const plii_dvec3 impulse = plii_implicit_block_mul(&constraints->items[i].block, held);
+            const plii_dvec3 impulse = plii_implicit_block_mul(&constraints->items[filter.begin].block, held);
             plii_implicit_add_push(column, filter.arm, gradient_held_part(&filter, impulse), 1.0);
             for (int m = 0; m < 6; ++m) {
                 constraints->rigids[filter.rigid].factor[m][k] += column[m];
@@ -240,12 +227,9 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
 static double gradient_precondition(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
     plii_implicit_solve_blocks(system, system->residual, system->spare);
-    gradient_filter filter;
-    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
-        filter = gradient_make_filter(constraints, i);
-        const int node = constraints->items[i].nodes[0];
-        if (constraints->items[i].is_pinned || filter.count == 0) { continue; }
-        system->spare[node] = gradient_free_part(constraints, &filter, system->residual[node]);
+    for (gradient_filter filter = {0}; gradient_next_filter(constraints, &filter);) {
+        if (constraints->items[filter.begin].is_pinned || filter.count == 0) { continue; }
+        system->spare[filter.node] = gradient_free_part(constraints, &filter, system->residual[filter.node]);
     }
     double sum = gradient_dot(system, system->spare, system->residual);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
@@ -260,17 +244,6 @@ static double gradient_precondition(plii_implicit_system* system) {
 }
 
 // ------------------------------------------------------------------------------------------------------ iterations
-
-static void gradient_advance(plii_implicit_system* system, double alpha) {
-    gradient_add(system, system->solution, alpha, system->direction, system->solution);
-    gradient_add(system, system->residual, -alpha, system->spare, system->residual);
-    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
-        for (int k = 0; k < 6 && rigid->is_solved; ++k) {
-            rigid->change[k] += alpha * rigid->direction[k];
-            rigid->residual[k] -= alpha * rigid->product[k];
-        }
-    }
-}
 
 /* direction = preconditioned residual + beta direction. */
 static void gradient_choose_direction(plii_implicit_system* system, double beta) {
@@ -300,8 +273,15 @@ static int gradient_solve(plii_implicit_system* system, int iterations, double* 
     while (done < iterations && rz > goal) {
         const double product = gradient_multiply(system);
         if (!(product > 0.0)) { break; }
-        gradient_advance(system, rz / product);
-        const double rz_before = rz;
+        const double alpha = rz / product, rz_before = rz;
+        gradient_add(system, system->solution, alpha, system->direction, system->solution);
+        gradient_add(system, system->residual, -alpha, system->spare, system->residual);
+        for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+            for (int k = 0; k < 6 && rigid->is_solved; ++k) {
+                rigid->change[k] += alpha * rigid->direction[k];
+                rigid->residual[k] -= alpha * rigid->product[k];
+            }
+        }
         rz = gradient_precondition(system);
         gradient_choose_direction(system, rz / rz_before);
         done += 1;
@@ -469,20 +449,18 @@ static bool gradient_judge(plii_implicit_system* system) {
         gradient_judge_point(body, constraints, &constraints->items[i], system->solution);
         plii_implicit_push(constraints, &constraints->items[i], constraints->items[i].impulse, system->spare);
     }
-    for (int begin = 0, end = 0; begin < count; begin = end) {
-        plii_implicit_constraint* constraint = &constraints->items[begin];
-        const gradient_filter filter = gradient_make_filter(constraints, begin);
-        plii_dvec3* x = &system->solution[constraint->nodes[0]];
-        const plii_dvec3 free = system->spare[constraint->nodes[0]];
-        end = filter.end;
+    for (gradient_filter filter = {0}; gradient_next_filter(constraints, &filter);) {
+        plii_implicit_constraint* constraint = &constraints->items[filter.begin];
+        plii_dvec3* x = &system->solution[filter.node];
+        const plii_dvec3 free = system->spare[filter.node];
         if (gradient_is_anchored(constraints, &filter)) {
-            plii_implicit_project_node(constraints, begin, end, system->spare);
-            *x = system->spare[constraint->nodes[0]];
-        } else if (end - begin > 1) {
+            plii_implicit_project_node(constraints, filter.begin, filter.end, system->spare);
+            *x = system->spare[filter.node];
+        } else if (filter.end - filter.begin > 1) {
             gradient_judge_node(body, constraints, &filter, free, x);
         } else {
             const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), *x);
-            const double mass = 1.0 / (double)body->positions[constraint->nodes[0]].w;
+            const double mass = 1.0 / (double)body->positions[filter.node].w;
             gradient_judge_contact(constraint, mass, off,
                                    constraint->rows == 0
                                        ? plii_dvec3_scale(off, mass)

@@ -235,15 +235,15 @@ static plii_dvec3 implicit_point_velocity(const pli_rigid* rigid, pli_vec3 local
 /* Those of a point of a face without the ones that have no weight. */
 static void implicit_constraint_set_nodes(const pli_body* body, const plii_node_constraint* from,
                                           plii_implicit_constraint* item) {
-    const float weights[3] = {from->weights.x, from->weights.y, from->weights.z};
     const bool is_of_face = from->node == PLI_NULL_INDEX;
+    const float weights[3] = {is_of_face ? from->weights.x : 1.0f, from->weights.y, from->weights.z};
+    const int* nodes = is_of_face ? from->face_nodes : &from->node;
     item->is_pinned = true;
     for (int k = 0; k < (is_of_face ? 3 : 1); ++k) {
-        const int node = is_of_face ? from->face_nodes[k] : from->node;
-        if (is_of_face && !(weights[k] > 0.0f)) { continue; }
-        item->nodes[item->node_count] = node;
-        item->weights[item->node_count++] = is_of_face ? (double)weights[k] : 1.0;
-        item->is_pinned = item->is_pinned && !(body->positions[node].w > 0.0f);
+        if (!(weights[k] > 0.0f)) { continue; }
+        item->nodes[item->node_count] = nodes[k];
+        item->weights[item->node_count++] = (double)weights[k];
+        item->is_pinned = item->is_pinned && !(body->positions[nodes[k]].w > 0.0f);
     }
 }
 
@@ -408,16 +408,10 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
     plii_implicit_share_nodes(constraints);
 }
 
-void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints) {
+void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released) {
     for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (!constraint->is_pinned) { constraint->block = constraints->blocks[constraint->nodes[0]]; }
-    }
-    plii_implicit_share_nodes(constraints);
-}
-
-void plii_implicit_constraints_release(plii_implicit_constraints* constraints) {
-    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        if (constraint->is_anchor) { continue; }
+        if (!are_released || constraint->is_anchor) { continue; }
         constraint->rows = 0;
         constraint->impulse = (plii_dvec3){0};
     }

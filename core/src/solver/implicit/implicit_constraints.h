@@ -70,10 +70,9 @@ int plii_implicit_find_node(const void* items, size_t size, int count, int node)
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base);
-/* After the blocks have changed. */
-void plii_implicit_constraints_update_blocks(plii_implicit_constraints* constraints);
-/* Contacts as if they had not been solved: sweeps leave sliding that friction would have to find the end of. */
-void plii_implicit_constraints_release(plii_implicit_constraints* constraints);
+/* After the blocks have changed; contacts that are released are as if they had not been solved: sweeps leave sliding
+   that friction would have to find the end of. */
+void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released);
 /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
 bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints);
 /* Hands the changes to the rigid bodies. */

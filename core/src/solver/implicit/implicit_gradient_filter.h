@@ -9,7 +9,7 @@
 
 /* The directions held at one node, and by whom. */
 typedef struct gradient_filter {
-    int begin, end; /* constraints of the node */
+    int node, begin, end; /* its constraints */
     int count;
     plii_dvec3 axes[3]; /* [count] orthonormal */
     int rigid;          /* PLI_NULL_INDEX unless dynamic */
@@ -28,25 +28,28 @@ static inline bool gradient_is_rigid(const plii_implicit_constraint* constraint)
     return constraint->rows > 0 && !constraint->is_pinned && constraint->influence >= 1.0 && !constraint->is_point;
 }
 
-/* Of the node of constraint `begin`. A node between several bodies follows one that does not move, if there is one. */
-static inline gradient_filter gradient_make_filter(const plii_implicit_constraints* constraints, int begin) {
-    gradient_filter filter = {.begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
+/* That of the next node with constraints, from one that is all zero on; false: there is no other node. A node between
+   several bodies follows one that does not move, if there is one. */
+static inline bool gradient_next_filter(const plii_implicit_constraints* constraints, gradient_filter* filter) {
+    const int begin = filter->end, count = constraints->node_bound_count;
+    if (begin == count) { return false; }
+    const int node = constraints->items[begin].nodes[0];
+    *filter = (gradient_filter){.node = node, .begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
     bool is_led = false;
-    const int node = constraints->items[begin].nodes[0], count = constraints->node_bound_count;
-    for (; filter.end < count && constraints->items[filter.end].nodes[0] == node; ++filter.end) {
-        const plii_implicit_constraint* constraint = &constraints->items[filter.end];
+    for (; filter->end < count && constraints->items[filter->end].nodes[0] == node; ++filter->end) {
+        const plii_implicit_constraint* constraint = &constraints->items[filter->end];
         if (!gradient_is_rigid(constraint)) { continue; }
         if (!is_led || !constraints->rigids[constraint->rigid].is_dynamic) {
-            filter.rigid = constraints->rigids[constraint->rigid].is_dynamic ? constraint->rigid : PLI_NULL_INDEX;
-            filter.arm = constraint->arm;
+            filter->rigid = constraints->rigids[constraint->rigid].is_dynamic ? constraint->rigid : PLI_NULL_INDEX;
+            filter->arm = constraint->arm;
             is_led = true;
         }
-        if (constraint->rows == 1) { gradient_add_axis(&filter, constraint->normal); }
+        if (constraint->rows == 1) { gradient_add_axis(filter, constraint->normal); }
         for (int k = 0; k < 3 && constraint->rows == 3; ++k) {
-            gradient_add_axis(&filter, plii_dvec3_make(k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0));
+            gradient_add_axis(filter, plii_dvec3_make(k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0));
         }
     }
-    return filter;
+    return true;
 }
 
 static inline plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x) {

@@ -23,24 +23,16 @@ plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node) {
 
 enum { IMPLICIT_SOLVE_NS = 5, IMPLICIT_SWEEP_NS = 40 }; /* per node */
 
-/* Of a pass over the nodes: what it reads and writes. */
-typedef struct implicit_nodes {
-    const plii_implicit_system* system;
-    const plii_dvec3* from;
-    plii_dvec3* to;
-    double factor;
-} implicit_nodes;
-
 static void implicit_solve_range(int begin, int end, void* data) {
-    const implicit_nodes* nodes = data;
+    const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
-        nodes->to[i] = plii_implicit_block_solve(&nodes->system->blocks[i], nodes->from[i]);
+        pass->to[i] = plii_implicit_block_solve(&pass->system->blocks[i], pass->a[i]);
     }
 }
 
 void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_dvec3* from, plii_dvec3* to) {
-    implicit_nodes nodes = {.system = system, .from = from, .to = to};
-    plii_implicit_run(system, implicit_solve_range, &nodes, IMPLICIT_SOLVE_NS);
+    plii_implicit_pass pass = {.system = system, .a = from, .to = to};
+    plii_implicit_run(system, implicit_solve_range, &pass, IMPLICIT_SOLVE_NS);
 }
 
 static void implicit_start(plii_implicit_system* system) {
@@ -55,15 +47,15 @@ static void implicit_swap(plii_implicit_system* system) {
 }
 
 static void implicit_sweep_range(int begin, int end, void* data) {
-    const implicit_nodes* nodes = data;
+    const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
-        nodes->to[i] = plii_implicit_swept(nodes->system, i);
+        pass->to[i] = plii_implicit_swept(pass->system, i);
     }
 }
 
 static void implicit_run_sweep(const plii_implicit_system* system, plii_dvec3* swept) {
-    implicit_nodes nodes = {.system = system, .to = swept};
-    plii_implicit_run(system, implicit_sweep_range, &nodes, IMPLICIT_SWEEP_NS);
+    plii_implicit_pass pass = {.system = system, .to = swept};
+    plii_implicit_run(system, implicit_sweep_range, &pass, IMPLICIT_SWEEP_NS);
 }
 
 /* Friction of what nothing moves on each node as if it were alone. A sweep passes on little of it where springs are
@@ -97,10 +89,10 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
 }
 
 static void implicit_blend_range(int begin, int end, void* data) {
-    const implicit_nodes* nodes = data;
+    const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
-        const plii_dvec3 way = plii_dvec3_sub(nodes->from[i], nodes->to[i]);
-        nodes->to[i] = plii_dvec3_add_scaled(nodes->to[i], way, nodes->factor);
+        const plii_dvec3 way = plii_dvec3_sub(pass->a[i], pass->to[i]);
+        pass->to[i] = plii_dvec3_add_scaled(pass->to[i], way, pass->factor);
     }
 }
 
@@ -111,8 +103,8 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
         memcpy(rigid->product, rigid->change, sizeof rigid->product);
     }
     plii_implicit_project(constraints, system->residual);
-    implicit_nodes nodes = {system, system->residual, system->spare, weight};
-    plii_implicit_run(system, implicit_blend_range, &nodes, IMPLICIT_SOLVE_NS);
+    plii_implicit_pass pass = {system, system->residual, NULL, system->spare, weight};
+    plii_implicit_run(system, implicit_blend_range, &pass, IMPLICIT_SOLVE_NS);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         for (int k = 0; k < 6; ++k) {
             const double before = rigid->direction[k];
@@ -171,10 +163,10 @@ static double implicit_norm(const plii_implicit_system* system) {
 }
 
 static void implicit_power_range(int begin, int end, void* data) {
-    const implicit_nodes* nodes = data;
+    const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
-        const plii_dvec3 b = plii_dvec3_scale(implicit_gather(nodes->system, i, nodes->from), nodes->factor);
-        nodes->to[i] = plii_implicit_block_solve(&nodes->system->blocks[i], b);
+        const plii_dvec3 b = plii_dvec3_scale(implicit_gather(pass->system, i, pass->a), pass->factor);
+        pass->to[i] = plii_implicit_block_solve(&pass->system->blocks[i], b);
     }
 }
 
@@ -200,8 +192,8 @@ double plii_implicit_spectral_radius(plii_implicit_system* system) {
     for (int s = 0; s < IMPLICIT_POWER_ITERATIONS; ++s) {
         const double norm = implicit_norm(system);
         if (!(norm > 0.0)) { break; }
-        implicit_nodes nodes = {system, system->solution, system->spare, 1.0 / norm};
-        plii_implicit_run(system, implicit_power_range, &nodes, IMPLICIT_SWEEP_NS);
+        plii_implicit_pass pass = {system, system->solution, NULL, system->spare, 1.0 / norm};
+        plii_implicit_run(system, implicit_power_range, &pass, IMPLICIT_SWEEP_NS);
         implicit_swap(system);
         radius = implicit_norm(system);
     }

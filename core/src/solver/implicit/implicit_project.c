@@ -207,16 +207,6 @@ void plii_implicit_project_node(const plii_implicit_constraints* constraints, in
     }
 }
 
-static void project_nodes(const plii_implicit_constraints* constraints, plii_dvec3* x) {
-    const int count = constraints->node_bound_count;
-    for (int begin = 0, end = 0; begin < count; begin = end) {
-        while (end < count && constraints->items[end].nodes[0] == constraints->items[begin].nodes[0]) {
-            ++end;
-        }
-        plii_implicit_project_node(constraints, begin, end, x);
-    }
-}
-
 /* Adds to the impulse of a point of a face. */
 static void project_add_impulse(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
                                 plii_dvec3 more, plii_dvec3* x) {
@@ -344,7 +334,12 @@ void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x
         project_points(constraints, false, IMPLICIT_POINT_PASSES, x);
         project_push_all(constraints, 0, first, -1.0, x);
     }
-    project_nodes(constraints, x);
+    for (int begin = 0, end = 0; begin < first; begin = end) {
+        while (end < first && constraints->items[end].nodes[0] == constraints->items[begin].nodes[0]) {
+            ++end;
+        }
+        plii_implicit_project_node(constraints, begin, end, x);
+    }
     plii_implicit_share_nodes(constraints);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         if (constraints->rigids[i].is_dynamic) { project_rigid(constraints, i, x); }

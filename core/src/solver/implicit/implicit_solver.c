@@ -247,7 +247,8 @@ static void implicit_predict(pli_body* body, float dt) {
     state->report = (pli_implicit_report){0};
     plii_implicit_run(system, implicit_external_range, system, IMPLICIT_NODE_NS);
     plii_implicit_gather_holds(body, system);
-    state->report.collapsed_links = plii_implicit_assemble(system, NULL);
+    system->leads = NULL;
+    state->report.collapsed_links = plii_implicit_assemble(system);
     plii_implicit_constraints_gather(body, &state->constraints, false, system->blocks, NULL);
     implicit_iterate(state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
@@ -301,7 +302,7 @@ static bool implicit_is_shifted(const pli_body* body, const plii_dvec3* noted) {
 }
 
 /* Springs anew where the solution has brought them. */
-static void implicit_linearise_again(const pli_body* body, implicit_state* state) {
+static void implicit_linearise_again(const pli_body* body, implicit_state* state, bool releases_contacts) {
     plii_implicit_system* system = &state->system;
     plii_dvec3* leads = system->spare;
     for (int i = 0; i < body->node_count; ++i) {
@@ -317,8 +318,9 @@ static void implicit_linearise_again(const pli_body* body, implicit_state* state
     for (PLII_EACH(const plii_implicit_hold, hold, state->holds.items, state->holds.count)) {
         system->rhs[hold->node] = plii_dvec3_add(system->rhs[hold->node], hold->rhs);
     }
-    state->report.collapsed_links = plii_implicit_assemble(system, leads);
-    plii_implicit_constraints_update_blocks(&state->constraints);
+    system->leads = leads;
+    state->report.collapsed_links = plii_implicit_assemble(system);
+    plii_implicit_constraints_update(&state->constraints, releases_contacts);
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
@@ -343,8 +345,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         excess = plii_implicit_excess(system);
         const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
         if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
-        implicit_linearise_again(body, state);
-        if (round == 0 && !is_exact) { plii_implicit_constraints_release(&state->constraints); }
+        implicit_linearise_again(body, state, round == 0 && !is_exact);
         implicit_descend(state, iterations, true);
         implicit_keep_momentum(system);
         share = plii_implicit_search(system);
@@ -389,16 +390,6 @@ static void implicit_corrections_range(int begin, int end, void* data) {
     }
 }
 
-/* Those that the stage has moved. */
-static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constraints* constraints) {
-    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->node_bound_count)) {
-        const pli_vec3 x = plii_xyz(body->positions[constraint->nodes[0]]),
-                       solved = implicit_reached(body, constraint->nodes[0]);
-        const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
-        if (has_moved && !constraint->is_pinned) { plii_implicit_constraint_reproject(body, constraints, constraint); }
-    }
-}
-
 static void implicit_begin(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
@@ -411,9 +402,15 @@ static void implicit_begin(pli_body* body) {
 /* Twice: little beside the solution, and what lies in piles comes to rest by it. */
 static void implicit_couple(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
+    plii_implicit_constraints* constraints = &state->constraints;
     plii_run_stage(body, PLII_STAGE_COUPLE);
     plii_run_stage(body, PLII_STAGE_COUPLE);
-    implicit_project_moved_nodes(body, &state->constraints);
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->node_bound_count)) {
+        const pli_vec3 x = plii_xyz(body->positions[constraint->nodes[0]]),
+                       solved = implicit_reached(body, constraint->nodes[0]);
+        const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
+        if (has_moved && !constraint->is_pinned) { plii_implicit_constraint_reproject(body, constraints, constraint); }
+    }
 }
 
 static void implicit_end(pli_body* body) {

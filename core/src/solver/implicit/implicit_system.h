@@ -44,14 +44,16 @@ typedef struct plii_implicit_system {
     plii_dvec3* solution; /* change of velocity, m/s */
     plii_dvec3* spare;
     plii_dvec3* residual;
-    plii_dvec3* before;    /* the solution that nodes have followed */
+    plii_dvec3* before; /* the solution that nodes have followed */
+    /* By node, the velocity that leads from the present positions to those of free flight; NULL at the start of a step,
+       when it is that of the body. */
+    const plii_dvec3* leads;
     plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
 } plii_implicit_system;
 
-/* Springs at their present lengths, and holds; adds the spring part to rhs. `leads` is, by node, the velocity that
-   leads from the present positions to those of free flight; NULL at the start of a step, when it is that of the body.
-   Gives the number of springs that are too short to have a direction. */
-int plii_implicit_assemble(plii_implicit_system* system, const plii_dvec3* leads);
+/* Springs at their present lengths, and holds; adds the spring part to rhs. Gives the number of springs that are too
+   short to have a direction. */
+int plii_implicit_assemble(const plii_implicit_system* system);
 
 /* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
 void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system);
@@ -67,6 +69,14 @@ double plii_implicit_excess(const plii_implicit_system* system);
 /* Goes back towards the solution before, where the body and the linearisation are, until what backward Euler minimises
    is not more than there. Gives the share of the way that is left. */
 double plii_implicit_search(plii_implicit_system* system);
+
+/* Of a pass over the nodes: what it reads and writes. */
+typedef struct plii_implicit_pass {
+    const plii_implicit_system* system;
+    const plii_dvec3 *a, *b;
+    plii_dvec3* to;
+    double factor;
+} plii_implicit_pass;
 
 /* Runs over the nodes on several threads, where one takes so long. */
 static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,

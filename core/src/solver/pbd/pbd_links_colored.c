@@ -19,18 +19,6 @@ typedef struct colored_links_state {
     uint32_t link_revision; /* of both */
 } colored_links_state;
 
-/* Lanes without a link and links between pinned nodes have no weight. Rest lengths above 0 keep sums above 0 that
-   the kernel divides by. */
-static void colored_links_refresh(pli_body* body, colored_links_state* state) {
-    const int slot_count = plii_link_colors_slot_count(state->colors);
-    for (int i = 0; i < slot_count; ++i) {
-        const int link = plii_link_colors_link(state->colors, i);
-        const float mass_term = link != PLI_NULL_INDEX ? plii_link_mass_term(body, link) : 0.0f;
-        state->rest_squared[i] = link != PLI_NULL_INDEX ? fmaxf(body->links[link].rest_length_squared, FLT_MIN) : 1.0f;
-        state->weights[i] = mass_term > 0.0f ? 1.0f / mass_term : 0.0f;
-    }
-}
-
 static void colored_links_sweep(pli_body* body, void* data) {
     const colored_links_state* state = data;
     const plii_links_task task = {.body = body,
@@ -56,11 +44,19 @@ static bool colored_links_choose_sweep(pli_body* body, colored_links_state* stat
     return is_ready;
 }
 
+/* Lanes without a link and links between pinned nodes have no weight. Rest lengths above 0 keep sums above 0 that
+   the kernel divides by. */
 static void colored_links_prepare(pli_body* body, void* data) {
     colored_links_state* state = data;
     if (state->link_revision == body->link_revision) { return; }
     if (!colored_links_choose_sweep(body, state)) { return; } /* without memory links keep their order in this step */
-    if (body->sweep_links == colored_links_sweep) { colored_links_refresh(body, state); }
+    const int slot_count = body->sweep_links == colored_links_sweep ? plii_link_colors_slot_count(state->colors) : 0;
+    for (int i = 0; i < slot_count; ++i) {
+        const int link = plii_link_colors_link(state->colors, i);
+        const float mass_term = link != PLI_NULL_INDEX ? plii_link_mass_term(body, link) : 0.0f;
+        state->rest_squared[i] = link != PLI_NULL_INDEX ? fmaxf(body->links[link].rest_length_squared, FLT_MIN) : 1.0f;
+        state->weights[i] = mass_term > 0.0f ? 1.0f / mass_term : 0.0f;
+    }
     state->link_revision = body->link_revision;
 }
 

@@ -11,14 +11,14 @@ typedef struct plii_pbd_nodes {
     float dt;         /* s */
     pli_vec3 gravity; /* change of velocities, m/s */
     float limit;      /* of the change by forces, m/s */
-    float rate;       /* velocities, or their change, for motions since the start of the step, 1/s */
+    float rate;       /* velocities for motions since the start of the step, 1/s */
 } plii_pbd_nodes;
 
 typedef struct plii_pbd_nodes_kernel {
     pli_range_fn* add_gravity;
     pli_range_fn* add_forces; /* where there are some, and move; forces become 0 */
     pli_range_fn* fly;        /* add gravity and move, where nothing else pulls */
-    pli_range_fn *set_velocities, *add_velocities;
+    pli_range_fn* set_velocities;
 } plii_pbd_nodes_kernel;
 
 extern const plii_pbd_nodes_kernel plii_pbd_nodes_base, plii_pbd_nodes_avx2;

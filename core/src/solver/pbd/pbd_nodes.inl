@@ -44,26 +44,17 @@ PLII_SIMD_INLINE void nodes_add_forces_at(const plii_pbd_nodes* nodes, int node,
     nodes_move(nodes, node, are_two, velocity);
 }
 
-PLII_SIMD_INLINE plii_float8 nodes_velocity(const plii_pbd_nodes* nodes, int node, bool are_two) {
+PLII_SIMD_INLINE void nodes_set_velocities_at(const plii_pbd_nodes* nodes, int node, bool are_two) {
     const plii_float8 moved = plii_float8_sub(plii_float8_from(nodes->positions, node, are_two),
                                               plii_float8_from(nodes->previous, node, are_two));
-    return plii_float8_xyz(plii_float8_mul(moved, plii_float8_all(nodes->rate)));
-}
-
-PLII_SIMD_INLINE void nodes_set_velocities_at(const plii_pbd_nodes* nodes, int node, bool are_two) {
-    plii_float8_to(nodes->velocities, node, are_two, nodes_velocity(nodes, node, are_two));
-}
-
-PLII_SIMD_INLINE void nodes_add_velocities_at(const plii_pbd_nodes* nodes, int node, bool are_two) {
-    const plii_float8 velocity = plii_float8_from(nodes->velocities, node, are_two);
-    plii_float8_to(nodes->velocities, node, are_two, plii_float8_add(velocity, nodes_velocity(nodes, node, are_two)));
+    const plii_float8 velocity = plii_float8_xyz(plii_float8_mul(moved, plii_float8_all(nodes->rate)));
+    plii_float8_to(nodes->velocities, node, are_two, velocity);
 }
 
 PLII_RECORDS_RANGE(nodes_add_gravity, plii_pbd_nodes)
 PLII_RECORDS_RANGE(nodes_add_forces, plii_pbd_nodes)
 PLII_RECORDS_RANGE(nodes_fly, plii_pbd_nodes)
 PLII_RECORDS_RANGE(nodes_set_velocities, plii_pbd_nodes)
-PLII_RECORDS_RANGE(nodes_add_velocities, plii_pbd_nodes)
 
 #define NODES_KERNEL                                                                                                   \
-    { nodes_add_gravity, nodes_add_forces, nodes_fly, nodes_set_velocities, nodes_add_velocities }
+    { nodes_add_gravity, nodes_add_forces, nodes_fly, nodes_set_velocities }

@@ -112,11 +112,10 @@ static void solver_end(pli_body* body) {
     const plii_step* step = &body->step;
     const pli_solver_settings* settings = &body->solver;
     if (body->followed_rigids != NULL) { body->finish_rigids(body, step->dt); }
-    const plii_pbd_nodes_kernel* pass = PLII_KERNEL(body->context, &plii_pbd_nodes);
-    plii_pbd_nodes nodes = solver_nodes_of(body);
     if (settings->position_iterations > 0) {
+        plii_pbd_nodes nodes = solver_nodes_of(body);
         nodes.rate = step->inverse_dt * (1.0f - settings->velocity_damping);
-        solver_run_pass(body, &nodes, pass->set_velocities);
+        solver_run_pass(body, &nodes, PLII_KERNEL(body->context, &plii_pbd_nodes)->set_velocities);
     }
     if (settings->drift_iterations > 0) {
         /* The drift solve measures from the solved positions, which must be good to fall back to. */
@@ -127,8 +126,11 @@ static void solver_end(pli_body* body) {
         for (int i = 0; i < settings->drift_iterations; ++i) {
             plii_run_stage(body, PLII_STAGE_DRIFT);
         }
-        nodes.rate = settings->drift_correction * step->inverse_dt;
-        solver_run_pass(body, &nodes, pass->add_velocities);
+        const float rate = settings->drift_correction * step->inverse_dt;
+        for (int i = 0; i < body->node_count; ++i) {
+            const pli_vec3 moved = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
+            plii_add_xyz(&body->velocities[i], pli_vec3_scale(moved, rate));
+        }
     }
     plii_run_stage(body, PLII_STAGE_FINISH);
 }

@@ -10,7 +10,6 @@ typedef struct plii_xpbd_nodes {
     pli_vec4 *positions, *velocities, *displacements, *start_displacements;
     const pli_vec4 *previous, *accelerations;
     float dt, inverse_dt; /* of the substep */
-    float kept;           /* of velocities at the end of the step */
     bool follows;         /* positions, with the nodes */
 } plii_xpbd_nodes;
 
@@ -19,7 +18,6 @@ typedef struct plii_xpbd_nodes_kernel {
     pli_range_fn* move;   /* freely, to the end of a substep */
     pli_range_fn* finish; /* after the sweeps of a substep: velocities */
     pli_range_fn* finish_and_move;
-    pli_range_fn* damp; /* after the last substep */
 } plii_xpbd_nodes_kernel;
 
 extern const plii_xpbd_nodes_kernel plii_xpbd_nodes_base, plii_xpbd_nodes_avx2;

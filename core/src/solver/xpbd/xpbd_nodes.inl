@@ -4,11 +4,6 @@
 #include "math/simd_float8.h"
 #include "solver/xpbd/xpbd_nodes.h"
 
-/* `yes` for nodes that are not pinned. */
-PLII_SIMD_INLINE plii_float8 nodes_where_free(plii_float8 with_mass, plii_float8 yes, plii_float8 no) {
-    return plii_float8_select_less(plii_float8_all(0.0f), plii_float8_all_w(with_mass), yes, no);
-}
-
 PLII_SIMD_INLINE void nodes_fly(const plii_xpbd_nodes* nodes, int node, bool are_two, plii_float8 velocity,
                                 plii_float8 start_displacements) {
     const plii_float8 dt = plii_float8_all(nodes->dt);
@@ -49,7 +44,7 @@ PLII_SIMD_INLINE plii_float8 nodes_velocity(const plii_xpbd_nodes* nodes, int no
     const plii_float8 changed = plii_float8_add(velocity, added);
     const plii_float8 speeds = plii_float8_max(changed, plii_float8_sub(plii_float8_all(0.0f), changed));
     const plii_float8 kept = plii_float8_where_greater(speeds, plii_float8_all(NODES_STILL), changed);
-    return nodes_where_free(displacement, kept, velocity);
+    return plii_float8_select_less(plii_float8_all(0.0f), plii_float8_all_w(displacement), kept, velocity);
 }
 
 /* The displacement from where the position is then. */
@@ -78,18 +73,10 @@ PLII_SIMD_INLINE void nodes_finish_and_move_at(const plii_xpbd_nodes* nodes, int
     nodes_fly(nodes, node, are_two, velocity, nodes_carry(nodes, node, are_two, displacement));
 }
 
-PLII_SIMD_INLINE void nodes_damp_at(const plii_xpbd_nodes* nodes, int node, bool are_two) {
-    const plii_float8 velocity = plii_float8_from(nodes->velocities, node, are_two);
-    const plii_float8 damped = plii_float8_mul(velocity, plii_float8_all(nodes->kept));
-    plii_float8_to(nodes->velocities, node, are_two,
-                   nodes_where_free(plii_float8_from(nodes->positions, node, are_two), damped, velocity));
-}
-
 PLII_RECORDS_RANGE(nodes_begin, plii_xpbd_nodes)
 PLII_RECORDS_RANGE(nodes_move, plii_xpbd_nodes)
 PLII_RECORDS_RANGE(nodes_finish, plii_xpbd_nodes)
 PLII_RECORDS_RANGE(nodes_finish_and_move, plii_xpbd_nodes)
-PLII_RECORDS_RANGE(nodes_damp, plii_xpbd_nodes)
 
 #define NODES_KERNEL                                                                                                   \
-    { nodes_begin, nodes_move, nodes_finish, nodes_finish_and_move, nodes_damp }
+    { nodes_begin, nodes_move, nodes_finish, nodes_finish_and_move }

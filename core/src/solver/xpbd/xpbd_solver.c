@@ -35,49 +35,42 @@ typedef struct xpbd_state {
 
 // -------------------------------------------------------------------------------------------------------- the step
 
-typedef struct xpbd_prediction {
-    pli_body* body;
-    pli_vec4* accelerations;
-    float dt, limit; /* of accelerations by forces, as in the position-based solver, m/s^2 */
-} xpbd_prediction;
-
-/* Consumes the forces. */
-static pli_vec3 xpbd_acceleration(const xpbd_prediction* prediction, int node) {
-    const pli_body* body = prediction->body;
+/* Consumes the forces; `limit` of accelerations by them, m/s^2. */
+static pli_vec3 xpbd_acceleration(const pli_body* body, int node, float limit) {
     const float inverse_mass = body->positions[node].w;
     pli_vec3 acceleration = pli_vec3_make(0, 0, 0);
     if (body->forces != NULL) {
-        acceleration = plii_vec3_clamp(pli_vec3_scale(body->forces[node], inverse_mass), prediction->limit);
+        acceleration = plii_vec3_clamp(pli_vec3_scale(body->forces[node], inverse_mass), limit);
         body->forces[node] = pli_vec3_make(0, 0, 0);
     }
     return inverse_mass > 0.0f ? pli_vec3_add(acceleration, body->world->def.gravity) : pli_vec3_make(0, 0, 0);
 }
 
 static void xpbd_integrate_free(int begin, int end, void* data) {
-    const xpbd_prediction* prediction = data;
-    pli_body* body = prediction->body;
-    const plii_float4 dt = plii_float4_all(prediction->dt);
+    const pli_body* body = data;
+    const plii_step* step = &body->step;
+    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
+    /* As in the position-based solver. */
+    const float limit = body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt;
+    const plii_float4 dt = plii_float4_all(step->dt);
     for (int i = begin; i < end; ++i) {
-        const pli_vec3 a = xpbd_acceleration(prediction, i);
+        const pli_vec3 a = xpbd_acceleration(body, i, limit);
         const plii_float4 acceleration = plii_lanes_xyzw(a.x, a.y, a.z, 0.0f);
         const plii_float4 position = plii_float4_from(&body->positions[i]);
         const plii_float4 velocity = plii_float4_from(&body->velocities[i]) + acceleration * dt;
-        plii_float4_to(&prediction->accelerations[i], acceleration);
+        plii_float4_to(&state->accelerations[i], acceleration);
         plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
         plii_float4_to(&body->positions[i], position + velocity * dt);
     }
 }
 
 static void xpbd_predict(pli_body* body, float dt) {
-    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
     body->gas = NULL;
     plii_run_stage(body, PLII_STAGE_FORCES);
-    xpbd_prediction prediction = {body, state->accelerations, step->dt,
-                                  body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt};
-    plii_parallel_for(body->context, xpbd_integrate_free, &prediction, body->node_count, XPBD_NODES_GRAIN);
+    plii_parallel_for(body->context, xpbd_integrate_free, body, body->node_count, XPBD_NODES_GRAIN);
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
 }
@@ -108,8 +101,7 @@ static void xpbd_begin(pli_body* body) {
                                    .previous = body->previous,
                                    .accelerations = state->accelerations,
                                    .dt = run->substep.dt,
-                                   .inverse_dt = run->substep.inverse_dt,
-                                   .kept = 1.0f - body->solver.velocity_damping};
+                                   .inverse_dt = run->substep.inverse_dt};
     run->has_finish = false;
     for (int k = 0; k < run->kinds.count; ++k) {
         run->has_finish = run->has_finish || run->kinds.at[k]->klass->substepped->finish != NULL;
@@ -156,7 +148,11 @@ static void xpbd_end(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     xpbd_run* run = &state->run;
     xpbd_end_substep(body, state);
-    if (run->nodes.kept < 1.0f) { xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->damp); }
+    const float kept = 1.0f - body->solver.velocity_damping;
+    for (int i = 0; i < body->node_count && kept < 1.0f; ++i) {
+        const pli_vec3 velocity = plii_xyz(body->velocities[i]);
+        if (body->positions[i].w > 0.0f) { plii_set_xyz(&body->velocities[i], pli_vec3_scale(velocity, kept)); }
+    }
     plii_substep_rigids_finish(body, run->substep.dt);
     body->substep = NULL;
     plii_run_stage(body, PLII_STAGE_FINISH);
