@@ -40,10 +40,6 @@ pli_status plii_check_between(pli_context* context, float value, float low, floa
 pli_status plii_check_vec3_between(pli_context* context, pli_vec3 value, float low, float high, const char* name,
                                    const char* function);
 /* The same of the absolute. */
-static inline pli_status plii_check_within(pli_context* context, float value, float limit, const char* name,
-                                           const char* function) {
-    return plii_check_between(context, value, -limit, limit, name, function);
-}
 static inline pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float limit, const char* name,
                                                 const char* function) {
     return plii_check_vec3_between(context, value, -limit, limit, name, function);
