@@ -158,15 +158,14 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* gr
     }
     groups->block_count = block_count;
     groups_read_rigids(groups);
-    groups->kernel = PLII_KERNEL(context, &plii_contact_kernel);
-    groups->kernel->prepare(groups, step);
+    plii_contact_groups_prepare(groups, step);
     return true;
 }
 
 void plii_contact_batches_solve(plii_contact_batches* groups) {
     if (groups->count == 0) { return; }
     groups_read_rigids(groups); /* joints may have moved them */
-    groups->kernel->solve(groups);
+    plii_contact_groups_solve(groups);
     for (PLII_EACH(const plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
         if (touched->rigid == NULL || touched->rigid->state.inverse_mass == 0.0f) { continue; }
         touched->rigid->state.linear_velocity = plii_xyz(touched->linear_velocity);
@@ -176,7 +175,7 @@ void plii_contact_batches_solve(plii_contact_batches* groups) {
 
 void plii_contact_batches_finish(plii_contact_batches* groups) {
     if (groups->count == 0) { return; }
-    groups->kernel->finish(groups);
+    plii_contact_groups_finish(groups);
     groups->count = 0;
 }
 
