@@ -6,7 +6,6 @@
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "contact/soft_contacts_impl.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
