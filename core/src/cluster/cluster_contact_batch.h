@@ -61,10 +61,9 @@ typedef struct plii_contact_batches {
     uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
 } plii_contact_batches;
 
-/* What groups of contacts do in a step (cluster_contact_solve.c). */
-void plii_contact_groups_prepare(plii_contact_batches* groups, const plii_step* step); /* fills the blocks */
-void plii_contact_groups_solve(plii_contact_batches* groups);  /* one iteration, on the clusters and groups->rigids */
-void plii_contact_groups_finish(plii_contact_batches* groups); /* adds to the impulses of the clusters */
+/* Parts of the below (cluster_contact_solve.c): fill the blocks; one iteration, on the clusters and on rigids. */
+void plii_contact_groups_prepare(plii_contact_batches* groups, const plii_step* step);
+void plii_contact_groups_solve(plii_contact_batches* groups);
 
 /* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
    until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */

@@ -131,15 +131,12 @@ bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups
     return true;
 }
 
-static pli_vec4 groups_with_zero(pli_vec3 v) {
-    return (pli_vec4){v.x, v.y, v.z, 0.0f};
-}
-
+/* w stays 0. */
 static void groups_read_rigids(plii_contact_batches* groups) {
     for (PLII_EACH(plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
         if (touched->rigid == NULL) { continue; }
-        touched->linear_velocity = groups_with_zero(touched->rigid->state.linear_velocity);
-        touched->angular_velocity = groups_with_zero(touched->rigid->state.angular_velocity);
+        plii_set_xyz(&touched->linear_velocity, touched->rigid->state.linear_velocity);
+        plii_set_xyz(&touched->angular_velocity, touched->rigid->state.angular_velocity);
     }
 }
 
@@ -171,12 +168,6 @@ void plii_contact_batches_solve(plii_contact_batches* groups) {
         touched->rigid->state.linear_velocity = plii_xyz(touched->linear_velocity);
         touched->rigid->state.angular_velocity = plii_xyz(touched->angular_velocity);
     }
-}
-
-void plii_contact_batches_finish(plii_contact_batches* groups) {
-    if (groups->count == 0) { return; }
-    plii_contact_groups_finish(groups);
-    groups->count = 0;
 }
 
 /* Four contacts to a block, in some disorder. */

@@ -361,7 +361,7 @@ static void groups_hand_on(const plii_group_side* side, plii_vec3x4 linear, plii
 /* What the iterations did to the velocity of a cluster its nodes have still to follow. The motions of clusters that
    share nodes are averaged over those that were pushed, displacements by their number: none must not count. A rigid
    body is not displaced; Bullet gives it a velocity instead, and momentum from nothing. */
-void plii_contact_groups_finish(plii_contact_batches* groups) {
+void plii_contact_batches_finish(plii_contact_batches* groups) {
     for (PLII_EACH(const plii_contact_batch, group, groups->groups, groups->count)) {
         const group_sums sums = groups_sum_up(groups, group);
         for (int i = 0; i < 2; ++i) {
@@ -370,4 +370,5 @@ void plii_contact_groups_finish(plii_contact_batches* groups) {
             groups_hand_on(side, sums.drifts.linear[i], sums.drifts.angular[i], sums.drift_counts, true);
         }
     }
+    groups->count = 0;
 }
