@@ -18,11 +18,6 @@ static inline float plii_contact_face_weight(const pli_vec4* positions, const in
            positions[face[2]].w * (weights.z * weights.z);
 }
 
-/* The same; see plii_point_weight_unpinned. */
-static inline float plii_contact_face_weight_unpinned(const pli_vec4* positions, const int* face, pli_vec3 weights) {
-    return plii_point_weight_unpinned(positions, 3, face, (const float[3]){weights.x, weights.y, weights.z});
-}
-
 /* Share of its sliding that a contact leaves in each solve. What slides slower than the friction cone allows sticks;
    else friction takes a fixed share. That may exceed 1, as in Bullet; the sliding is then reversed. */
 static inline float plii_contact_slip(pli_vec3 motion, pli_vec3 normal, float friction) {

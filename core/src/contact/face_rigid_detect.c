@@ -122,10 +122,8 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
                          .rotation_vector = pli_vec3_scale(candidate->rigid->state.angular_velocity, body->step.dt),
                          .reach = pli_vec3_length(plii_vec3_max(pli_vec3_neg(local.min), local.max))};
     const pli_bounds before = plii_bounds_transform(local, pass.begin), after = plii_bounds_transform(local, pass.end);
-    pass.bounds.min = plii_vec3_min(before.min, after.min);
-    pass.bounds.max = plii_vec3_max(before.max, after.max);
-    pass.bounds =
-        plii_bounds_grow(pass.bounds, rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.rotation_vector)));
+    pass.bounds = plii_bounds_grow(plii_bounds_join(before, after),
+                                   rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.rotation_vector)));
     return pass;
 }
 
