@@ -50,5 +50,3 @@ pli_status plii_check_finite_points(pli_context* context, int count, const pli_v
 /* PLI_OK, or the error of an index: "node 5 is out of range, the body has 3 nodes". */
 pli_status plii_check_index(pli_context* context, int index, int count, const char* what, const char* owner,
                             const char* function);
-/* PLI_OK, or the error of a mass that is neither 0 nor within the limits. */
-pli_status plii_check_mass(pli_context* context, float mass, const char* name, const char* function);
