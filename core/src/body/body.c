@@ -1,10 +1,7 @@
 /* A body's life and state: cooking a mesh, access to nodes, measures. Features live in their own files. */
 
-#include "base/handle.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "math/dvec3.h"
 #include "mesh/mesh_impl.h"
 

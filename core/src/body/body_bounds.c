@@ -1,7 +1,6 @@
 /* Passes over all nodes or faces of a body that gather one figure: bounds, finiteness, volume. */
 
 #include "body/body_impl.h"
-#include "math/range.h"
 #include "math/simd_float4.h"
 
 typedef struct node_extent {

@@ -1,9 +1,7 @@
 #pragma once
 
-#include "base/context.h"
 #include "base/handle.h"
 #include "body/feature.h"
-#include "math/vec.h"
 #include "mesh/topology.h"
 
 /* 12 bytes. What follows from masses and material is made where it is needed. */

@@ -32,7 +32,6 @@ typedef struct held_rigids {
 } held_rigids;
 
 static void held_rigids_add(pli_body* body, pli_rigid* rigid, void* user) {
-    (void)body;
     held_rigids* held = user;
     if (rigid == NULL) { return; }
     if (held->count < held->capacity) { held->rigids[held->count] = rigid; }

@@ -1,6 +1,5 @@
 /* Service: the force accumulator of the nodes. Bodies that feel nothing but gravity do without it. */
 
-#include "body/body_impl.h"
 #include "body/world_state.h"
 
 const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,

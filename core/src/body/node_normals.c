@@ -1,7 +1,6 @@
 /* Services: unit normals of nodes and faces, refreshed after each step, and their areas at rest.
    Matches btSoftBody::updateNormals and updateArea(true). */
 
-#include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "math/simd_float4.h"
 

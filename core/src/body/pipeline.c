@@ -4,7 +4,6 @@
 
 #include "body/feature_arrays.h"
 #include "body/substep.h"
-#include "body/world_state.h"
 
 #include <string.h>
 

@@ -2,10 +2,8 @@
 
 #include "body/rigid_lanes.h"
 
-#include "base/handle.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #include <stdio.h>

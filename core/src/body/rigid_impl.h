@@ -1,9 +1,7 @@
 #pragma once
 
-#include "base/context.h"
 #include "base/handle.h"
 #include "math/range.h"
-#include "math/vec.h"
 #include "pliant/rigid.h"
 
 /* A velocity, or a motion. */

@@ -2,7 +2,6 @@
 
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
-#include "body/world_state.h"
 
 static void substep_kinds_insert(plii_substep_kinds* kinds, const plii_feature* feature) {
     const int order = feature->klass->substepped->order;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "base/context.h"
-#include "base/handle.h"
 #include "body/body_impl.h"
 #include "body/rigid_impl.h"
 #include "body/world_sleep.h"

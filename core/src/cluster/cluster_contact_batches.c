@@ -131,15 +131,12 @@ bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups
     return true;
 }
 
-static pli_vec4 groups_with_zero(pli_vec3 v) {
-    return (pli_vec4){v.x, v.y, v.z, 0.0f};
-}
-
+/* w stays 0. */
 static void groups_read_rigids(plii_contact_batches* groups) {
     for (PLII_EACH(plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
         if (touched->rigid == NULL) { continue; }
-        touched->linear_velocity = groups_with_zero(touched->rigid->state.linear_velocity);
-        touched->angular_velocity = groups_with_zero(touched->rigid->state.angular_velocity);
+        plii_set_xyz(&touched->linear_velocity, touched->rigid->state.linear_velocity);
+        plii_set_xyz(&touched->angular_velocity, touched->rigid->state.angular_velocity);
     }
 }
 
@@ -158,26 +155,19 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* gr
     }
     groups->block_count = block_count;
     groups_read_rigids(groups);
-    groups->kernel = PLII_KERNEL(context, &plii_contact_kernel);
-    groups->kernel->prepare(groups, step);
+    plii_contact_groups_prepare(groups, step);
     return true;
 }
 
 void plii_contact_batches_solve(plii_contact_batches* groups) {
     if (groups->count == 0) { return; }
     groups_read_rigids(groups); /* joints may have moved them */
-    groups->kernel->solve(groups);
+    plii_contact_groups_solve(groups);
     for (PLII_EACH(const plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
         if (touched->rigid == NULL || touched->rigid->state.inverse_mass == 0.0f) { continue; }
         touched->rigid->state.linear_velocity = plii_xyz(touched->linear_velocity);
         touched->rigid->state.angular_velocity = plii_xyz(touched->angular_velocity);
     }
-}
-
-void plii_contact_batches_finish(plii_contact_batches* groups) {
-    if (groups->count == 0) { return; }
-    groups->kernel->finish(groups);
-    groups->count = 0;
 }
 
 /* Four contacts to a block, in some disorder. */

@@ -2,10 +2,8 @@
    joints. Bullet: CollideCL_RS, CollideCL_SS, SolveContact and CJoint. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "cluster/cluster_contacts_impl.h"
 #include "contact/contact_order.h"
-#include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
 static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
@@ -300,8 +298,5 @@ int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluste
 }
 
 pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_cluster_contacts* state = plii_feature_state(body, &plii_cluster_contacts_class);
-    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "cluster contacts are not enabled"); }
-    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
+    return plii_reorder_contacts(body, &plii_cluster_contacts_class, order, count, __func__);
 }

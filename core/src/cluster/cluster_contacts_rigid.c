@@ -114,8 +114,7 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
             if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
             const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
             state->surface[nodes[i]] = (plii_nearest_surface_point){distances[i], normal};
-            const pli_vec3 x = plii_xyz(body->positions[nodes[i]]);
-            found = (pli_bounds){plii_vec3_min(found.min, x), plii_vec3_max(found.max, x)};
+            found = plii_bounds_add(found, plii_xyz(body->positions[nodes[i]]));
         }
     }
     *near = found;

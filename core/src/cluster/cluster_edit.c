@@ -1,9 +1,7 @@
 /* Clusters of a body: adding and removing them, their settings, and what a user sees of them. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "cluster/cluster_impl.h"
-#include "math/definition.h"
 
 plii_clusters* plii_body_clusters(const pli_body* body) {
     return plii_feature_state(body, &plii_clusters_class);

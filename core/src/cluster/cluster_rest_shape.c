@@ -1,6 +1,7 @@
 /* Masses, rest shape and inertia of clusters. Bullet: initializeClusters, in its order of operations. */
 
 #include "cluster/cluster_impl.h"
+#include "math/rotation_fit.h"
 
 /* Mass of a pinned node: in reference mode an absolute one, else this many times all other masses of the cluster. */
 #define CLUSTER_BULLET_PINNED_MASS 1e18f
@@ -29,55 +30,23 @@ static void cluster_update_masses(const pli_body* body, const plii_clusters* clu
     cluster->inverse_mass = 1.0f / total;
 }
 
-static void cluster_rotate(double* p, double* q, double c, double s) {
-    const double before = *p;
-    *p = c * before - s * *q;
-    *q = s * before + c * *q;
-}
-
-/* Symmetric 3x3 matrix to eigenvalues and orthonormal columns, by Jacobi rotations. */
-static void cluster_eigen(double a[3][3], double vectors[3][3]) {
-    for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            vectors[i][k] = i == k ? 1.0 : 0.0;
-        }
-    }
-    for (int sweep = 0; sweep < 16; ++sweep) {
-        for (int p = 0; p < 2; ++p) {
-            for (int q = p + 1; q < 3; ++q) {
-                if (a[p][q] == 0.0) { continue; }
-                const double theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
-                const double t = (theta >= 0.0 ? 1.0 : -1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
-                const double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    cluster_rotate(&a[k][p], &a[k][q], c, s);
-                    cluster_rotate(&vectors[k][p], &vectors[k][q], c, s);
-                }
-                for (int k = 0; k < 3; ++k) {
-                    cluster_rotate(&a[p][k], &a[q][k], c, s);
-                }
-            }
-        }
-    }
-}
-
 /* Inverse of an inertia that may be singular: nodes in a line, or one node, do not turn about the directions in which
    they have no inertia, or less than `smallest` (Bullet divides by zero there). */
 static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia, double smallest) {
-    double a[3][3], vectors[3][3];
+    double a[4][4] = {{0}}, axes[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
     for (int i = 0; i < 3; ++i) {
         a[i][0] = (double)inertia.rows[i].x;
         a[i][1] = (double)inertia.rows[i].y;
         a[i][2] = (double)inertia.rows[i].z;
     }
-    cluster_eigen(a, vectors);
+    plii_diagonalize(a, axes);
     const double largest = fmax(a[0][0], fmax(a[1][1], a[2][2]));
     double inverse[3][3] = {{0}};
     for (int k = 0; k < 3; ++k) {
         if (!(a[k][k] > 1e-6 * largest) || !(a[k][k] > smallest)) { continue; }
         for (int i = 0; i < 3; ++i) {
             for (int j = 0; j < 3; ++j) {
-                inverse[i][j] += vectors[i][k] * vectors[j][k] / a[k][k];
+                inverse[i][j] += axes[k][i] * axes[k][j] / a[k][k];
             }
         }
     }

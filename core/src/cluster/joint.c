@@ -1,13 +1,10 @@
 /* The list of joints of a body and when a step solves it. Bullet: m_joints, prepareClusters, solveClusters,
    cleanupClusters. */
 
-#include "base/handle.h"
 #include "base/id_pool.h"
 #include "body/all_features.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "cluster/joint_impl.h"
-#include "math/definition.h"
 
 typedef struct joints_state {
     plii_joint* items; /* in the order of creation */
@@ -17,7 +14,8 @@ typedef struct joints_state {
 
 static plii_joint_end joint_end_of(const pli_joint_end* end) {
     if (end->body != NULL) { return plii_joint_end_of_cluster(end->body, end->cluster); }
-    return end->rigid != NULL ? plii_joint_end_of_rigid(end->rigid) : plii_joint_end_of_world();
+    if (end->rigid != NULL) { return plii_joint_end_of_rigid(end->rigid); }
+    return (plii_joint_end){.frame = pli_transform_identity()};
 }
 
 static void joints_visit_joined(const void* state, plii_joined_fn* visit, void* user) {

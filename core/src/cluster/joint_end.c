@@ -22,10 +22,6 @@ plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid) {
                             .inverse_inertia = rigid->state.inverse_inertia_world};
 }
 
-plii_joint_end plii_joint_end_of_world(void) {
-    return (plii_joint_end){.frame = pli_transform_identity()};
-}
-
 static pli_mat3 joint_finite_inverse(pli_mat3 m) {
     const pli_mat3 inverse = plii_mat3_inverse(m);
     return plii_mat3_is_finite(inverse) ? inverse : plii_mat3_diagonal(0, 0, 0);

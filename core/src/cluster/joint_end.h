@@ -22,7 +22,6 @@ typedef struct plii_joint_end {
 
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster);
 plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid);
-plii_joint_end plii_joint_end_of_world(void);
 
 /* Impulse per unit of relative velocity at offsets r_a and r_b; zero when neither side can move.
    Bullet: ImpulseMatrix(ima, iia, ra, imb, iib, rb) */

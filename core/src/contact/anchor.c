@@ -1,20 +1,59 @@
 /* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
    contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
 
-#include "base/handle.h"
-#include "body/body_impl.h"
+#include "pliant/anchor.h"
+#include "base/id_pool.h"
+#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
-#include "contact/anchor_impl.h"
-#include "math/definition.h"
+#include "body/substep_rigid.h"
 
-bool plii_anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
+#include <string.h>
+
+typedef struct plii_anchor {
+    int node, slot;
+    pli_rigid* rigid;
+    pli_vec3 pivot; /* in the frame of the rigid body */
+    float influence;
+    float compliance; /* m/N */
+    bool is_idle;     /* in this step: the rigid body is not present */
+    /* At the prediction, after which the host may move the rigid body. */
+    pli_vec3 start; /* of the goal */
+    unsigned pose_version;
+    union { /* for one step */
+        struct {
+            pli_vec3 offset;      /* from the centre of the rigid body, world axes */
+            pli_vec3 goal;        /* of the node */
+            pli_vec3 goal_motion; /* of a rigid body that takes no impulses */
+            pli_mat3 matrix;      /* from the change of displacement that is wanted to an impulse */
+        } step;
+        struct {
+            plii_substep_rigid_pivot pivot;
+            pli_vec3 goal;        /* of the node, at the start of the step */
+            pli_vec3 goal_motion; /* in the step, of a rigid body that takes no impulses */
+            pli_mat3 inverse;     /* of the sum of both inverse masses and the compliance */
+            pli_vec3 multiplier;  /* kg m */
+        } substeps;
+    };
+} plii_anchor;
+
+/* Stays when the last anchor goes, so that old ids stay stale and the hardness is kept. */
+typedef struct plii_anchors {
+    float hardness;
+    plii_anchor* items; /* in the order of creation */
+    int item_count, item_capacity;
+    plii_id_pool ids;
+} plii_anchors;
+
+/* The node is where the body's point is at the end of the step, whatever else pulls at it. */
+static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
     if (anchor->rigid->kind == PLI_RIGID_DYNAMIC || body->world->def.reference_mode) { return false; }
     return body->solver_class->has_substeps ? !(anchor->compliance > 0.0f) : anchor->influence >= 1.0f;
 }
 
-pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
+/* Of a static or kinematic body at the end of the step: where its host has put it since the prediction, else where its
+   velocities lead it. */
+static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
     const pli_rigid_state* state = &anchor->rigid->state;
     if (anchor->rigid->kind == PLI_RIGID_STATIC || anchor->pose_version != anchor->rigid->pose_version) {
         return state->pose;
@@ -37,8 +76,8 @@ static void anchor_prepare(pli_body* body, void* state) {
         anchor->step.goal_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, offset), dt);
         anchor->step.matrix = plii_effective_mass(dt, inverse_mass, rigid_state->inverse_mass,
                                                   rigid_state->inverse_inertia_world, offset);
-        if (plii_anchor_is_exact(body, anchor)) {
-            anchor->step.goal = pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot);
+        if (anchor_is_exact(body, anchor)) {
+            anchor->step.goal = pli_transform_point(anchor_end_pose(body, anchor), anchor->pivot);
         }
         plii_rigid_touch(rigid);
     }
@@ -64,7 +103,7 @@ static void anchor_solve(pli_body* body, void* state) {
     for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
         pli_vec4* position = &body->positions[anchor->node];
-        if (plii_anchor_is_exact(body, anchor)) {
+        if (anchor_is_exact(body, anchor)) {
             if (position->w > 0.0f) { plii_set_xyz(position, anchor->step.goal); }
             continue;
         }
@@ -90,9 +129,9 @@ static void anchor_solve(pli_body* body, void* state) {
 static void anchor_finish(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
     for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
-        if (anchor->is_idle || !plii_anchor_is_exact(body, anchor)) { continue; }
+        if (anchor->is_idle || !anchor_is_exact(body, anchor)) { continue; }
         if (!(body->positions[anchor->node].w > 0.0f)) { continue; }
-        const pli_transform end = plii_anchor_end_pose(body, anchor);
+        const pli_transform end = anchor_end_pose(body, anchor);
         plii_set_xyz(&body->positions[anchor->node], pli_transform_point(end, anchor->pivot));
         const pli_vec3 offset = pli_mat3_mul_vec3(end.rotation, anchor->pivot);
         plii_set_xyz(&body->velocities[anchor->node], plii_rigid_velocity_at(anchor->rigid, offset));
@@ -108,52 +147,131 @@ static int anchor_list_constraints(const pli_body* body, const void* state, int 
         plii_node_constraint* constraint = &constraints[count - 1];
         *constraint = (plii_node_constraint){
             .node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
-        constraint->leads = plii_anchor_is_exact(body, anchor);
+        constraint->leads = anchor_is_exact(body, anchor);
         constraint->hardness = constraint->leads ? 1.0f : anchors->hardness;
         if (constraint->leads) {
             constraint->start = anchor->start;
-            constraint->end = pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot);
+            constraint->end = pli_transform_point(anchor_end_pose(body, anchor), anchor->pivot);
         }
         constraint->influence = plii_min(anchor->influence, 1.0f);
     }
     return count;
 }
 
-/* Makes the id of an anchor stale; anchor_compact takes the anchor out. */
-static void anchor_retire(plii_anchors* anchors, plii_anchor* anchor) {
-    plii_id_pool_free(&anchors->ids, anchor->slot);
-    anchor->slot = PLI_NULL_INDEX;
+// ------------------------------------------------------------------------------------------------------- substeps
+
+/* C = node - point of the rigid body as one constraint of three rows. */
+
+static void anchor_substeps_begin(pli_body* body, void* data) {
+    plii_anchors* anchors = data;
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
+        pli_rigid* rigid = anchor->rigid;
+        anchor->is_idle = rigid->is_absent;
+        if (anchor->is_idle) { continue; }
+        anchor->substeps.goal = anchor->start;
+        const pli_vec3 offset = pli_mat3_mul_vec3(rigid->path.begin.rotation, anchor->pivot);
+        anchor->substeps.pivot = (plii_substep_rigid_pivot){{rigid, offset}, offset};
+        if (rigid->kind != PLI_RIGID_DYNAMIC) {
+            const pli_vec3 end = pli_transform_point(anchor_end_pose(body, anchor), anchor->pivot);
+            anchor->substeps.goal_motion = pli_vec3_sub(end, anchor->start);
+        }
+        plii_substep_follow_rigid(body, rigid);
+        plii_rigid_touch(rigid);
+    }
 }
 
-/* Closes the gaps; the others keep their order. */
-static void anchor_compact(pli_body* body, plii_anchors* anchors) {
-    int kept = 0;
+static float anchor_alpha(const plii_anchor* anchor, const plii_substep* substep) {
+    return anchor->compliance * substep->inverse_dt * substep->inverse_dt;
+}
+
+static void anchor_substep_restart(pli_body* body, void* data, const plii_substep* substep) {
+    const plii_anchors* anchors = data;
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
+        if (anchor->is_idle) { continue; }
+        const pli_rigid* rigid = anchor->rigid;
+        if (rigid->kind == PLI_RIGID_DYNAMIC) { plii_substep_rigid_pivot_turn(&anchor->substeps.pivot); }
+        const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
+        anchor->substeps.multiplier = pli_vec3_make(0, 0, 0);
+        anchor->substeps.inverse =
+            plii_effective_mass(1.0f, substep->displacements[anchor->node].w + anchor_alpha(anchor, substep),
+                                rigid->state.inverse_mass, rigid->state.inverse_inertia_world, point->offset);
+    }
+}
+
+/* At the end of the substep. */
+static pli_vec3 anchor_goal(const pli_body* body, const plii_anchor* anchor, const plii_substep* substep) {
+    if (anchor->rigid->kind != PLI_RIGID_DYNAMIC) {
+        const float time = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
+        return pli_vec3_add(anchor->substeps.goal, pli_vec3_scale(anchor->substeps.goal_motion, time));
+    }
+    const plii_substep_rigid_pivot* pivot = &anchor->substeps.pivot;
+    return pli_vec3_add(pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(pivot)),
+                        plii_substep_rigid_point_motion(&pivot->point, substep));
+}
+
+static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
+    const plii_anchors* anchors = data;
+    for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
+        if (anchor->is_idle) { continue; }
+        const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
+        const pli_vec3 goal = anchor_goal(body, anchor, substep);
+        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(plii_substep_position(body, substep, anchor->node), goal),
+                                            pli_vec3_scale(anchor->substeps.multiplier, anchor_alpha(anchor, substep)));
+        const pli_vec3 change = pli_vec3_neg(pli_mat3_mul_vec3(anchor->substeps.inverse, error));
+        if (!plii_vec3_is_finite(change)) { continue; } /* neither side can move */
+        anchor->substeps.multiplier = pli_vec3_add(anchor->substeps.multiplier, change);
+        plii_substep_move(substep, anchor->node, change, 1.0f);
+        plii_substep_rigid_point_push(point, pli_vec3_neg(change), substep);
+    }
+}
+
+static bool anchor_substeps_are_idle(const void* data) {
+    const plii_anchors* anchors = data;
     for (int i = 0; i < anchors->item_count; ++i) {
+        if (!anchors->items[i].is_idle) { return false; }
+    }
+    return true;
+}
+
+enum { ANCHOR_SUBSTEP_ORDER = 50 }; /* they take their nodes along after links and tethers */
+
+static const plii_substep_class anchor_substepped = {
+    .order = ANCHOR_SUBSTEP_ORDER,
+    .begin = anchor_substeps_begin,
+    .restart = anchor_substep_restart,
+    .sweep = anchor_substep_sweep,
+    .is_idle = anchor_substeps_are_idle,
+};
+
+// ----------------------------------------------------------------------------------------------------- the feature
+
+/* body->anchored of a node that is in the list of a call. */
+enum { ANCHOR_LISTED = 2 };
+
+/* Takes out the anchor of a slot, those to a rigid body that goes away, and those of nodes that are listed; the others
+   keep their order. Returns whether there were some. */
+static bool anchor_remove(pli_body* body, plii_anchors* anchors, int slot, const pli_rigid* gone) {
+    const int before = anchors->item_count;
+    int kept = 0;
+    for (int i = 0; i < before; ++i) {
         const plii_anchor anchor = anchors->items[i];
-        body->anchored[anchor.node] = 0;
-        if (anchor.slot == PLI_NULL_INDEX) { continue; }
+        if (anchor.slot == slot || anchor.rigid == gone || body->anchored[anchor.node] == ANCHOR_LISTED) {
+            plii_id_pool_free(&anchors->ids, anchor.slot);
+            continue;
+        }
         anchors->items[kept] = anchor;
         anchors->ids.slots[anchor.slot].item = kept++;
     }
     anchors->item_count = kept;
-    /* A node may have several anchors. */
+    memset(body->anchored, 0, (size_t)body->node_count);
     for (int i = 0; i < kept; ++i) {
         body->anchored[anchors->items[i].node] = 1;
     }
+    return kept < before;
 }
 
 static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
-    plii_anchors* anchors = state;
-    bool found = false;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        if (anchors->items[i].rigid == rigid) {
-            anchor_retire(anchors, &anchors->items[i]);
-            found = true;
-        }
-    }
-    if (!found) { return; }
-    anchor_compact(body, anchors);
-    plii_world_add_anchors_lost(body);
+    if (anchor_remove(body, state, PLI_NULL_INDEX, rigid)) { plii_world_add_anchors_lost(body); }
 }
 
 static void anchor_visit_joined(const void* state, plii_joined_fn* visit, void* user) {
@@ -213,7 +331,7 @@ const plii_feature_class plii_anchor_class = {
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
                [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},
                [PLII_STAGE_FINISH] = {anchor_finish, ANCHOR_LAST_ORDER}},
-    .substepped = &plii_anchor_substepped,
+    .substepped = &anchor_substepped,
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,
     .visit_joined = anchor_visit_joined,
@@ -273,27 +391,18 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
 pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check(body, def, __func__));
-    const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
-    plii_anchors* anchors = state;
-
-    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (!anchor_reserve(body, anchors, 1)) { goto fail; }
-    if (def->disable_collision) {
-        status = pli_body_ignore_rigid(body, def->rigid, true);
-        if (status != PLI_OK) { goto fail; }
+    const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
+    plii_anchors* anchors = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, (void**)&anchors));
+    pli_status status = anchor_reserve(body, anchors, 1) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    if (status == PLI_OK && def->disable_collision) { status = pli_body_ignore_rigid(body, def->rigid, true); }
+    if (status != PLI_OK) {
+        if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
+        return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
     }
     const plii_anchor* anchor = anchor_append(body, anchors, def);
-    if (id != NULL) {
-        id->index1 = anchor->slot + 1;
-        id->generation = anchors->ids.slots[anchor->slot].generation;
-    }
+    if (id != NULL) { *id = (pli_anchor_id){anchor->slot + 1, anchors->ids.slots[anchor->slot].generation}; }
     return PLI_OK;
-
-fail:
-    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
-    return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
 }
 
 pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
@@ -304,15 +413,11 @@ pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
         return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "the body has no anchor {%d, %u}", (int)id.index1,
                          (unsigned)id.generation);
     }
-    anchor_retire(anchors, &anchors->items[item]);
-    anchor_compact(body, anchors);
+    (void)anchor_remove(body, anchors, anchors->items[item].slot, NULL);
     return PLI_OK;
 }
 
 // -------------------------------------------------------------------------------------------- many nodes at once
-
-/* body->anchored of a node that is in the list of the call. */
-enum { ANCHOR_LISTED = 2 };
 
 static int anchor_find_node(const int* nodes, int count, int node) {
     int place = 0;
@@ -366,7 +471,7 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check_list(body, nodes, count, __func__));
     PLII_TRY(anchor_check_rigid(body, rigid, "rigid", __func__));
-    const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
+    const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
@@ -392,10 +497,7 @@ pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the body has no anchors");
     }
     PLII_TRY(anchor_mark_nodes(body, nodes, count, true, __func__));
-    for (int i = 0; i < anchors->item_count; ++i) {
-        if (body->anchored[anchors->items[i].node] == ANCHOR_LISTED) { anchor_retire(anchors, &anchors->items[i]); }
-    }
-    anchor_compact(body, anchors);
+    (void)anchor_remove(body, anchors, PLI_NULL_INDEX, NULL);
     return PLI_OK;
 }
 
@@ -408,8 +510,5 @@ pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
     PLII_TRY(plii_check_body_change(body, __func__));
     const plii_anchors used = {.hardness = hardness};
     PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, anchors_fields, __func__));
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
-    ((plii_anchors*)state)->hardness = hardness;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_anchor_class, &hardness, sizeof hardness, NULL);
 }

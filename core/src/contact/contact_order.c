@@ -2,7 +2,8 @@
 
 #include "contact/contact_order.h"
 
-#include "body/world_state.h"
+#include "body/feature_arrays.h"
+#include "body/pipeline.h"
 
 #include <string.h>
 
@@ -22,9 +23,17 @@ static pli_status contact_order_check(pli_context* context, const int* order, in
     return PLI_OK;
 }
 
-pli_status plii_reorder_contacts(pli_body* body, void* contacts, size_t contact_size, int contact_count,
-                                 const int* order, int count, const char* function) {
+pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass, const int* order, int count,
+                                 const char* function) {
+    PLII_TRY(plii_check_body_change(body, function));
     pli_context* context = body->context;
+    const void* state = plii_feature_state(body, klass);
+    if (state == NULL) {
+        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s are not enabled", klass->name);
+    }
+    const size_t contact_size = klass->arrays->element_size;
+    const int contact_count = *(const int*)((const char*)state + klass->arrays->count);
+    char* contacts = plii_feature_array_address(body, klass->arrays, state);
     if (!body->world->is_stepping) {
         return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "only allowed between collide and solve");
     }
@@ -44,7 +53,7 @@ pli_status plii_reorder_contacts(pli_body* body, void* contacts, size_t contact_
         status = contact_order_check(context, order, count, marks, function);
     }
     for (int i = 0; status == PLI_OK && i < count; ++i) {
-        memcpy((char*)contacts + (size_t)i * contact_size, copy + (size_t)order[i] * contact_size, contact_size);
+        memcpy(contacts + (size_t)i * contact_size, copy + (size_t)order[i] * contact_size, contact_size);
     }
     plii_release(context, marks, marks_size);
     plii_release(context, copy, copy_size);

@@ -4,7 +4,6 @@
 
 #include "body/point_weight.h"
 #include "body/substep.h"
-#include "math/range.h"
 
 /* At a point of a face, by its barycentric weights. */
 static inline pli_vec3 plii_contact_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
@@ -19,9 +18,13 @@ static inline float plii_contact_face_weight(const pli_vec4* positions, const in
            positions[face[2]].w * (weights.z * weights.z);
 }
 
-/* The same; see plii_point_weight_unpinned. */
-static inline float plii_contact_face_weight_unpinned(const pli_vec4* positions, const int* face, pli_vec3 weights) {
-    return plii_point_weight_unpinned(positions, 3, face, (const float[3]){weights.x, weights.y, weights.z});
+/* Share of its sliding that a contact leaves in each solve. What slides slower than the friction cone allows sticks;
+   else friction takes a fixed share. That may exceed 1, as in Bullet; the sliding is then reversed. */
+static inline float plii_contact_slip(pli_vec3 motion, pli_vec3 normal, float friction) {
+    const float along_normal = pli_vec3_dot(motion, normal);
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(normal, along_normal));
+    const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
+    return sticks ? 0.0f : 1.0f - friction;
 }
 
 /* m/s, where the definition names none. Position-based steps of Bullet's kind know no such speed. */

@@ -5,13 +5,9 @@
    the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
 
-#include "body/pipeline.h"
-#include "body/substep_kinds.h"
-#include "body/world_state.h"
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #include <string.h>
@@ -21,10 +17,83 @@
 #define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
 #define RIGID_FACES_NEW_POINT 0.05f      /* of the margin, that it must be nearer than those that are kept */
 #define RIGID_FACES_SMALLEST_SLACK 1e-3f /* of the size of the way of a face */
+#define RIGID_FACES_FLAT 0.9999f         /* cosine of the normals at two nodes */
+#define RIGID_FACES_FLAT_DEPTH (-0.1f)   /* of the margin, that a node may be deeper */
 
-pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
-    return (pli_rigid_face_contacts_def){
-        .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
+// --------------------------------------------------------------------------------------------------------- flat faces
+
+/* Where contacts of their own hold all nodes of a face outside of one plane of a convex shape, no point of the face
+   gets in. Nothing is looked for then: nearest points are what faces at rest would pay for. */
+
+/* Finds the contacts of nodes with the candidate that can hold faces. */
+static void flat_find_held(const pli_body* body, const plii_rigid_faces* state, plii_rigid_faces_candidate* candidate) {
+    const plii_rigid_contacts* nodes = body->node_contacts;
+    if (nodes == NULL || candidate->shape->triangles != NULL || !plii_rigid_faces_are_solved(body) ||
+        nodes->def.compliance > 0.0f || nodes->def.friction != state->def.friction) {
+        return;
+    }
+    int end = nodes->count;
+    while (end > 0 && nodes->contacts[end - 1].rigid == candidate->rigid &&
+           nodes->contacts[end - 1].shape != candidate->shape_index) {
+        --end;
+    }
+    int begin = end;
+    while (begin > 0 && nodes->contacts[begin - 1].rigid == candidate->rigid &&
+           nodes->contacts[begin - 1].shape == candidate->shape_index) {
+        --begin;
+    }
+    candidate->held_begin = begin;
+    candidate->held_count = end - begin;
+}
+
+static const plii_rigid_contact* flat_find(const plii_rigid_faces_pass* pass, int node) {
+    const plii_rigid_faces_candidate* candidate = pass->candidate;
+    const plii_rigid_contact* contacts = pass->body->node_contacts->contacts + candidate->held_begin;
+    int begin = 0, end = candidate->held_count;
+    while (begin < end) {
+        const int middle = begin + (end - begin) / 2;
+        if (contacts[middle].node < node) {
+            begin = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    if (begin == candidate->held_count) { return NULL; }
+    const plii_rigid_contact* found = &contacts[begin];
+    const bool is_it =
+        found->node == node && found->rigid == candidate->rigid && found->shape == candidate->shape_index;
+    return is_it ? found : NULL;
+}
+
+/* Of the plane of its contact, where the step began; and at its end, once that is reached. */
+static bool flat_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_contact* contact) {
+    const pli_body* body = pass->body;
+    const pli_rigid* rigid = contact->rigid;
+    const pli_vec3 n = plii_xyz(contact->normal);
+    const float least = RIGID_FACES_FLAT_DEPTH * body->collision_margin;
+    const float begin = pli_vec3_dot(n, plii_xyz(body->previous[contact->node])) + contact->normal.w;
+    if (!(begin >= least)) { return false; }
+    if (!pass->is_at_end) { return true; }
+    const pli_vec3 x = plii_xyz(body->positions[contact->node]);
+    const pli_vec3 surface = plii_rigid_velocity_at(rigid, pli_vec3_sub(x, pass->begin.origin));
+    return pli_vec3_dot(n, x) + contact->normal.w - pli_vec3_dot(n, surface) * body->step.dt >= least;
+}
+
+/* The nodes of the element that is visited are held outside of one plane of the shape, and so is all of it. */
+static bool flat_holds(const plii_rigid_faces_pass* pass) {
+    const plii_rigid_contacts* nodes = pass->body->node_contacts;
+    const plii_rigid_faces_candidate* candidate = pass->candidate;
+    if (candidate->held_count == 0 || nodes == NULL || candidate->held_begin + candidate->held_count > nodes->count) {
+        return false;
+    }
+    const plii_rigid_contact* first = NULL;
+    for (int k = 0; k < 3; ++k) {
+        const plii_rigid_contact* contact = flat_find(pass, pass->nodes[k]);
+        if (contact == NULL || !flat_is_outside(pass, contact)) { return false; }
+        if (first == NULL) { first = contact; }
+        if (!(pli_vec3_dot(plii_xyz(first->normal), plii_xyz(contact->normal)) > RIGID_FACES_FLAT)) { return false; }
+    }
+    return true;
 }
 
 // --------------------------------------------------------------------------------------------------- elements in reach
@@ -53,10 +122,8 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
                          .rotation_vector = pli_vec3_scale(candidate->rigid->state.angular_velocity, body->step.dt),
                          .reach = pli_vec3_length(plii_vec3_max(pli_vec3_neg(local.min), local.max))};
     const pli_bounds before = plii_bounds_transform(local, pass.begin), after = plii_bounds_transform(local, pass.end);
-    pass.bounds.min = plii_vec3_min(before.min, after.min);
-    pass.bounds.max = plii_vec3_max(before.max, after.max);
-    pass.bounds =
-        plii_bounds_grow(pass.bounds, rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.rotation_vector)));
+    pass.bounds = plii_bounds_grow(plii_bounds_join(before, after),
+                                   rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.rotation_vector)));
     return pass;
 }
 
@@ -155,7 +222,7 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
     if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
         return PLI_OK;
     }
-    if (plii_rigid_faces_is_flat(pass)) { return PLI_OK; }
+    if (flat_holds(pass)) { return PLI_OK; }
     plii_face_sweep sweep = {.core = &pass->core, .is_link = pass->has_links};
     sweep.origin = plii_dvec3_sub(plii_dvec3_from(begin[0]), plii_dvec3_from(pass->begin.origin));
     for (int k = 0; k < 3; ++k) {
@@ -184,17 +251,12 @@ pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii
 
 // ---------------------------------------------------------------------------------------------------- making contacts
 
-/* Friction as for node contacts. */
 static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigid_face_contact* contact) {
     const pli_vec3 rigid_motion =
         pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->arm), pass->body->step.dt);
     const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(pass->body->positions, contact), contact->start);
-    const pli_vec3 motion = pli_vec3_sub(face_motion, rigid_motion);
-    const float along_normal = pli_vec3_dot(motion, contact->normal);
-    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(contact->normal, along_normal));
-    const float friction = pass->state->def.friction * contact->rigid->friction;
-    const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
-    return sticks ? 0.0f : 1.0f - friction;
+    return plii_contact_slip(pli_vec3_sub(face_motion, rigid_motion), contact->normal,
+                             pass->state->def.friction * contact->rigid->friction);
 }
 
 /* What pinned nodes have of the gap where they are inside of a body that cannot move. The other nodes cannot take that
@@ -450,13 +512,13 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
     plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     state->candidates[count].bounds = pass.bounds;
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
-    plii_rigid_faces_find_held(body, state, &state->candidates[count]);
+    flat_find_held(body, state, &state->candidates[count]);
     plii_shape_retain(rigid->shapes[index]);
     ++state->candidate_count;
     return plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);
 }
 
-static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
+pli_status plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
     plii_rigid_faces* state = data;
     const int before = state->count, candidates_before = state->candidate_count;
     for (int i = 0; i < rigid->shape_count; ++i) {
@@ -469,122 +531,4 @@ static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rig
     }
     body->has_swept_contacts = body->has_swept_contacts || state->count > before;
     return PLI_OK;
-}
-
-// -------------------------------------------------------------------------------------------------------- the feature
-
-static void rigid_faces_clear(pli_body* body, void* data) {
-    plii_rigid_faces* state = data;
-    (void)body;
-    state->count = 0;
-    plii_rigid_faces_drop_candidates(state, 0);
-}
-
-static void rigid_faces_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    plii_rigid_faces* state = data;
-    plii_pair_cache_release(body->context, &state->memory);
-    int kept = 0;
-    for (int i = 0; i < state->count; ++i) {
-        if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
-    }
-    state->count = kept;
-}
-
-static pli_status rigid_faces_enable(pli_body* body, void* data) {
-    (void)data;
-    ++body->sweeping_features;
-    return PLI_OK;
-}
-
-static void rigid_faces_build(pli_body* body, void* data) {
-    rigid_faces_clear(body, data);
-    plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
-}
-
-static void rigid_faces_disable(pli_body* body, void* data) {
-    --body->sweeping_features;
-    rigid_faces_build(body, data);
-}
-
-/* After contacts of nodes with rigid bodies. */
-enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
-
-static void rigid_faces_on_restored(pli_body* body, void* data) {
-    (void)plii_pair_cache_index_before(body->context, &((plii_rigid_faces*)data)->memory);
-}
-
-static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
-    (void)body;
-    return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
-}
-
-static const plii_field rigid_faces_fields[] = {
-    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
-};
-
-const plii_feature_class plii_rigid_faces_class = {
-    .name = "rigid face contacts",
-    .state_size = sizeof(plii_rigid_faces),
-    .settings = PLII_LIMITS(plii_rigid_faces, def, rigid_faces_fields),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_faces, def, PLII_SAVED, "3fu"),
-                                    PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
-                                    PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
-                                    PLII_STATE(plii_rigid_faces, substeps, PLII_LEFT)),
-    .is_sound = rigid_faces_is_sound,
-    .on_restored = rigid_faces_on_restored,
-    .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(plii_rigid_faces, contacts, capacity), PLII_COUNTED_BY(plii_rigid_faces, count),
-                           .snapshot = PLII_LEFT},
-                          {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
-                          {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .snapshot = PLII_LEFT},
-                          {PLII_LIST_OF(plii_rigid_faces, substeps.items, substeps.capacity), .snapshot = PLII_LEFT},
-                          PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory, PLII_LEFT, PLII_SAVED)),
-    .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
-               [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
-               [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},
-               [PLII_STAGE_FINISH] = {plii_rigid_faces_finish, RIGID_FACES_ORDER}},
-    .substepped = &plii_rigid_faces_substepped,
-    .enable = rigid_faces_enable,
-    .disable = rigid_faces_disable,
-    .collide_rigid = rigid_faces_collide,
-    .collides_last = true,
-    .list_constraints = plii_rigid_faces_list_constraints,
-    .visit_contacts = plii_rigid_faces_visit_contacts,
-    .visit_met = plii_rigid_faces_visit_met,
-    .on_rigid_removed = rigid_faces_on_rigid_removed,
-    .build = rigid_faces_build,
-};
-
-pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    const pli_rigid_face_contacts_def used = def != NULL ? *def : pli_rigid_face_contacts_def_default();
-    PLII_TRY_DEF(body->context, pli_rigid_face_contacts_def, &used, rigid_faces_fields, __func__);
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_rigid_faces_class, &state));
-    ((plii_rigid_faces*)state)->def = used;
-    return PLI_OK;
-}
-
-pli_status pli_body_disable_rigid_face_contacts(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_rigid_faces_class);
-}
-
-int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_rigid_faces* state = plii_feature_state(body, &plii_rigid_faces_class);
-    if (state == NULL) { return 0; }
-    const bool has_links = body->topology->face_count == 0;
-    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        const plii_rigid_face_contact* contact = &state->contacts[i];
-        contacts[i].face = has_links ? PLI_NULL_INDEX : contact->element;
-        contacts[i].link = has_links ? contact->element : PLI_NULL_INDEX;
-        memcpy(contacts[i].weights, &contact->weights, sizeof contacts[i].weights);
-        contacts[i].rigid = contact->rigid;
-        contacts[i].shape = contact->shape;
-        contacts[i].normal = contact->normal;
-        contacts[i].distance = contact->distance;
-    }
-    return state->count;
 }

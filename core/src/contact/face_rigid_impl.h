@@ -1,12 +1,10 @@
 #pragma once
 
-/* Contacts of faces with rigid shapes: state shared by their making (face_rigid_detect.c) and their solve
-   (face_rigid_solve.c). */
+/* Contacts of faces with rigid shapes: state shared by the feature (face_rigid_contacts.c), their making
+   (face_rigid_detect.c) and their solve (face_rigid_solve.c). */
 
-#include "body/body_impl.h"
 #include "body/contact_report.h"
 #include "body/node_constraint.h"
-#include "body/rigid_impl.h"
 #include "body/world_state.h"
 #include "contact/face_sweep.h"
 #include "contact/node_rigid_impl.h"
@@ -46,7 +44,7 @@ typedef struct plii_rigid_faces_candidate {
     pli_transform shape_pose;
     pli_transform begin;        /* pose of the rigid body at the start of the step */
     pli_bounds bounds;          /* of the shape on its way */
-    int held_begin, held_count; /* contacts of nodes with it, by node; see face_rigid_flat.c */
+    int held_begin, held_count; /* contacts of nodes with it, by node */
 } plii_rigid_faces_candidate;
 
 typedef struct plii_rigid_faces {
@@ -83,6 +81,8 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
 typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep);
 pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
 
+/* With a rigid body that may be met in this step. */
+pli_status plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid);
 /* Contacts that the motion before the solve did not foresee. Returns how many there are. */
 int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
 
@@ -103,20 +103,6 @@ void plii_rigid_faces_solve(pli_body* body, void* data);
 void plii_rigid_faces_finish(pli_body* body, void* data);
 
 extern const plii_feature_class plii_rigid_faces_class;
-/* Of the implicit solver; and of XPBD. */
-int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, int capacity,
-                                      plii_node_constraint* constraints);
-/* Of contact events. */
-void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user);
-void plii_rigid_faces_visit_met(const void* data, plii_joined_fn* visit, void* user);
-extern const plii_substep_class plii_rigid_faces_substepped;
-
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
-
-/* The contacts of nodes with the candidate that can hold faces. */
-void plii_rigid_faces_find_held(const pli_body* body, const plii_rigid_faces* state,
-                                plii_rigid_faces_candidate* candidate);
-/* The nodes of the element that is visited are held outside of one plane of the shape, and so is all of it. */
-bool plii_rigid_faces_is_flat(const plii_rigid_faces_pass* pass);
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);

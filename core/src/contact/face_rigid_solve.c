@@ -90,8 +90,7 @@ static void rigid_faces_share_room(const pli_body* body, plii_rigid_faces* state
 static void rigid_faces_prepare_all(const pli_body* body, plii_rigid_faces* state) {
     int candidate = PLI_NULL_INDEX;
     pli_transform end = pli_transform_identity();
-    for (int i = 0; i < state->count; ++i) {
-        plii_rigid_face_contact* contact = &state->contacts[i];
+    for (PLII_EACH(plii_rigid_face_contact, contact, state->contacts, state->count)) {
         if (contact->candidate != candidate) {
             candidate = contact->candidate;
             end = plii_rigid_end_pose(state->candidates[candidate].rigid, body->step.dt);
@@ -103,15 +102,6 @@ static void rigid_faces_prepare_all(const pli_body* body, plii_rigid_faces* stat
 void plii_rigid_faces_prepare(pli_body* body, void* data) {
     rigid_faces_share_room(body, data, 0);
     rigid_faces_prepare_all(body, data);
-}
-
-static void rigid_faces_move_node(pli_body* body, int node, pli_vec3 change, float dt, bool with_velocities) {
-    pli_vec4* position = &body->positions[node];
-    plii_set_xyz(position, pli_vec3_add(plii_xyz(*position), pli_vec3_scale(change, dt)));
-    if (with_velocities) {
-        pli_vec4* velocity = &body->velocities[node];
-        plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), change));
-    }
 }
 
 /* Impulse from the face to the rigid body; zero when nothing is to be done. A contact that has pushed too much, because
@@ -142,7 +132,8 @@ static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, in
         for (int k = 0; k < 3; ++k) {
             const int node = contact->nodes[k];
             const pli_vec3 change = pli_vec3_scale(impulse, -weights[k] * body->positions[node].w);
-            rigid_faces_move_node(body, node, change, dt, with_velocities);
+            plii_add_xyz(&body->positions[node], pli_vec3_scale(change, dt));
+            if (with_velocities) { plii_add_xyz(&body->velocities[node], change); }
             longest = plii_max(longest, pli_vec3_length_squared(change) * (dt * dt));
         }
         if (body->solver_class->solves_constraints) { continue; }
@@ -212,8 +203,7 @@ static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
 
 /* Those of convex shapes, for the next step; the oldest go where a face has more than there is room for. */
 static void rigid_faces_remember_points(plii_rigid_faces* state, int count) {
-    for (int i = 0; i < count; ++i) {
-        const plii_rigid_face_contact* contact = &state->contacts[i];
+    for (PLII_EACH(const plii_rigid_face_contact, contact, state->contacts, count)) {
         const plii_pair_key key = {contact->element, contact->shape, contact->rigid, 0};
         plii_convex_cache* cache = contact->is_triangle ? NULL : plii_pair_cache_find(&state->memory, key);
         if (cache == NULL) { continue; }
@@ -234,8 +224,7 @@ static float rigid_faces_longest_way(const pli_body* body, const plii_rigid_face
         const pli_vec3 way = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
         nodes = plii_max(nodes, pli_vec3_length_squared(way));
     }
-    for (int i = 0; i < state->candidate_count; ++i) {
-        const plii_rigid_faces_candidate* candidate = &state->candidates[i];
+    for (PLII_EACH(const plii_rigid_faces_candidate, candidate, state->candidates, state->candidate_count)) {
         const plii_twist velocity = plii_rigid_velocity(candidate->rigid);
         const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(candidate->bounds.max, candidate->bounds.min));
         surfaces = plii_max(surfaces, pli_vec3_length(velocity.linear) + pli_vec3_length(velocity.angular) * radius);

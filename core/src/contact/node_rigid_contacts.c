@@ -8,11 +8,9 @@
 
 #include "body/node_constraint.h"
 #include "body/substep_kinds.h"
-#include "body/world_state.h"
 #include "contact/contact_order.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
-#include "math/definition.h"
 #include "pliant/bullet_reference.h"
 #include "shape/shape_impl.h"
 
@@ -57,19 +55,13 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     const pli_body* body = candidate->body;
     const plii_rigid_contacts* state = candidate->state;
     const pli_rigid* rigid = candidate->rigid;
-    const pli_vec3 normal = plii_xyz(contact->normal);
     const float dt = body->step.dt;
     contact->arm = pli_vec3_sub(x, rigid->state.pose.origin);
     contact->matrix = plii_effective_mass(dt, body->positions[contact->node].w, rigid->state.inverse_mass,
                                           rigid->state.inverse_inertia_world, contact->arm);
-    /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
-       may exceed 1, as in Bullet; the sliding is then reversed. */
     const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt);
     const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), rigid_motion);
-    const float along_normal = pli_vec3_dot(motion, normal), friction = state->def.friction * rigid->friction;
-    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(normal, along_normal));
-    const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
-    contact->slip = sticks ? 0.0f : 1.0f - friction;
+    contact->slip = plii_contact_slip(motion, plii_xyz(contact->normal), state->def.friction * rigid->friction);
     contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
 }
 
@@ -80,11 +72,9 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     plii_rigid_contacts* state = candidate->state;
     pli_rigid* rigid = candidate->rigid;
     if (!(body->positions[node].w + rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
-    if (state->count == state->capacity &&
-        !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    if (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count)) {
+    if ((state->count == state->capacity &&
+         !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) ||
+        (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_rigid_contact* contact = &state->contacts[state->count++];
@@ -344,13 +334,11 @@ static void rigid_contacts_visit_met(const void* data, plii_joined_fn* visit, vo
 // ---------------------------------------------------------------------------------------------------- the feature
 
 static void rigid_contacts_clear(pli_body* body, void* data) {
-    (void)body;
     ((plii_rigid_contacts*)data)->count = 0;
 }
 
 static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     plii_rigid_contacts* state = data;
-    (void)body;
     int kept = 0;
     for (int i = 0; i < state->count; ++i) {
         if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
@@ -375,7 +363,6 @@ static pli_status rigid_contacts_enable(pli_body* body, void* data) {
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {
-    (void)data;
     body->node_contacts = NULL;
 }
 
@@ -425,19 +412,13 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
     PLII_TRY_DEF(body->context, pli_rigid_contacts_def, &used, rigid_contacts_fields, __func__);
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_rigid_contacts_class, &state));
-    ((plii_rigid_contacts*)state)->def = used;
-    return PLI_OK;
+    return plii_feature_enable_with(body, &plii_rigid_contacts_class, &used, sizeof used, NULL);
 }
 
-pli_status pli_body_disable_rigid_contacts(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_rigid_contacts_class);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_rigid_contacts* state = plii_feature_state(body, &plii_rigid_contacts_class);
+    const plii_rigid_contacts* state = plii_feature_state_for(body, &plii_rigid_contacts_class, __func__);
     if (state == NULL) { return 0; }
     for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
@@ -451,8 +432,5 @@ int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_co
 }
 
 pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_rigid_contacts* state = plii_feature_state(body, &plii_rigid_contacts_class);
-    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "rigid contacts are not enabled"); }
-    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
+    return plii_reorder_contacts(body, &plii_rigid_contacts_class, order, count, __func__);
 }

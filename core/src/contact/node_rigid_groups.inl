@@ -19,14 +19,6 @@ PLII_SIMD_INLINE void groups_store(float* components, plii_vec3x8 a) {
 
 /* Loops over the four pairs of nodes are written out: compilers would keep the vectors in memory. */
 
-PLII_SIMD_INLINE plii_nodes8 groups_gather(const pli_vec4* records, const uint32_t* scaled_indices) {
-    plii_float8 r[4] = {plii_simd_load_two(records, scaled_indices), plii_simd_load_two(records, scaled_indices + 2),
-                        plii_simd_load_two(records, scaled_indices + 4),
-                        plii_simd_load_two(records, scaled_indices + 6)};
-    plii_float8_transpose4(r);
-    return (plii_nodes8){r[0], r[1], r[2], r[3]};
-}
-
 PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_t* scaled_indices, plii_float8 by) {
     return plii_float8_add(plii_simd_load_two(records, scaled_indices), by);
 }
@@ -46,14 +38,14 @@ PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indi
 PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group,
                                   const plii_rigid_surface* surface) {
     const plii_float8 zero = plii_float8_all(0.0f);
-    const plii_nodes8 start = groups_gather(pass->start_displacements, group->scaled_indices);
-    const plii_nodes8 now = groups_gather(pass->displacements, group->scaled_indices);
+    const plii_nodes8 start = plii_nodes8_gather(pass->start_displacements, group->scaled_indices);
+    const plii_nodes8 now = plii_nodes8_gather(pass->displacements, group->scaled_indices);
     const plii_float8 weight = now.w;
     const plii_vec3x8 normal = groups_load(group->normal);
     if (pass->is_first && pass->has_new_positions) {
         plii_float8 height = plii_float8_load(group->offset);
         if (pass->positions != NULL) {
-            const plii_nodes8 x = groups_gather(pass->positions, group->scaled_indices);
+            const plii_nodes8 x = plii_nodes8_gather(pass->positions, group->scaled_indices);
             height = plii_float8_add(plii_vec3x8_dot(normal, (plii_vec3x8){x.x, x.y, x.z}), height);
         }
         plii_float8_store(group->height, height);
@@ -114,8 +106,7 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
 }
 
 static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass) {
-    for (int i = 0; i < groups->count; ++i) {
-        plii_rigid_group* group = &groups->groups[i];
+    for (PLII_EACH(plii_rigid_group, group, groups->groups, groups->count)) {
         const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
         groups_solve(pass, group, surface);
     }

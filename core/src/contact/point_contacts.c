@@ -86,10 +86,8 @@ static void point_recover(const pli_body* body, const plii_substep* substep, pli
     if (!(gap < 0.0f) || !(contact->point_weight > 0.0f)) { return; }
     const float shift = plii_min(plii_min(-gap, most), point_room(body, substep, contact));
     if (!(shift > 0.0f)) { return; }
-    const pli_vec3 weights = pli_vec3_make(contact->weights[0], contact->weights[1], contact->weights[2]);
-    const float unpinned = contact->node_count == 3
-                               ? plii_contact_face_weight_unpinned(body->positions, contact->nodes, weights)
-                               : contact->point_weight;
+    const float unpinned =
+        plii_point_weight_unpinned(body->positions, contact->node_count, contact->nodes, contact->weights);
     for (int k = 0; k < contact->node_count; ++k) {
         const int node = contact->nodes[k];
         const float share = contact->weights[k] * substep->displacements[node].w / unpinned;

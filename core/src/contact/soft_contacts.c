@@ -1,14 +1,15 @@
-/* Contacts of nodes with the faces of other soft bodies, as a feature: its stages and settings, Bullet's boxes, and
-   access to contacts. */
+/* Contacts of nodes with the faces of other soft bodies, as a feature: its stages and settings, Bullet's boxes and
+   solve, reports, and access to contacts. */
 
 #include "body/pipeline.h"
 #include "contact/contact_order.h"
 #include "contact/soft_contacts_impl.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
 #include <string.h>
+
+// --------------------------------------------------------------------------------------------------- Bullet's boxes
 
 /* Bullet's trees start without margins. */
 static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
@@ -44,6 +45,183 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
                              pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
     }
 }
+
+// --------------------------------------------------------------------------------------------------- Bullet's solve
+
+/* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other, and a contact
+   moves its nodes. With a recovery speed, which Bullet does not have, it gives those of a body that was solved before
+   their velocities, too. */
+
+/* As if the node had been there at the start of the step, so that no velocity comes of it. */
+static void soft_bullet_shift(pli_body* body, int node, pli_vec3 by) {
+    plii_add_xyz(&body->positions[node], by);
+    plii_add_xyz(&body->previous[node], by);
+}
+
+/* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
+   step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
+static void soft_contacts_recover_bullet(pli_body* body, void* data) {
+    const plii_soft_contacts_state* state = data;
+    const float most = state->def.recovery_speed * body->step.dt;
+    for (int i = 0; most > 0.0f && i < state->count; ++i) {
+        const plii_soft_contact* contact = &state->contacts[i];
+        if (!contact->is_bullet) { continue; }
+        pli_body* other = contact->face_body;
+        const int* face = other->topology->faces[contact->face];
+        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+        const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
+                                            plii_contact_blend(other->previous, face, contact->weights));
+        const float distance = pli_vec3_dot(contact->normal, apart);
+        const float depth = body->collision_margin + other->collision_margin - distance;
+        if (!(depth > 0.0f) || distance < 0.0f) { continue; }
+        const pli_vec3 shift = pli_vec3_scale(contact->normal, plii_min(depth, most));
+        soft_bullet_shift(body, contact->node, pli_vec3_scale(shift, contact->node_share));
+        for (int k = 0; k < 3; ++k) {
+            soft_bullet_shift(other, face[k], pli_vec3_scale(shift, -contact->face_share * weights[k]));
+        }
+    }
+}
+
+/* A contact of Bullet's has moved its node and face apart by shares of `correction`, m; only of contacts below
+   impulse_count. */
+static void soft_contacts_note(const pli_body* body, const plii_soft_contacts_state* state, int index,
+                               pli_vec3 correction) {
+    const plii_soft_contact* contact = &state->contacts[index];
+    const float inverse_mass = body->positions[contact->node].w;
+    float mass = inverse_mass > 0.0f ? contact->node_share / inverse_mass : 0.0f;
+    if (!(mass > 0.0f)) { /* only the face yields */
+        const pli_body* other = contact->face_body;
+        const int* face = other->topology->faces[contact->face];
+        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+        for (int k = 0; k < 3; ++k) {
+            const float w = other->positions[face[k]].w;
+            mass += w > 0.0f ? contact->face_share * weights[k] / w : 0.0f;
+        }
+    }
+    plii_contact_impulses_push(&state->impulses, index, pli_vec3_scale(correction, mass * body->step.inverse_dt));
+}
+
+static void soft_contacts_solve_bullet(pli_body* body, void* data) {
+    const plii_soft_contacts_state* state = data;
+    const bool shifts = state->def.recovery_speed > 0.0f; /* what overlapped before */
+    for (int i = 0; i < state->count; ++i) {
+        const plii_soft_contact* contact = &state->contacts[i];
+        if (!contact->is_bullet) { continue; }
+        pli_body* other = contact->face_body;
+        const int* face = other->topology->faces[contact->face];
+        const pli_vec3 n = contact->normal, weights = contact->weights;
+        const pli_vec3 x = plii_xyz(body->positions[contact->node]);
+        const pli_vec3 point = plii_contact_blend(other->positions, face, weights);
+        const pli_vec3 point_before = plii_contact_blend(other->previous, face, weights);
+        const pli_vec3 motion =
+            pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), pli_vec3_sub(point, point_before));
+        const float along_normal = pli_vec3_dot(motion, n);
+        float depth = 0.0f;
+        if (along_normal < 0.0f) {
+            depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
+            if (shifts) { depth = plii_min(depth, -along_normal); }
+        }
+        const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));
+        const pli_vec3 correction = pli_vec3_sub(pli_vec3_scale(n, depth), pli_vec3_scale(sliding, contact->friction));
+        plii_set_xyz(&body->positions[contact->node], pli_vec3_add(x, pli_vec3_scale(correction, contact->node_share)));
+        const float w[3] = {weights.x, weights.y, weights.z};
+        for (int k = 0; k < 3; ++k) {
+            plii_add_xyz(&other->positions[face[k]], pli_vec3_scale(correction, -contact->face_share * w[k]));
+            if (!shifts || !other->is_solved) { continue; }
+            /* It takes its velocities from positions no more. */
+            const pli_vec3 share = pli_vec3_scale(correction, contact->face_share);
+            plii_add_xyz(&other->velocities[face[k]], pli_vec3_scale(share, -w[k] * other->step.inverse_dt));
+        }
+        if (i < state->impulse_count) { soft_contacts_note(body, state, i, correction); }
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------- reports
+
+/* What contacts have pushed, for contact events. A contact stands in the list of the body whose node it is; the body of
+   the face finds it there, through the bodies that it met. */
+
+static bool soft_pair_is_recorded(const pli_body* a, const pli_body* b) {
+    return a->records_contacts || b->records_contacts;
+}
+
+bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass) {
+    plii_soft_contacts_state* state = pass->node_state;
+    if (!soft_pair_is_recorded(pass->node_body, pass->face_body)) { return true; }
+    if (state->impulse_count > state->count) { state->impulse_count = state->count; } /* a pair was given up */
+    while (state->impulse_count <= state->count) {
+        if (!plii_contact_impulses_add(pass->node_body, &state->impulses, state->impulse_count)) { return false; }
+        state->impulse_count += 1;
+    }
+    return true;
+}
+
+void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state* state, int count) {
+    const pli_world* world = body->world;
+    bool is_recorded = false;
+    for (int i = 0; i < world->body_count; ++i) {
+        is_recorded = is_recorded || world->bodies[i]->records_contacts;
+    }
+    if (is_recorded) { (void)PLII_RESERVE(body->context, &state->impulses.items, &state->impulses.capacity, count); }
+    if (body->records_contacts) {
+        (void)PLII_RESERVE(body->context, &state->met, &state->met_capacity, world->body_count);
+    }
+}
+
+static bool soft_contacts_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
+    if (!body->records_contacts) { return true; }
+    if (!PLII_RESERVE(body->context, &state->met, &state->met_capacity, state->met_count + 1)) { return false; }
+    state->met[state->met_count++] = other;
+    return true;
+}
+
+bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
+                                    plii_soft_contacts_state* other_state) {
+    return soft_contacts_meet(body, state, other) && soft_contacts_meet(other, other_state, body);
+}
+
+/* Of contact `index` of `node_body`, to the body of its node, or to that of its face. */
+static plii_contact_report soft_contact_report(const pli_body* node_body, const plii_soft_contacts_state* state,
+                                               int index) {
+    const plii_soft_contact* contact = &state->contacts[index];
+    const pli_body* other = contact->face_body;
+    const int* face = other->topology->faces[contact->face];
+    const pli_vec3 point = plii_contact_blend(other->positions, face, contact->weights);
+    plii_contact_report report = plii_contact_report_make(NULL, contact->face_body);
+    report.node = contact->node;
+    report.other_face = contact->face;
+    report.point = point;
+    report.normal = contact->normal;
+    report.impulse = index < state->impulse_count ? state->impulses.items[index] : pli_vec3_make(0, 0, 0);
+    report.gap = pli_vec3_dot(contact->normal, pli_vec3_sub(plii_xyz(node_body->positions[contact->node]), point)) -
+                 contact->margin;
+    return report;
+}
+
+static void soft_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
+    const plii_soft_contacts_state* state = data;
+    for (int i = 0; i < state->count; ++i) {
+        const plii_contact_report report = soft_contact_report(body, state, i);
+        visit(&report, user);
+    }
+    for (int m = 0; m < state->met_count; ++m) {
+        pli_body* other = state->met[m];
+        const plii_soft_contacts_state* others = plii_feature_state(other, &plii_soft_contacts_class);
+        for (int i = 0; others != NULL && i < others->count; ++i) {
+            if (others->contacts[i].face_body != body) { continue; }
+            plii_contact_report report = soft_contact_report(other, others, i);
+            report.other = other;
+            report.face = report.other_face;
+            report.other_node = report.node;
+            report.node = report.other_face = PLI_NULL_INDEX;
+            report.normal = pli_vec3_neg(report.normal);
+            report.impulse = pli_vec3_neg(report.impulse);
+            visit(&report, user);
+        }
+    }
+}
+
+// ----------------------------------------------------------------------------------------------------- the feature
 
 static void soft_contacts_refresh(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
@@ -135,12 +313,12 @@ const plii_feature_class plii_soft_contacts_class = {
     .is_sound = soft_contacts_is_sound,
     .on_restored = soft_contacts_on_restored,
     .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(plii_soft_contacts_state, contacts, capacity, count), .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, shifts), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
         {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, PLII_SAVED_AS("6f")},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, contacts, capacity, count), .snapshot = PLII_LEFT},
         {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
         {PLII_COUNTED_LIST(plii_soft_contacts_state, met, met_capacity, met_count), .snapshot = PLII_LEFT},
         {PLII_COUNTED_LIST(plii_soft_contacts_state, faces, face_capacity, face_count), .snapshot = PLII_LEFT},
@@ -151,8 +329,8 @@ const plii_feature_class plii_soft_contacts_class = {
         {PLII_COUNTED_LIST(plii_soft_contacts_state, nodes, node_capacity, node_count), .snapshot = PLII_LEFT},
         {PLII_COUNTED_LIST(plii_soft_contacts_state, face_order, order_capacity, order_count), PLII_SAVED_AS("F")}),
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
-               [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
-               [PLII_STAGE_POSITION] = {plii_soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_PREPARE] = {soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_POSITION] = {soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_COUPLE] = {plii_soft_contacts_couple, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_SETTLE] = {plii_soft_contacts_settle, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_REFRESH] = {soft_contacts_refresh, SOFT_CONTACTS_ORDER}},
@@ -160,7 +338,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .collide_body = plii_soft_contacts_collide,
     .on_body =
         {[PLII_BODY_REMOVED] = soft_contacts_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_contacts_on_body_removed},
-    .visit_contacts = plii_soft_contacts_visit,
+    .visit_contacts = soft_contacts_visit,
     .reserve = plii_soft_contacts_reserve,
     .build = soft_contacts_build,
 };
@@ -215,10 +393,7 @@ int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_cont
 }
 
 pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
-    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts are not enabled"); }
-    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
+    return plii_reorder_contacts(body, &plii_soft_contacts_class, order, count, __func__);
 }
 
 static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,

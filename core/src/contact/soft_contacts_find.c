@@ -6,7 +6,6 @@
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "contact/soft_contacts_impl.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
@@ -59,8 +58,8 @@ static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, cons
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
     if (!pass->use_boxes) {
         if (plii_body_is_idle(pass->face_body)) { return 0.0f; }
-        return node_weight > 0.0f ? plii_contact_face_weight(positions, face, weights)
-                                  : plii_contact_face_weight_unpinned(positions, face, weights);
+        if (node_weight > 0.0f) { return plii_contact_face_weight(positions, face, weights); }
+        return plii_point_weight_unpinned(positions, 3, face, (const float[3]){weights.x, weights.y, weights.z});
     }
     const bool is_pinned = w.x <= 0.0f || w.y <= 0.0f || w.z <= 0.0f;
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
@@ -124,8 +123,7 @@ static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
         const pli_bounds box = pass->node_state->node_boxes[i];
         if (!plii_soft_contacts_box_is_finite(box)) { continue; }
         search->nodes[search->node_count++] = soft_contacts_reach(pass, i);
-        all.min = plii_vec3_min(all.min, box.min);
-        all.max = plii_vec3_max(all.max, box.max);
+        all = plii_bounds_join(all, box);
     }
     for (int i = 0; i < pass->face_body->topology->face_count; ++i) {
         const pli_bounds box = pass->face_state->face_boxes[i];
@@ -262,7 +260,7 @@ static int soft_contacts_gather(const plii_soft_contacts_pass* pass, int first, 
     int end = first + 1;
     for (; end < search->node_count && end - first < SOFT_CONTACTS_TOGETHER; ++end) {
         const pli_bounds one = soft_contacts_looked_at(pass, search->nodes[end]);
-        const pli_bounds both = {plii_vec3_min(all->min, one.min), plii_vec3_max(all->max, one.max)};
+        const pli_bounds both = plii_bounds_join(*all, one);
         const pli_vec3 extent = pli_vec3_sub(both.max, both.min);
         if (!(plii_max(extent.x, plii_max(extent.y, extent.z)) <= most)) { break; }
         *all = both;

@@ -1,8 +1,7 @@
 #pragma once
 
 /* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
-   (soft_contacts_find.c, soft_contacts_nearest.c), the solve (soft_contacts_couple.c) and that of reference mode
-   (soft_contacts_bullet.c). */
+   (soft_contacts_find.c, soft_contacts_nearest.c) and the solve (soft_contacts_couple.c). */
 
 #include "body/contact_report.h"
 #include "contact/contact_substep.h"
@@ -103,21 +102,13 @@ pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, p
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
 void plii_soft_contacts_reserve(pli_body* body, void* data);
 
-/* For contact events (soft_contact_reports.c). A contact is about to be appended; false without memory. */
+/* For contact events. A contact is about to be appended; false without memory. */
 bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass);
 /* Room for so many, where they are recorded. */
 void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state* state, int count);
 /* Two bodies have met. */
 bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
                                     plii_soft_contacts_state* other_state);
-/* A contact of Bullet's has moved its node and face apart by shares of `correction`, m; only of contacts below
-   impulse_count. */
-void plii_soft_contacts_note(const pli_body* body, const plii_soft_contacts_state* state, int index,
-                             pli_vec3 correction);
-void plii_soft_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user);
 
 void plii_soft_contacts_couple(pli_body* body, void* data);
 void plii_soft_contacts_settle(pli_body* body, void* data);
-/* Bullet's: once per step, what overlaps already and must not get speed; and each iteration. */
-void plii_soft_contacts_recover_bullet(pli_body* body, void* data);
-void plii_soft_contacts_solve_bullet(pli_body* body, void* data);

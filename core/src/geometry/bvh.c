@@ -4,35 +4,34 @@
 
 #include "base/csr.h"
 #include "math/bounds.h"
-#include "math/simd_float4.h"
 
-static void bvh4_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
-    group->low[0][lane] = low.x;
-    group->low[1][lane] = low.y;
-    group->low[2][lane] = low.z;
-    group->high[0][lane] = high.x;
-    group->high[1][lane] = high.y;
-    group->high[2][lane] = high.z;
+static void bvh4_put(plii_vec3x4* corners, int lane, pli_vec3 corner) {
+    corners->x[lane] = corner.x;
+    corners->y[lane] = corner.y;
+    corners->z[lane] = corner.z;
+}
+
+static void bvh4_set(plii_box4* group, int lane, pli_bounds box) {
+    bvh4_put(&group->low, lane, box.min);
+    bvh4_put(&group->high, lane, box.max);
 }
 
 /* What encloses the four boxes of a group, of which the first is not empty. */
 static pli_bounds bvh4_join(const plii_box4* group) {
-    pli_bounds all = {{group->low[0][0], group->low[1][0], group->low[2][0]},
-                      {group->high[0][0], group->high[1][0], group->high[2][0]}};
-    for (int k = 1; k < 4 && !isnan(group->low[0][k]); ++k) {
-        const pli_vec3 low = pli_vec3_make(group->low[0][k], group->low[1][k], group->low[2][k]);
-        const pli_vec3 high = pli_vec3_make(group->high[0][k], group->high[1][k], group->high[2][k]);
-        all.min = plii_vec3_min(low, all.min);
-        all.max = plii_vec3_max(high, all.max);
+    const plii_vec3x4 *low = &group->low, *high = &group->high;
+    pli_bounds all = {{low->x[0], low->y[0], low->z[0]}, {high->x[0], high->y[0], high->z[0]}};
+    for (int k = 1; k < 4 && !isnan(low->x[k]); ++k) {
+        all.min = plii_vec3_min(pli_vec3_make(low->x[k], low->y[k], low->z[k]), all.min);
+        all.max = plii_vec3_max(pli_vec3_make(high->x[k], high->y[k], high->z[k]), all.max);
     }
     return all;
 }
 
 /* Empty boxes are nowhere: no comparison holds for NaN, however large the radius or the bounds that are looked for. */
 static void bvh4_pad(plii_box4* groups, int count) {
-    const pli_vec3 nowhere = pli_vec3_make(NAN, NAN, NAN);
+    const pli_bounds nowhere = {{NAN, NAN, NAN}, {NAN, NAN, NAN}};
     for (int i = count; i % 4 != 0; ++i) {
-        bvh4_set(&groups[i / 4], i % 4, nowhere, nowhere);
+        bvh4_set(&groups[i / 4], i % 4, nowhere);
     }
 }
 
@@ -54,8 +53,7 @@ static bool bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const 
     if (!plii_bvh4_reserve(context, boxes, count)) { return false; }
     const int level_count = plii_bvh_lay_out((count + 3) / 4, boxes->begin);
     for (int i = 0; i < count; ++i) {
-        const pli_bounds* box = &bounds[items != NULL ? items[i] : i];
-        bvh4_set(&boxes->groups[i / 4], i % 4, box->min, box->max);
+        bvh4_set(&boxes->groups[i / 4], i % 4, bounds[items != NULL ? items[i] : i]);
     }
     bvh4_pad(boxes->groups, count);
     for (int level = 1; level < level_count; ++level) {
@@ -63,8 +61,7 @@ static bool bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const 
         plii_box4* groups = boxes->groups + boxes->begin[level];
         const int below_count = boxes->begin[level] - boxes->begin[level - 1];
         for (int i = 0; i < below_count; ++i) {
-            const pli_bounds all = bvh4_join(&below[i]);
-            bvh4_set(&groups[i / 4], i % 4, all.min, all.max);
+            bvh4_set(&groups[i / 4], i % 4, bvh4_join(&below[i]));
         }
         bvh4_pad(groups, below_count);
     }
@@ -81,33 +78,24 @@ void plii_bvh4_free(pli_context* context, plii_bvh4* boxes) {
     *boxes = (plii_bvh4){0};
 }
 
-PLII_SIMD_INLINE plii_mask4 bvh4_overlaps_axis(plii_float4 low, plii_float4 high, const float* box_low,
-                                               const float* box_high) {
-    return (plii_float4_load(box_low) <= high) & (low <= plii_float4_load(box_high));
-}
-
 /* Bit k where box k touches the one between `low` and `high`. */
 PLII_SIMD_INLINE int bvh4_overlaps(plii_vec3x4 low, plii_vec3x4 high, const plii_box4* group) {
-    const plii_mask4 x = bvh4_overlaps_axis(low.x, high.x, group->low[0], group->high[0]);
-    const plii_mask4 y = bvh4_overlaps_axis(low.y, high.y, group->low[1], group->high[1]);
-    const plii_mask4 z = bvh4_overlaps_axis(low.z, high.z, group->low[2], group->high[2]);
+    const plii_mask4 x = (group->low.x <= high.x) & (low.x <= group->high.x);
+    const plii_mask4 y = (group->low.y <= high.y) & (low.y <= group->high.y);
+    const plii_mask4 z = (group->low.z <= high.z) & (low.z <= group->high.z);
     return plii_lanes_bits((x & y) & z);
 }
 
 /* Squares of how far a coordinate lies outside of four intervals; NaN where the interval or the coordinate is, as the
    maximum of two values is the second one then. */
-PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, const float* low, const float* high) {
-    const plii_float4 below = plii_float4_load(low) - value;
-    const plii_float4 above = value - plii_float4_load(high);
-    const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(below, above));
+PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, plii_float4 low, plii_float4 high) {
+    const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(low - value, value - high));
     return outside * outside;
 }
 
 PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const plii_box4* group) {
-    const plii_float4 x = bvh4_outside(point.x, group->low[0], group->high[0]);
-    const plii_float4 y = bvh4_outside(point.y, group->low[1], group->high[1]);
-    const plii_float4 z = bvh4_outside(point.z, group->low[2], group->high[2]);
-    return x + y + z;
+    return bvh4_outside(point.x, group->low.x, group->high.x) + bvh4_outside(point.y, group->low.y, group->high.y) +
+           bvh4_outside(point.z, group->low.z, group->high.z);
 }
 
 /* Visits boxes of the lowest level that counts, depth first, ascending or backwards: of the groups on the path down,

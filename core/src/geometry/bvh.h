@@ -4,7 +4,7 @@
    of a level above is around group i of the level below. Four are tested at once. */
 
 #include "base/context.h"
-#include "math/vec.h"
+#include "math/simd_float4.h"
 
 #define PLII_BVH_FAN 4
 #define PLII_BVH_MAX_LEVELS 17
@@ -13,7 +13,7 @@
 
 /* Four boxes by components; those beyond the last one are empty: NaN, which no search finds. */
 typedef struct plii_box4 {
-    float low[3][4], high[3][4];
+    plii_vec3x4 low, high;
 } plii_box4;
 
 /* Boxes in their order: quick to ask where neighbours in the list are neighbours in space. */

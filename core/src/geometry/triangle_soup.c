@@ -74,14 +74,14 @@ static pli_bounds soup_box(int triangle, const void* user) {
 
 bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count, const int* triangles, pli_vec3 origin,
                      float scale) {
-    const size_t size = (size_t)triangle_count * sizeof(soup_entry);
-    soup_entry* entries = plii_allocate(soup->context, size);
-    bool is_built = entries != NULL && PLII_RESERVE(soup->context, &soup->triangles, &soup->capacity, triangle_count);
+    soup_entry* entries = NULL;
+    bool is_built = PLII_ALLOCATE(soup->context, &entries, triangle_count) &&
+                    PLII_RESERVE(soup->context, &soup->triangles, &soup->capacity, triangle_count);
     if (is_built) {
         soup_add_once(soup, entries, soup_collect(entries, points, triangle_count, triangles, origin, scale));
         is_built = plii_bvh_build_from(soup->context, &soup->tree, soup->count, soup_box, soup);
     }
-    plii_release(soup->context, entries, size);
+    PLII_RELEASE(soup->context, entries, triangle_count);
     return is_built;
 }
 
@@ -98,14 +98,10 @@ static float soup_measure(int triangle, pli_vec3 point, const void* user) {
     return pli_vec3_length_squared(pli_vec3_sub(point, foot));
 }
 
-float plii_soup_distance(const plii_soup* soup, int triangle, pli_vec3 point) {
-    return sqrtf(soup_measure(triangle, point, soup));
-}
-
 int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance) {
     const float reach = guess != PLI_NULL_INDEX ? soup_measure(guess, point, soup) : FLT_MAX;
     int nearest = plii_bvh_nearest(&soup->tree, point, reach, soup_measure, soup);
     if (nearest == PLI_NULL_INDEX) { nearest = guess; }
-    *distance = nearest != PLI_NULL_INDEX ? plii_soup_distance(soup, nearest, point) : INFINITY;
+    *distance = nearest != PLI_NULL_INDEX ? sqrtf(soup_measure(nearest, point, soup)) : INFINITY;
     return nearest;
 }

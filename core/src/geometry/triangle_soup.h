@@ -28,4 +28,3 @@ void plii_soup_free(plii_soup* soup);
 /* The triangle nearest to a point among those that are not hidden, and its distance. With a `guess`, which may be
    PLI_NULL_INDEX, the search is faster the nearer the guess is. */
 int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance);
-float plii_soup_distance(const plii_soup* soup, int triangle, pli_vec3 point);

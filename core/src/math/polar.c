@@ -6,14 +6,6 @@
 #define POLAR_TOLERANCE 0.0001f
 #define POLAR_MAX_ITERATIONS 16
 
-/* Largest sum of absolute values over the columns. */
-static float polar_norm_1(pli_mat3 m) {
-    const float x = fabsf(m.rows[0].x) + fabsf(m.rows[1].x) + fabsf(m.rows[2].x);
-    const float y = fabsf(m.rows[0].y) + fabsf(m.rows[1].y) + fabsf(m.rows[2].y);
-    const float z = fabsf(m.rows[0].z) + fabsf(m.rows[1].z) + fabsf(m.rows[2].z);
-    return plii_max(plii_max(x, y), z);
-}
-
 /* Largest sum of absolute values over the rows. */
 static float polar_norm_infinity(pli_mat3 m) {
     float sums[3];
@@ -21,6 +13,11 @@ static float polar_norm_infinity(pli_mat3 m) {
         sums[i] = fabsf(m.rows[i].x) + fabsf(m.rows[i].y) + fabsf(m.rows[i].z);
     }
     return plii_max(plii_max(sums[0], sums[1]), sums[2]);
+}
+
+/* Over the columns. */
+static float polar_norm_1(pli_mat3 m) {
+    return polar_norm_infinity(pli_mat3_transpose(m));
 }
 
 pli_mat3 plii_polar_factor_of_bullet(pli_mat3 a) {

@@ -55,8 +55,3 @@ pli_status plii_check_index(pli_context* context, int index, int count, const ch
     return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function, "%s %d is out of range, the %s has %d %ss", what,
                      index, owner, count, what);
 }
-
-pli_status plii_check_mass(pli_context* context, float mass, const char* name, const char* function) {
-    if (mass == 0.0f) { return PLI_OK; }
-    return plii_check_between(context, mass, PLI_MIN_MASS, PLI_MAX_MASS, name, function);
-}

@@ -49,10 +49,6 @@ pli_status plii_check_between(pli_context* context, float value, float low, floa
 pli_status plii_check_vec3_between(pli_context* context, pli_vec3 value, float low, float high, const char* name,
                                    const char* function);
 /* The same of the absolute. */
-static inline pli_status plii_check_within(pli_context* context, float value, float limit, const char* name,
-                                           const char* function) {
-    return plii_check_between(context, value, -limit, limit, name, function);
-}
 static inline pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float limit, const char* name,
                                                 const char* function) {
     return plii_check_vec3_between(context, value, -limit, limit, name, function);
@@ -63,5 +59,3 @@ pli_status plii_check_finite_points(pli_context* context, int count, const pli_v
 /* PLI_OK, or the error of an index: "node 5 is out of range, the body has 3 nodes". */
 pli_status plii_check_index(pli_context* context, int index, int count, const char* what, const char* owner,
                             const char* function);
-/* PLI_OK, or the error of a mass that is neither 0 nor within the limits. */
-pli_status plii_check_mass(pli_context* context, float mass, const char* name, const char* function);

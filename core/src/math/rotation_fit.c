@@ -29,15 +29,14 @@ static double rotation_dot(const double a[4], const double b[4]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }
 
-/* Makes a symmetric matrix diagonal; the rows of `axes` become its eigenvectors. */
-static void rotation_diagonalize(double n[4][4], double axes[4][4]) {
+void plii_diagonalize(double n[4][4], double axes[4][4]) {
     for (int sweep = 0; sweep < ROTATION_SWEEPS; ++sweep) {
         for (int pair = 0; pair < 6; ++pair) {
             static const int rows[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
             const int p = rows[pair][0], q = rows[pair][1];
             if (fabs(n[p][q]) < ROTATION_NOTHING) { continue; }
             const double cotangent = (n[q][q] - n[p][p]) / (2.0 * n[p][q]);
-            const double t = copysign(1.0, cotangent) / (fabs(cotangent) + sqrt(cotangent * cotangent + 1.0));
+            const double t = (cotangent >= 0.0 ? 1.0 : -1.0) / (fabs(cotangent) + sqrt(cotangent * cotangent + 1.0));
             const double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
             for (int k = 0; k < 4; ++k) {
                 const double from_p = n[k][p], from_q = n[k][q];
@@ -97,7 +96,7 @@ pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion) {
                                    {wy, xy, 2.0 * m[4] - trace, yz},
                                    {wz, xz, yz, 2.0 * m[8] - trace}};
         memcpy(n, horn, sizeof n);
-        rotation_diagonalize(n, axes);
+        plii_diagonalize(n, axes);
     }
     rotation_project(n, axes, start, q);
     const double w = q[0], x = q[1], y = q[2], z = q[3];

@@ -2,6 +2,10 @@
 
 #include "math/vec.h"
 
+/* Makes a symmetric matrix diagonal by Jacobi's rotations; the rows of `axes`, which start as a basis, become its
+   eigenvectors. One of three rows has a fourth of zeros. */
+void plii_diagonalize(double matrix[4][4], double axes[4][4]);
+
 /* The rotation nearest to a matrix, that is the one of largest trace(transpose(rotation) * matrix): a proper rotation
    (determinant +1) for every input, inverted, flat or zero. Where several are as near (rank 1 or 0, some inversions) it
    is one close to the start; a matrix that is not finite counts as zero. quaternion: the start, such as the result of

@@ -226,6 +226,9 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_add(plii_vec3x4 a, plii_vec3x4 b) {
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_sub(plii_vec3x4 a, plii_vec3x4 b) {
     return (plii_vec3x4){a.x - b.x, a.y - b.y, a.z - b.z};
 }
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_mul(plii_vec3x4 a, plii_vec3x4 b) {
+    return (plii_vec3x4){a.x * b.x, a.y * b.y, a.z * b.z};
+}
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_scale(plii_vec3x4 a, plii_float4 s) {
     return (plii_vec3x4){a.x * s, a.y * s, a.z * s};
 }

@@ -150,23 +150,11 @@ typedef struct plii_vec3x8 {
     plii_float8 x, y, z;
 } plii_vec3x8;
 
-PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_of(plii_vec3x4 low, plii_vec3x4 high) {
-    return (plii_vec3x8){plii_float8_of(low.x, high.x), plii_float8_of(low.y, high.y), plii_float8_of(low.z, high.z)};
-}
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x8_low(plii_vec3x8 a) {
-    return (plii_vec3x4){plii_float8_low(a.x), plii_float8_low(a.y), plii_float8_low(a.z)};
-}
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x8_high(plii_vec3x8 a) {
-    return (plii_vec3x4){plii_float8_high(a.x), plii_float8_high(a.y), plii_float8_high(a.z)};
-}
 PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_add(plii_vec3x8 a, plii_vec3x8 b) {
     return (plii_vec3x8){plii_float8_add(a.x, b.x), plii_float8_add(a.y, b.y), plii_float8_add(a.z, b.z)};
 }
 PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_sub(plii_vec3x8 a, plii_vec3x8 b) {
     return (plii_vec3x8){plii_float8_sub(a.x, b.x), plii_float8_sub(a.y, b.y), plii_float8_sub(a.z, b.z)};
-}
-PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_mul(plii_vec3x8 a, plii_vec3x8 b) {
-    return (plii_vec3x8){plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y), plii_float8_mul(a.z, b.z)};
 }
 PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_scale(plii_vec3x8 a, plii_float8 s) {
     return (plii_vec3x8){plii_float8_mul(a.x, s), plii_float8_mul(a.y, s), plii_float8_mul(a.z, s)};
@@ -174,11 +162,6 @@ PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_scale(plii_vec3x8 a, plii_float8 s) {
 PLII_SIMD_INLINE plii_float8 plii_vec3x8_dot(plii_vec3x8 a, plii_vec3x8 b) {
     return plii_float8_add(plii_float8_add(plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y)),
                            plii_float8_mul(a.z, b.z));
-}
-PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_cross(plii_vec3x8 a, plii_vec3x8 b) {
-    return (plii_vec3x8){plii_float8_sub(plii_float8_mul(a.y, b.z), plii_float8_mul(a.z, b.y)),
-                         plii_float8_sub(plii_float8_mul(a.z, b.x), plii_float8_mul(a.x, b.z)),
-                         plii_float8_sub(plii_float8_mul(a.x, b.y), plii_float8_mul(a.y, b.x))};
 }
 
 /* Eight records by components. Lane k < 4 holds record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register

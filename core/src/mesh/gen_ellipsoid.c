@@ -26,13 +26,12 @@ pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_
     if (point_count < 4) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "%d points, it must be 4 or more", point_count);
     }
-    const size_t size = (size_t)point_count * sizeof(pli_vec3);
-    pli_vec3* points = plii_allocate(context, size);
+    pli_vec3* points = plii_allocate(context, (size_t)point_count * sizeof *points);
     if (points == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d points", point_count); }
     for (int i = 0; i < point_count; ++i) {
         points[i] = pli_vec3_add(pli_vec3_mul(ellipsoid_hammersley(i, point_count), radii), center);
     }
     const pli_status status = pli_mesh_create_convex_hull(context, point_count, points, 0.0f, mesh);
-    plii_release(context, points, size);
+    PLII_RELEASE(context, points, point_count);
     return status;
 }

@@ -25,7 +25,9 @@ pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const ch
 }
 
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass) {
-    PLII_TRY(plii_check_mass(mesh->context, mass, "the mass", function));
+    if (mass != 0.0f) {
+        PLII_TRY(plii_check_between(mesh->context, mass, PLI_MIN_MASS, PLI_MAX_MASS, "the mass", function));
+    }
     *inverse_mass = mass > 0.0f ? 1.0f / mass : 0.0f;
     return PLI_OK;
 }

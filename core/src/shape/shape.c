@@ -26,8 +26,8 @@ static pli_status shape_allocate(pli_context* context, const pli_shape_def* def,
     return PLI_OK;
 }
 
-pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* def, const void* data, size_t size,
-                                    const char* function, pli_shape** shape) {
+pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
+                                    const void* data, size_t size, const char* function, pli_shape** shape) {
     void* copy = plii_duplicate(context, data, size);
     if (copy == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
     const pli_status status = shape_allocate(context, def, function, shape);
@@ -35,15 +35,9 @@ pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* d
         plii_release(context, copy, size);
         return status;
     }
+    (*shape)->kind = kind;
     (*shape)->def.user = copy;
     (*shape)->data_size = size;
-    return PLI_OK;
-}
-
-pli_status plii_shape_create_kind(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
-                                  const void* data, size_t size, const char* function, pli_shape** shape) {
-    PLII_TRY(plii_shape_create_owning(context, def, data, size, function, shape));
-    (*shape)->kind = kind;
     return PLI_OK;
 }
 

@@ -43,5 +43,5 @@ pli_status pli_shape_create_box(pli_context* context, pli_vec3 half_extents, pli
     PLII_TRY(
         plii_check_vec3_between(context, half_extents, PLII_ABOVE_0, PLI_MAX_COORDINATE, "half_extents", __func__));
     const pli_shape_def def = {.distances = box_distances, .bounds = box_bounds, .support = box_support};
-    return plii_shape_create_kind(context, PLII_SHAPE_BOX, &def, &half_extents, sizeof half_extents, __func__, shape);
+    return plii_shape_create_owning(context, PLII_SHAPE_BOX, &def, &half_extents, sizeof half_extents, __func__, shape);
 }

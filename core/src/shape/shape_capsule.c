@@ -17,14 +17,9 @@ static void capsule_distances(const void* user, int count, const pli_vec3* point
         const float along = pli_vec3_dot(points[i], capsule.half_segment) * capsule.inverse_squared;
         const float clamped = plii_clamp(along, -1.0f, 1.0f);
         const pli_vec3 r = pli_vec3_sub(points[i], pli_vec3_scale(capsule.half_segment, clamped));
-        const float squared = pli_vec3_length_squared(r);
-        const float length = sqrtf(squared);
-        const bool is_on_segment = squared < PLII_SHAPE_TINY_SQUARED;
-        const float inverse = is_on_segment ? 0.0f : 1.0f / length;
+        const float squared = pli_vec3_length_squared(r), length = sqrtf(squared);
         distances[i] = length - capsule.radius;
-        normals[i].x = is_on_segment ? capsule.side.x : r.x * inverse;
-        normals[i].y = is_on_segment ? capsule.side.y : r.y * inverse;
-        normals[i].z = is_on_segment ? capsule.side.z : r.z * inverse;
+        normals[i] = squared < PLII_SHAPE_TINY_SQUARED ? capsule.side : plii_vec3_divide(r, length);
     }
 }
 
@@ -54,5 +49,5 @@ pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment,
     }
     const pli_shape_def def = {
         .distances = capsule_distances, .bounds = capsule_bounds, .support = capsule_support, .radius = radius};
-    return plii_shape_create_kind(context, PLII_SHAPE_CAPSULE, &def, &capsule, sizeof capsule, __func__, shape);
+    return plii_shape_create_owning(context, PLII_SHAPE_CAPSULE, &def, &capsule, sizeof capsule, __func__, shape);
 }

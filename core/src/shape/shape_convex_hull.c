@@ -160,7 +160,7 @@ static pli_status hull_create(pli_context* context, const plii_convex_hull* sour
                                    .support = hull_support,
                                    .radius = radius,
                                    .destroy = hull_destroy};
-        status = plii_shape_create_owning(context, &def, &hull, sizeof hull, function, shape);
+        status = plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &hull, sizeof hull, function, shape);
     }
     if (status != PLI_OK) { hull_destroy(&hull); }
     return status;

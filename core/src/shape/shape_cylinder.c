@@ -17,12 +17,9 @@ static void cylinder_distances(const void* user, int count, const pli_vec3* poin
         const float along = pli_vec3_dot(points[i], cylinder.axis);
         const pli_vec3 across = pli_vec3_sub(points[i], pli_vec3_scale(cylinder.axis, along));
         const float squared = pli_vec3_length_squared(across);
-        const bool is_on_axis = squared < PLII_SHAPE_TINY_SQUARED;
         const float distance_to_axis = sqrtf(squared);
-        const float inverse = is_on_axis ? 0.0f : 1.0f / distance_to_axis;
-        const pli_vec3 radial = pli_vec3_make(is_on_axis ? cylinder.side.x : across.x * inverse,
-                                              is_on_axis ? cylinder.side.y : across.y * inverse,
-                                              is_on_axis ? cylinder.side.z : across.z * inverse);
+        const pli_vec3 radial =
+            squared < PLII_SHAPE_TINY_SQUARED ? cylinder.side : plii_vec3_divide(across, distance_to_axis);
         const float to_wall = distance_to_axis - cylinder.radius;
         const float to_end = fabsf(along) - cylinder.half_height;
         const float wall = plii_max(to_wall, 0.0f), end = plii_max(to_end, 0.0f);
@@ -34,9 +31,7 @@ static void cylinder_distances(const void* user, int count, const pli_vec3* poin
         const float weight_wall = is_outside ? wall * scale : wall_is_nearer ? 1.0f : 0.0f;
         const float weight_end = copysignf(is_outside ? end * scale : wall_is_nearer ? 0.0f : 1.0f, along);
         distances[i] = is_outside ? outside : plii_max(to_wall, to_end);
-        normals[i].x = radial.x * weight_wall + cylinder.axis.x * weight_end;
-        normals[i].y = radial.y * weight_wall + cylinder.axis.y * weight_end;
-        normals[i].z = radial.z * weight_wall + cylinder.axis.z * weight_end;
+        normals[i] = pli_vec3_add(pli_vec3_scale(radial, weight_wall), pli_vec3_scale(cylinder.axis, weight_end));
     }
 }
 
@@ -75,5 +70,5 @@ pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, f
         pli_vec3_make(half_axis.x / half_height, half_axis.y / half_height, half_axis.z / half_height);
     const cylinder_data cylinder = {axis, half_height, radius, plii_shape_perpendicular(axis)};
     const pli_shape_def def = {.distances = cylinder_distances, .bounds = cylinder_bounds, .support = cylinder_support};
-    return plii_shape_create_kind(context, PLII_SHAPE_CYLINDER, &def, &cylinder, sizeof cylinder, __func__, shape);
+    return plii_shape_create_owning(context, PLII_SHAPE_CYLINDER, &def, &cylinder, sizeof cylinder, __func__, shape);
 }

@@ -35,12 +35,10 @@ struct pli_shape {
     size_t data_size;        /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
 };
 
-/* A shape that owns a copy of `data`; def->user is ignored. Messages name `function`. */
-pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* def, const void* data, size_t size,
-                                    const char* function, pli_shape** shape);
-/* The same for a kind whose data is numbers, floats. */
-pli_status plii_shape_create_kind(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
-                                  const void* data, size_t size, const char* function, pli_shape** shape);
+/* A shape that owns a copy of `data`, of other kinds than PLII_SHAPE_OTHER numbers, floats; def->user is ignored.
+   Messages name `function`. */
+pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
+                                    const void* data, size_t size, const char* function, pli_shape** shape);
 /* The arguments that all creating functions share. */
 pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function);
 /* Points and triangles as a surface is made from. */

@@ -188,7 +188,8 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
                                .support = source->def.support != NULL ? lattice_support : NULL,
                                .radius = source->def.radius,
                                .destroy = lattice_destroy};
-    const pli_status status = plii_shape_create_owning(context, &def, &lattice, sizeof lattice, __func__, shape);
+    const pli_status status =
+        plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &lattice, sizeof lattice, __func__, shape);
     if (status != PLI_OK) {
         plii_release(context, cache, sizeof *cache);
         return status;

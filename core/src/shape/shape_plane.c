@@ -40,8 +40,8 @@ pli_status pli_shape_create_plane(pli_context* context, pli_vec3 normal, float o
     if (!(length * length > PLII_SHAPE_TINY_SQUARED) || !plii_is_finite(length)) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the length of normal is %g", (double)length);
     }
-    PLII_TRY(plii_check_within(context, offset, PLI_MAX_COORDINATE, "offset", __func__));
+    PLII_TRY(plii_check_between(context, offset, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE, "offset", __func__));
     const plane_data plane = {pli_vec3_make(normal.x / length, normal.y / length, normal.z / length), offset};
     const pli_shape_def def = {.distances = plane_distances, .bounds = plane_bounds};
-    return plii_shape_create_kind(context, PLII_SHAPE_PLANE, &def, &plane, sizeof plane, __func__, shape);
+    return plii_shape_create_owning(context, PLII_SHAPE_PLANE, &def, &plane, sizeof plane, __func__, shape);
 }

@@ -179,7 +179,7 @@ pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, 
     if (status == PLI_OK) {
         const pli_shape_def shape_def = {
             .distances = sampled_mesh_distances, .bounds = sampled_mesh_bounds, .destroy = sampled_mesh_destroy};
-        status = plii_shape_create_owning(context, &shape_def, &mesh, sizeof mesh, __func__, shape);
+        status = plii_shape_create_owning(context, PLII_SHAPE_OTHER, &shape_def, &mesh, sizeof mesh, __func__, shape);
     }
     if (status != PLI_OK) { sampled_mesh_destroy(&mesh); }
     return status;

@@ -32,5 +32,5 @@ pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape
     PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
     const pli_shape_def def = {
         .distances = sphere_distances, .bounds = sphere_bounds, .support = sphere_support, .radius = radius};
-    return plii_shape_create_kind(context, PLII_SHAPE_SPHERE, &def, &radius, sizeof radius, __func__, shape);
+    return plii_shape_create_owning(context, PLII_SHAPE_SPHERE, &def, &radius, sizeof radius, __func__, shape);
 }

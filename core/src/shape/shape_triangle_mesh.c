@@ -276,21 +276,22 @@ static void surface_find_open_parts(surface_data* surface, int* parents, bool* i
     }
 }
 
+static pli_bounds surface_box(int triangle, const void* user) {
+    const surface_data* surface = user;
+    const int* v = surface->triangles[triangle].vertices;
+    return plii_bounds_of_triangle(surface->vertices[v[0]].position, surface->vertices[v[1]].position,
+                                   surface->vertices[v[2]].position);
+}
+
 static bool surface_build_tree(surface_data* surface) {
-    const size_t size = (size_t)surface->triangle_count * sizeof(pli_bounds);
-    pli_bounds* boxes = plii_allocate(surface->context, size);
-    if (boxes == NULL) { return false; }
-    float extent = 0.0f;
-    for (int i = 0; i < surface->triangle_count; ++i) {
-        const int* v = surface->triangles[i].vertices;
-        const pli_vec3 a = surface->vertices[v[0]].position, b = surface->vertices[v[1]].position,
-                       c = surface->vertices[v[2]].position;
-        boxes[i] = plii_bounds_of_triangle(a, b, c);
-        extent = plii_max(extent, plii_max(pli_vec3_length(a), plii_max(pli_vec3_length(b), pli_vec3_length(c))));
+    if (!plii_bvh_build_from(surface->context, &surface->tree, surface->triangle_count, surface_box, surface)) {
+        return false;
     }
-    const bool is_built = plii_bvh_build(surface->context, &surface->tree, surface->triangle_count, boxes);
-    plii_release(surface->context, boxes, size);
-    if (!is_built) { return false; }
+    float extent = 0.0f;
+    for (int i = 0; i < 3 * surface->triangle_count; ++i) {
+        const int vertex = surface->triangles[i / 3].vertices[i % 3];
+        extent = plii_max(extent, pli_vec3_length(surface->vertices[vertex].position));
+    }
     /* The inside of an open part reaches behind its faces. */
     surface->bounds =
         plii_bounds_grow(plii_bvh4_bounds(&surface->tree.boxes), surface->has_open_part ? surface->thickness : 0.0f);
@@ -350,7 +351,7 @@ pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count,
     } else {
         const pli_shape_def def = {
             .distances = surface_distances, .bounds = surface_bounds, .destroy = surface_destroy};
-        status = plii_shape_create_owning(context, &def, &surface, sizeof surface, __func__, shape);
+        status = plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &surface, sizeof surface, __func__, shape);
         if (status == PLI_OK) { (*shape)->triangles = surface_triangles; }
     }
     if (status != PLI_OK) { surface_destroy(&surface); }
