@@ -25,16 +25,11 @@ enum class Dress { nodes, faces_and_air };
 
 struct Sheets {
     static constexpr int columns = 32, count = 100;
-    pli_threads* threads = nullptr;
     pli_context* context = nullptr;
     pli_world* world = nullptr;
 
-    explicit Sheets(Dress dress, int thread_count = 1) {
-        check(pli_threads_create(thread_count, &threads));
-        pli_context_def def = pli_context_def_default();
-        def.parallel_for = pli_threads_parallel_for;
-        def.parallel_user = threads;
-        check(pli_context_create(thread_count > 1 ? &def : nullptr, &context));
+    explicit Sheets(Dress dress) {
+        check(pli_context_create(nullptr, &context));
         check(pli_world_create(context, nullptr, &world));
         pli_shape* plane = nullptr;
         check(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &plane));
@@ -54,7 +49,6 @@ struct Sheets {
     ~Sheets() {
         pli_world_destroy(world);
         pli_context_destroy(context);
-        pli_threads_destroy(threads);
     }
     Sheets(const Sheets&) = delete;
     Sheets& operator=(const Sheets&) = delete;
@@ -105,8 +99,8 @@ void count_bytes(benchmark::State& state, std::size_t size) {
     state.SetBytesProcessed(static_cast<std::int64_t>(2 * size) * state.iterations());
 }
 
-void save_and_restore(benchmark::State& state, Dress dress, int threads) {
-    const Sheets sheets(dress, threads);
+void save_and_restore(benchmark::State& state, Dress dress) {
+    const Sheets sheets(dress);
     const std::size_t size = pli_world_snapshot_size(sheets.world);
     const Buffer buffer = make_buffer(size);
     for (auto _ : state) {
@@ -208,14 +202,11 @@ void step(benchmark::State& state, bool is_asleep) {
 
 BENCHMARK_CAPTURE(step, awake, false);
 BENCHMARK_CAPTURE(step, asleep, true);
-BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes, Dress::nodes, 1)->UseRealTime();
-BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes_two_threads, Dress::nodes, 2)->UseRealTime();
-BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_nodes, Dress::nodes)->UseRealTime();
+BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes, Dress::nodes);
+BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_nodes, Dress::nodes);
 BENCHMARK(copy_nodes_to_and_fro);
-BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air, 1)->UseRealTime();
-BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air_two_threads, Dress::faces_and_air, 2)
-    ->UseRealTime();
-BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_faces_soft_contacts_air, Dress::faces_and_air)->UseRealTime();
+BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
+BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
 BENCHMARK_CAPTURE(save_and_restore_between_steps, contacts_of_nodes, Dress::nodes)->UseManualTime();
 BENCHMARK_CAPTURE(copy_between_steps, contacts_of_nodes, Dress::nodes)->UseManualTime();
 BENCHMARK_CAPTURE(save_and_restore_between_steps, contacts_of_faces_soft_contacts_air, Dress::faces_and_air)

@@ -231,48 +231,6 @@ static void bits_do_not_depend_on_threads(void** unused) {
     }
 }
 
-// -------------------------------------------------------------------------------------------------------- snapshots
-
-static void a_snapshot_by_threads_is_that_by_one(void** unused) {
-    (void)unused;
-    calls made = {0};
-    assert_int_equal(pli_threads_create(3, &made.threads), PLI_OK);
-    pli_context_def def = pli_context_def_default();
-    def.parallel_for = counted_parallel_for;
-    def.parallel_user = &made;
-    pli_context* context = NULL;
-    assert_int_equal(pli_context_create(&def, &context), PLI_OK);
-    trial all;
-    start(&all, context, TRIAL_TOUCHING_XPBD);
-    (void)run(&all);
-    const size_t size = pli_world_snapshot_size(all.world);
-    unsigned char *by_threads = malloc(size), *by_one = malloc(size);
-    made.count = 0;
-    assert_int_equal(pli_world_save(all.world, by_threads, size, NULL), PLI_OK);
-    assert_true(made.count > 0);
-    pli_threads* pool = made.threads;
-    assert_int_equal(pli_threads_create(1, &made.threads), PLI_OK);
-    assert_int_equal(pli_world_save(all.world, by_one, size, NULL), PLI_OK);
-    assert_memory_equal(by_threads, by_one, size);
-    pli_threads_destroy(made.threads);
-    made.threads = pool;
-    const uint64_t hash = run(&all);
-    made.count = 0;
-    assert_int_equal(pli_world_restore(all.world, by_threads, size), PLI_OK);
-    assert_true(made.count >= 2); /* sums and copies */
-    assert_true(run(&all) == hash);
-    for (size_t at = size - 1; at > size / 100; at -= size / 100) { /* in most of the bodies */
-        by_threads[at] ^= 1;
-        assert_int_equal(pli_world_restore(all.world, by_threads, size), PLI_ERROR_FILE_FORMAT);
-        by_threads[at] ^= 1;
-    }
-    free(by_threads);
-    free(by_one);
-    pli_world_destroy(all.world);
-    assert_int_equal(pli_context_destroy(context), PLI_OK);
-    pli_threads_destroy(pool);
-}
-
 // ------------------------------------------------------------------------------------------------ pairs of a host
 
 /* Every body with every rigid body, body by body or rigid body by rigid body, in one call or in many. */
@@ -498,7 +456,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_pool_has_one_to_256_threads),
         cmocka_unit_test(bits_do_not_depend_on_threads),
-        cmocka_unit_test(a_snapshot_by_threads_is_that_by_one),
         cmocka_unit_test(pairs_in_one_call_are_those_one_by_one),
         cmocka_unit_test(pairs_of_a_body_that_make_several_parts_are_met_once),
         cmocka_unit_test(worlds_of_a_context_may_step_at_the_same_time),

@@ -1,21 +1,18 @@
 /* Snapshots: the memory that steps read and former steps or calls wrote, as it lies. One walk over the world does all
    four things, so that they cannot differ: counting bytes, writing, comparing and reading. What a feature has is said
-   by its class: its state and its arrays, but for what is made anew. Bodies have parts of their own, which threads
-   write, sum and read side by side. Large arrays begin on lines of the cache: copies between places that lie alike on
-   these are faster (docs/experiments.md). */
+   by its class: its state and its arrays, but for what is made anew. Large arrays begin on lines of the cache:
+   copies between places that lie alike on these are faster (docs/experiments.md). */
 
 #include "pliant/snapshot.h"
 
 #include "base/checksum.h"
-#include "base/ranges.h"
 #include "body/feature_arrays.h"
 #include "body/world_state.h"
 
-#include <limits.h>
 #include <stddef.h>
 #include <string.h>
 
-typedef enum snapshot_mode { SNAPSHOT_COUNT, SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
+typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
 typedef struct snapshot_walk {
     snapshot_mode mode;
@@ -24,31 +21,23 @@ typedef struct snapshot_walk {
     int body;                  /* index of the one that is looked at, for messages */
     unsigned char* to;         /* SAVE */
     const unsigned char* from; /* COMPARE, RESTORE */
-    size_t at;
-    size_t end;    /* COMPARE, RESTORE */
-    size_t summed; /* SAVE: what is before it is in the checksum */
+    size_t at, size;           /* SAVE: what is beyond `size` is counted, not written */
+    size_t summed;             /* SAVE: what is before it is in the checksum */
     plii_checksum checksum;
     pli_status status;
 } snapshot_walk;
 
-/* The first bytes; records of the bodies follow, then what the world has beside them: the head. */
+/* The first bytes. */
 typedef struct snapshot_header {
     uint32_t magic, version;
-    uint64_t checksum[2]; /* of what follows, to the end of the head */
-    uint64_t size, head_size;
-    uint64_t handle; /* of the world or body */
-    uint64_t body_count;
-    uint64_t zero;
+    uint64_t size;        /* with the header */
+    uint64_t checksum[2]; /* of what follows */
+    uint64_t handle;      /* of the world or body */
+    uint64_t zeros[3];
 } snapshot_header;
 
-/* Of a body: where its part is, whole lines. */
-typedef struct snapshot_record {
-    uint64_t begin, end;
-    uint64_t checksum[2];
-} snapshot_record;
-
 #define SNAPSHOT_MAGIC 0x706c6973u
-#define SNAPSHOT_VERSION 4u
+#define SNAPSHOT_VERSION 3u
 enum { SNAPSHOT_LARGE = 1024, SNAPSHOT_LINE = 64 };
 _Static_assert(sizeof(snapshot_header) == SNAPSHOT_LINE && SNAPSHOT_LINE % PLII_CHECKSUM_BLOCK == 0, "");
 
@@ -65,7 +54,7 @@ static void snapshot_refuse(snapshot_walk* walk, const char* what, const char* f
 }
 
 static bool snapshot_has(snapshot_walk* walk, size_t size) {
-    if (walk->mode < SNAPSHOT_COMPARE || walk->at + size <= walk->end) { return walk->status == PLI_OK; }
+    if (walk->mode == SNAPSHOT_SAVE || walk->at + size <= walk->size) { return walk->status == PLI_OK; }
     if (walk->status == PLI_OK) {
         walk->status =
             plii_fail(walk->context, PLI_ERROR_FILE_FORMAT, walk->function, "the snapshot ends in the middle");
@@ -78,21 +67,19 @@ static void snapshot_sum(snapshot_walk* walk) {
     walk->summed = walk->at;
 }
 
-/* To the next line. What is before it can be summed then: whole blocks. */
-static void snapshot_align(snapshot_walk* walk) {
-    const size_t gap = (SNAPSHOT_LINE - walk->at % SNAPSHOT_LINE) % SNAPSHOT_LINE;
-    if (walk->mode == SNAPSHOT_SAVE) { memset(walk->to + walk->at, 0, gap); }
-    walk->at += gap;
-    if (walk->mode == SNAPSHOT_SAVE) { snapshot_sum(walk); }
-}
-
-/* Bytes that are taken over. */
+/* Bytes that are taken over. Large ones begin on the next line; what is before it can be summed then: whole blocks. */
 static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
-    if (size >= SNAPSHOT_LARGE) { snapshot_align(walk); }
+    if (size >= SNAPSHOT_LARGE) {
+        const size_t gap = (SNAPSHOT_LINE - walk->at % SNAPSHOT_LINE) % SNAPSHOT_LINE;
+        const bool is_written = walk->mode == SNAPSHOT_SAVE && walk->at + gap <= walk->size;
+        if (is_written) { memset(walk->to + walk->at, 0, gap); }
+        walk->at += gap;
+        if (is_written) { snapshot_sum(walk); }
+    }
     if (size == 0 || !snapshot_has(walk, size)) { return; }
     if (walk->mode == SNAPSHOT_RESTORE) {
         memcpy(block, walk->from + walk->at, size);
-    } else if (walk->mode == SNAPSHOT_SAVE) {
+    } else if (walk->mode == SNAPSHOT_SAVE && walk->at + size <= walk->size) {
         const size_t whole = size >= SNAPSHOT_LARGE ? size - size % PLII_CHECKSUM_BLOCK : 0;
         if (whole > 0) { plii_checksum_add_blocks(&walk->checksum, walk->to + walk->at, block, whole); }
         memcpy(walk->to + walk->at + whole, (const unsigned char*)block + whole, size - whole);
@@ -104,8 +91,11 @@ static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
 /* A number; that of the snapshot where there is one. */
 static uint64_t snapshot_number(snapshot_walk* walk, uint64_t number) {
     if (!snapshot_has(walk, sizeof number)) { return 0; }
-    if (walk->mode == SNAPSHOT_SAVE) { memcpy(walk->to + walk->at, &number, sizeof number); }
-    if (walk->mode >= SNAPSHOT_COMPARE) { memcpy(&number, walk->from + walk->at, sizeof number); }
+    if (walk->mode != SNAPSHOT_SAVE) {
+        memcpy(&number, walk->from + walk->at, sizeof number);
+    } else if (walk->at + sizeof number <= walk->size) {
+        memcpy(walk->to + walk->at, &number, sizeof number);
+    }
     walk->at += sizeof number;
     return number;
 }
@@ -206,7 +196,6 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
                    offsetof(type, last) + sizeof((object)->last) - offsetof(type, first))
 
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
-    walk->body = body->world_index;
     snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
     snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
     snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled", NULL);
@@ -238,7 +227,6 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
             snapshot_empty_feature(body, feature);
         }
     }
-    snapshot_align(walk);
 }
 
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
@@ -257,283 +245,134 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
         rigid->is_in_step = true;
         rigid->are_shapes_placed = false;
     }
+    for (int i = 0; i < world->body_count && walk->status == PLI_OK; ++i) {
+        walk->body = i;
+        snapshot_body(walk, world->bodies[i]);
+    }
+    walk->body = PLI_NULL_INDEX;
 }
 
-// --------------------------------------------------------------------------------------------------- head and parts
+// ---------------------------------------------------------------------------------------------------------- calls
 
-/* What a snapshot is of, and where its bytes are. Walks write only where they restore. */
+/* What a snapshot is of: a world, or a body; the other one is NULL. Walks write only where they restore. */
 typedef struct snapshot_subject {
-    pli_context* context;
-    const char* function;
-    pli_world* world; /* NULL: of one body */
-    pli_body* const* bodies;
-    int body_count;
-    unsigned char* to;         /* of a save */
-    const unsigned char* from; /* of a restore */
-    size_t size;
+    const pli_world* world;
+    const pli_body* body;
 } snapshot_subject;
 
-static uint64_t snapshot_handle(const snapshot_subject* subject) {
-    return subject->world != NULL ? SNAPSHOT_POINTER(subject->world) : SNAPSHOT_POINTER(subject->bodies[0]);
+static uint64_t snapshot_handle(snapshot_subject subject) {
+    return subject.world != NULL ? SNAPSHOT_POINTER(subject.world) : SNAPSHOT_POINTER(subject.body);
 }
 
-static snapshot_walk snapshot_walk_of(const snapshot_subject* subject, snapshot_mode mode, size_t begin, size_t end) {
-    return (snapshot_walk){.mode = mode,
-                           .context = subject->context,
-                           .function = subject->function,
-                           .body = PLI_NULL_INDEX,
-                           .to = subject->to,
-                           .from = subject->from,
-                           .at = begin,
-                           .end = end,
-                           .summed = begin};
-}
-
-static size_t snapshot_record_at(int index) {
-    return sizeof(snapshot_header) + (size_t)index * sizeof(snapshot_record);
-}
-static snapshot_record snapshot_record_of(const unsigned char* bytes, int index) {
-    snapshot_record record;
-    memcpy(&record, bytes + snapshot_record_at(index), sizeof record);
-    return record;
-}
-
-/* The walk after what the world has beside its bodies. `end`: COMPARE, RESTORE. */
-static snapshot_walk snapshot_walk_head(const snapshot_subject* subject, snapshot_mode mode, size_t end) {
-    snapshot_walk walk = snapshot_walk_of(subject, mode, snapshot_record_at(subject->body_count), end);
-    if (subject->world != NULL) { snapshot_world(&walk, subject->world); }
-    snapshot_align(&walk);
-    return walk;
-}
-
-/* Of all bytes from the checksum on to the end of the head. */
-static void snapshot_sum_head(const unsigned char* bytes, size_t head_size, uint64_t sums[2]) {
-    const size_t begin = offsetof(snapshot_header, size);
-    plii_checksum checksum = {0};
-    plii_checksum_add(&checksum, bytes + begin, head_size - begin);
-    plii_checksum_end(&checksum, sums);
-}
-
-/* Bodies that are worth a thread: ten bytes are copied in a nanosecond. */
-static int snapshot_grain(const snapshot_subject* subject, int body_count) {
-    const size_t nanoseconds = subject->size / 10 / ((size_t)body_count + 1);
-    return plii_grain(nanoseconds < PLII_PART_NANOSECONDS ? (int)nanoseconds + 1 : PLII_PART_NANOSECONDS);
-}
-
-static void snapshot_run(const snapshot_subject* subject, pli_range_fn* range) {
-    const int count = subject->body_count;
-    plii_parallel_for(subject->context, range, (void*)(uintptr_t)subject, count, snapshot_grain(subject, count));
-}
-
-// ------------------------------------------------------------------------------------------------------------- save
-
-/* All bytes; with a buffer the records that fit. */
-static size_t snapshot_lay_out(const snapshot_subject* subject) {
-    snapshot_walk walk = snapshot_walk_head(subject, SNAPSHOT_COUNT, 0);
-    for (int i = 0; i < subject->body_count; ++i) {
-        snapshot_record record = {.begin = walk.at};
-        snapshot_body(&walk, subject->bodies[i]);
-        record.end = walk.at;
-        const size_t at = snapshot_record_at(i);
-        if (subject->to != NULL && at + sizeof record <= subject->size) {
-            memcpy(subject->to + at, &record, sizeof record);
-        }
+static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
+    walk->at = sizeof(snapshot_header);
+    walk->body = subject.body != NULL ? subject.body->world_index : PLI_NULL_INDEX;
+    if (subject.world != NULL) {
+        snapshot_world(walk, (pli_world*)(uintptr_t)subject.world);
+    } else {
+        snapshot_body(walk, (pli_body*)(uintptr_t)subject.body);
     }
-    return walk.at;
+    return walk->status;
 }
 
-static void snapshot_save_range(int begin, int end, void* task) {
-    const snapshot_subject* subject = task;
-    for (int i = begin; i < end; ++i) {
-        snapshot_record record = snapshot_record_of(subject->to, i);
-        snapshot_walk walk = snapshot_walk_of(subject, SNAPSHOT_SAVE, record.begin, 0);
-        snapshot_body(&walk, subject->bodies[i]);
-        plii_checksum_end(&walk.checksum, record.checksum);
-        memcpy(subject->to + snapshot_record_at(i), &record, sizeof record);
-    }
+static size_t snapshot_size(snapshot_subject subject, pli_context* context, const char* function) {
+    snapshot_walk walk = {.mode = SNAPSHOT_SAVE, .context = context, .function = function};
+    return snapshot_run(&walk, subject) == PLI_OK ? walk.at : 0;
 }
 
-static pli_status snapshot_save(snapshot_subject subject, size_t* size) {
-    const size_t capacity = subject.size;
-    subject.size = subject.to != NULL ? capacity : 0;
-    const size_t needed = snapshot_lay_out(&subject);
-    if (size != NULL) { *size = needed; }
-    if (subject.to == NULL) {
-        return plii_fail(subject.context, PLI_ERROR_NULL_ARGUMENT, subject.function, "buffer is null");
+static pli_status snapshot_save(snapshot_subject subject, pli_context* context, void* buffer, size_t capacity,
+                                size_t* size, const char* function) {
+    snapshot_walk walk = {.mode = SNAPSHOT_SAVE,
+                          .context = context,
+                          .function = function,
+                          .to = buffer,
+                          .size = buffer != NULL ? capacity : 0,
+                          .summed = sizeof(snapshot_header)};
+    PLII_TRY(snapshot_run(&walk, subject));
+    if (size != NULL) { *size = walk.at; }
+    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
+    if (walk.at > capacity) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "capacity is %zu, the snapshot has %zu bytes",
+                         capacity, walk.at);
     }
-    if (needed > capacity) {
-        return plii_fail(subject.context, PLI_ERROR_INVALID_VALUE, subject.function,
-                         "capacity is %zu, the snapshot has %zu bytes", capacity, needed);
-    }
-    subject.size = needed;
-    const snapshot_walk head = snapshot_walk_head(&subject, SNAPSHOT_SAVE, 0);
-    snapshot_run(&subject, snapshot_save_range);
-    snapshot_header header = {.magic = SNAPSHOT_MAGIC,
-                              .version = SNAPSHOT_VERSION,
-                              .size = needed,
-                              .head_size = head.at,
-                              .handle = snapshot_handle(&subject),
-                              .body_count = (uint64_t)subject.body_count};
-    memcpy(subject.to, &header, sizeof header);
-    snapshot_sum_head(subject.to, head.at, header.checksum);
-    memcpy(subject.to, &header, sizeof header);
+    snapshot_sum(&walk);
+    snapshot_header header = {
+        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(subject)};
+    plii_checksum_end(&walk.checksum, header.checksum);
+    memcpy(buffer, &header, sizeof header);
     return PLI_OK;
 }
 
-// ---------------------------------------------------------------------------------------------------------- restore
-
-/* How many parts are other bytes than were summed. */
-static double snapshot_damaged_parts(int begin, int end, const void* task) {
-    const snapshot_subject* subject = task;
-    int count = 0;
-    for (int i = begin; i < end; ++i) {
-        const snapshot_record record = snapshot_record_of(subject->from, i);
-        plii_checksum checksum = {0};
-        uint64_t sums[2] = {0};
-        if (record.begin <= record.end && record.end <= subject->size) {
-            plii_checksum_add(&checksum, subject->from + record.begin, record.end - record.begin);
-            plii_checksum_end(&checksum, sums);
-        }
-        count += memcmp(sums, record.checksum, sizeof sums) != 0;
+static pli_status snapshot_check(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
+                                 size_t size, const char* function) {
+    snapshot_header header = {0};
+    if (size >= sizeof header) { memcpy(&header, bytes, sizeof header); }
+    if (header.magic != SNAPSHOT_MAGIC) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the %zu bytes are no snapshot", size);
     }
-    return count;
-}
-
-static bool snapshot_is_whole(const snapshot_subject* subject, const snapshot_header* header) {
-    if (header->head_size > subject->size || header->body_count > INT_MAX ||
-        header->head_size < snapshot_record_at((int)header->body_count)) {
-        return false;
-    }
-    uint64_t sums[2];
-    snapshot_sum_head(subject->from, header->head_size, sums);
-    const int count = (int)header->body_count, grain = snapshot_grain(subject, count);
-    return memcmp(sums, header->checksum, sizeof sums) == 0 &&
-           plii_sum_blocks(subject->context, count, grain, snapshot_damaged_parts, subject) == 0.0;
-}
-
-static pli_status snapshot_check(const snapshot_subject* subject, snapshot_header* header) {
-    pli_context* context = subject->context;
-    const char* function = subject->function;
-    memset(header, 0, sizeof *header);
-    if (subject->size >= sizeof *header) { memcpy(header, subject->from, sizeof *header); }
-    if (header->magic != SNAPSHOT_MAGIC) {
-        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the %zu bytes are no snapshot", subject->size);
-    }
-    if (header->version != SNAPSHOT_VERSION) {
+    if (header.version != SNAPSHOT_VERSION) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is of version %u, this is %u",
-                         (unsigned)header->version, SNAPSHOT_VERSION);
+                         (unsigned)header.version, SNAPSHOT_VERSION);
     }
-    if (header->size != subject->size) {
+    if (header.size != size) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %llu bytes, %zu were given",
-                         (unsigned long long)header->size, subject->size);
+                         (unsigned long long)header.size, size);
     }
-    if (!snapshot_is_whole(subject, header)) {
+    plii_checksum checksum = {0};
+    uint64_t sums[2];
+    plii_checksum_add(&checksum, bytes + sizeof header, size - sizeof header);
+    plii_checksum_end(&checksum, sums);
+    if (memcmp(sums, header.checksum, sizeof sums) != 0 || (header.zeros[0] | header.zeros[1] | header.zeros[2]) != 0) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
     }
-    if (header->handle != snapshot_handle(subject)) {
+    if (header.handle != snapshot_handle(subject)) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the snapshot does not fit: it is of another %s",
-                         subject->world != NULL ? "world, or of a body" : "body, or of a world");
+                         subject.world != NULL ? "world, or of a body" : "body, or of a world");
     }
     return PLI_OK;
 }
 
-/* One body after the other, so that the error is that of the first. */
-static pli_status snapshot_compare(const snapshot_subject* subject, const snapshot_header* header) {
-    if (header->body_count != (uint64_t)subject->body_count) {
-        return plii_fail(subject->context, PLI_ERROR_INVALID_VALUE, subject->function,
-                         "the snapshot does not fit: bodies or rigid bodies have come or gone");
+static pli_status snapshot_restore(snapshot_subject subject, pli_context* context, const void* buffer, size_t size,
+                                   const char* function) {
+    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
+    PLII_TRY(snapshot_check(subject, context, buffer, size, function));
+    snapshot_walk walk = {
+        .mode = SNAPSHOT_COMPARE, .context = context, .function = function, .from = buffer, .size = size};
+    PLII_TRY(snapshot_run(&walk, subject));
+    if (walk.at != size) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %zu bytes more than it says",
+                         size - walk.at);
     }
-    snapshot_walk walk = snapshot_walk_head(subject, SNAPSHOT_COMPARE, header->head_size);
-    size_t end = header->head_size;
-    for (int i = 0; i < subject->body_count && walk.status == PLI_OK && walk.at == end; ++i) {
-        const snapshot_record record = snapshot_record_of(subject->from, i);
-        walk = snapshot_walk_of(subject, SNAPSHOT_COMPARE, record.begin, record.end);
-        snapshot_body(&walk, subject->bodies[i]);
-        end = record.end;
-    }
-    if (walk.status != PLI_OK || walk.at == end) { return walk.status; }
-    return plii_fail(subject->context, PLI_ERROR_FILE_FORMAT, subject->function,
-                     "the snapshot has more bytes than it says");
-}
-
-static void snapshot_restore_range(int begin, int end, void* task) {
-    const snapshot_subject* subject = task;
-    for (int i = begin; i < end; ++i) {
-        const snapshot_record record = snapshot_record_of(subject->from, i);
-        snapshot_walk walk = snapshot_walk_of(subject, SNAPSHOT_RESTORE, record.begin, record.end);
-        snapshot_body(&walk, subject->bodies[i]);
-    }
-}
-
-static pli_status snapshot_restore(snapshot_subject subject) {
-    if (subject.from == NULL) {
-        return plii_fail(subject.context, PLI_ERROR_NULL_ARGUMENT, subject.function, "buffer is null");
-    }
-    snapshot_header header;
-    PLII_TRY(snapshot_check(&subject, &header));
-    PLII_TRY(snapshot_compare(&subject, &header));
-    (void)snapshot_walk_head(&subject, SNAPSHOT_RESTORE, header.head_size);
-    snapshot_run(&subject, snapshot_restore_range);
-    return PLI_OK;
-}
-
-// ------------------------------------------------------------------------------------------------------------ calls
-
-static snapshot_subject snapshot_of_world(const pli_world* world, const char* function) {
-    return (snapshot_subject){.context = world->context,
-                              .function = function,
-                              .world = (pli_world*)(uintptr_t)world,
-                              .bodies = world->bodies,
-                              .body_count = world->body_count};
-}
-
-/* `body` stays where it is until the call is over. */
-static snapshot_subject snapshot_of_body(pli_body* const* body, const char* function) {
-    return (snapshot_subject){.context = (*body)->context, .function = function, .bodies = body, .body_count = 1};
+    walk.mode = SNAPSHOT_RESTORE;
+    return snapshot_run(&walk, subject);
 }
 
 size_t pli_world_snapshot_size(const pli_world* world) {
     if (plii_check_world(world, __func__) != PLI_OK) { return 0; }
-    const snapshot_subject subject = snapshot_of_world(world, __func__);
-    return snapshot_lay_out(&subject);
+    return snapshot_size((snapshot_subject){.world = world}, world->context, __func__);
 }
 
 pli_status pli_world_save(const pli_world* world, void* buffer, size_t capacity, size_t* size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
-    snapshot_subject subject = snapshot_of_world(world, __func__);
-    subject.to = buffer;
-    subject.size = capacity;
-    return snapshot_save(subject, size);
+    return snapshot_save((snapshot_subject){.world = world}, world->context, buffer, capacity, size, __func__);
 }
 
 pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
-    snapshot_subject subject = snapshot_of_world(world, __func__);
-    subject.from = buffer;
-    subject.size = size;
-    return snapshot_restore(subject);
+    return snapshot_restore((snapshot_subject){.world = world}, world->context, buffer, size, __func__);
 }
 
 size_t pli_body_snapshot_size(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    pli_body* const own = (pli_body*)(uintptr_t)body;
-    const snapshot_subject subject = snapshot_of_body(&own, __func__);
-    return snapshot_lay_out(&subject);
+    return snapshot_size((snapshot_subject){.body = body}, body->context, __func__);
 }
 
 pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
-    pli_body* const own = (pli_body*)(uintptr_t)body;
-    snapshot_subject subject = snapshot_of_body(&own, __func__);
-    subject.to = buffer;
-    subject.size = capacity;
-    return snapshot_save(subject, size);
+    return snapshot_save((snapshot_subject){.body = body}, body->context, buffer, capacity, size, __func__);
 }
 
 pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
-    snapshot_subject subject = snapshot_of_body(&body, __func__);
-    subject.from = buffer;
-    subject.size = size;
-    return snapshot_restore(subject);
+    return snapshot_restore((snapshot_subject){.body = body}, body->context, buffer, size, __func__);
 }
