@@ -82,8 +82,8 @@ struct pli_body {
     pli_solver_settings solver;
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
-    /* Features that look at the whole motion of the nodes. With them, as where plii_follows_rigids, the bounds of a
-       predicted body cover the start of the step too, and rigid bodies are met along their motion. */
+    /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
+       the step too, and rigid bodies are met along their motion. */
     int sweeping_features;
     bool is_resting;      /* for its time */
     bool is_woken;        /* since it fell asleep; it wakes in the next prediction */
@@ -210,7 +210,7 @@ bool plii_solver_update_bounds(pli_body* body);
 bool plii_solver_check_velocities(pli_body* body);
 /* Puts all nodes back to the start of the step, at rest. */
 void plii_solver_set_start(pli_body* body);
-/* At the end of a prediction: the same, of the whole motion where something looks at it. */
+/* At the end of a prediction: the same, of the whole motion where a feature looks at it. */
 void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);

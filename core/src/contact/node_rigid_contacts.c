@@ -27,10 +27,6 @@
 /* Of the margin, how far a node may have started behind a surface before another one is looked for. */
 #define RIGID_CONTACTS_BEHIND 0.25f
 
-/* Of the margin, how far beyond it a node still touches. Planes of nodes that are only near would spread a cloth around
-   a ball that falls into it, until it is through. */
-#define RIGID_CONTACTS_TOUCHING 0.1f
-
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
     return (pli_rigid_contacts_def){
         .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
@@ -113,25 +109,6 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
     *distance = first + pli_vec3_dot(motion, *normal);
 }
 
-/* A node that the step leads away from a surface that it touches: what holds its body together may press it back there.
-   The plane is that of the start. */
-static pli_status rigid_contacts_add_left(const rigid_contacts_candidate* candidate, int node) {
-    const pli_body* body = candidate->body;
-    const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
-    const pli_transform pose = candidate->rigid->shape_places[candidate->shape].pose;
-    const pli_vec3 start = plii_xyz(body->previous[node]), point = pli_transform_inverse_point(pose, start);
-    const float touching = RIGID_CONTACTS_TOUCHING * body->collision_margin;
-    float distance = 0.0f;
-    pli_vec3 normal;
-    shape->def.distances(shape->def.user, 1, &point, body->collision_margin + touching, &distance, &normal);
-    distance -= body->collision_margin;
-    if (!(distance < touching) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { return PLI_OK; }
-    if (!plii_vec3_is_finite(normal)) { return PLI_OK; }
-    normal = pli_mat3_mul_vec3(pose.rotation, normal);
-    const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[node]), start);
-    return rigid_contacts_add(candidate, node, normal, distance + pli_vec3_dot(motion, normal));
-}
-
 /* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
 static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, int count, const int* nodes,
                                        const pli_vec3* points) {
@@ -144,10 +121,6 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
     for (int i = 0; i < count; ++i) {
         float distance = distances[i] - margin;
-        if (distance >= reach && candidate->is_swept) {
-            PLII_TRY(rigid_contacts_add_left(candidate, nodes[i]));
-            continue;
-        }
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         if (!plii_vec3_is_finite(normals[i])) { continue; }
         pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
@@ -189,11 +162,6 @@ static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, con
     return reach + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
 }
 
-static inline bool rigid_contacts_is_within(const pli_vec4* position, plii_float4 low, plii_float4 high) {
-    const plii_float4 x = plii_float4_from(position);
-    return (plii_lanes_bits((low <= x) & (x <= high)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
-}
-
 static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
     if (candidate->boxes != NULL) { return rigid_contacts_collide_boxes(candidate); }
     const pli_body* body = candidate->body;
@@ -205,20 +173,16 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
     if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
     const pli_vec4* restrict positions = body->positions;
-    const pli_vec4* restrict previous = body->previous;
     const uint8_t* restrict anchored = body->anchored;
     const int node_count = body->node_count;
     int nodes[RIGID_CONTACTS_BATCH];
     pli_vec3 points[RIGID_CONTACTS_BATCH];
     int count = 0;
     for (int i = 0; i < node_count; ++i) {
-        const bool is_near = rigid_contacts_is_within(&positions[i], low, high);
-        if (!is_near && !(candidate->is_swept && rigid_contacts_is_within(&previous[i], low, high))) { continue; }
+        const plii_float4 x = plii_float4_from(&positions[i]);
+        const plii_mask4 is_near = (low <= x) & (x <= high);
+        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
-        if (!is_near) {
-            PLII_TRY(rigid_contacts_add_left(candidate, i));
-            continue;
-        }
         nodes[count] = i;
         points[count++] = pli_transform_inverse_point(place->pose, plii_xyz(positions[i]));
         if (count == RIGID_CONTACTS_BATCH) {

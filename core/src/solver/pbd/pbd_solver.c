@@ -59,7 +59,7 @@ void plii_solver_update_predicted_bounds(pli_body* body) {
     body->has_early_bounds = false;
     if (!plii_solver_update_bounds(body)) { return; }
     if (is_early) { body->bounds = before; }
-    if (body->sweeping_features == 0 && !plii_follows_rigids(body)) { return; }
+    if (body->sweeping_features == 0) { return; }
     body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
     body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
 }
