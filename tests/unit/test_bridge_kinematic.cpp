@@ -90,7 +90,7 @@ void test_a_sheet_lies_on_a_lift_where_it_is_drawn(void**) {
             lift.frame(speed, sub_steps);
             most = std::max(most, lift.off());
         }
-        assert_int_equal(lift.bridge.status(), PLI_OK);
+        assert_int_equal(lift.bridge.step_status(), PLI_OK);
         most_of_all = std::max(most_of_all, most);
         most_at_end = std::max(most_at_end, lift.off());
     }

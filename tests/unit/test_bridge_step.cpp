@@ -243,6 +243,20 @@ static void test_errors_are_reported_and_leave_nothing_behind(void**) {
     stock.step(1);
 }
 
+// Its scale belongs to the shape.
+static void test_an_object_whose_basis_is_scaled_is_refused(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    add_sheet(bridge, 1, 0.51f, 3);
+    btRigidBody& box = stock.add_box(btVector3(1, btScalar(0.5), 1), 0, btVector3(0, 0, 0));
+    stock.step(1, dt);
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    box.getWorldTransform().setBasis(btMatrix3x3::getIdentity().scaled(btVector3(2, 1, 1)));
+    stock.step(1, dt);
+    assert_int_equal(bridge.step_status(), PLI_ERROR_INVALID_VALUE);
+    assert_non_null(std::strstr(pli_last_error(bridge.context()), "pose.rotation is scaled"));
+}
+
 static void test_a_bridge_with_a_bad_definition_answers_every_call(void**) {
     StockWorld stock;
     pliant::BridgeDef def;
@@ -570,6 +584,7 @@ int main() {
         cmocka_unit_test(test_the_before_solve_hook_sees_contacts_and_end_of_step_poses),
         cmocka_unit_test(test_queries_between_steps_do_not_step),
         cmocka_unit_test(test_errors_are_reported_and_leave_nothing_behind),
+        cmocka_unit_test(test_an_object_whose_basis_is_scaled_is_refused),
         cmocka_unit_test(test_a_bridge_with_a_bad_definition_answers_every_call),
         cmocka_unit_test(test_the_bridge_may_use_a_context_of_the_game),
         cmocka_unit_test(test_steps_without_memory_say_so_and_later_ones_make_up),

@@ -320,20 +320,20 @@ static void test_rigid_states_keep_to_their_limits(void** unused) {
     def.state.pose.rotation.rows[1].z = 3e38f;
     check_refused(pli_rigid_create(world, &def, &rigid), "pose.rotation.rows[1] is (0, 1, 3e+38)");
     /* Larger, sheared, mirrored, with two rows alike. */
-    static const pli_mat3 no_rotations[] = {{{{1.02f, 0, 0}, {0, 1.02f, 0}, {0, 0, 1.02f}}},
-                                            {{{1, 0, 0}, {0.02f, 1, 0}, {0, 0, 1}}},
-                                            {{{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}},
-                                            {{{1, 0, 0}, {1, 0, 0}, {0, 0, 1}}}};
-    for (size_t i = 0; i < sizeof no_rotations / sizeof *no_rotations; ++i) {
+    static const pli_mat3 not_rotations[] = {{{{1.02f, 0, 0}, {0, 1.02f, 0}, {0, 0, 1.02f}}},
+                                             {{{1, 0, 0}, {0.02f, 1, 0}, {0, 0, 1}}},
+                                             {{{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}},
+                                             {{{1, 0, 0}, {1, 0, 0}, {0, 0, 1}}}};
+    for (size_t i = 0; i < sizeof not_rotations / sizeof *not_rotations; ++i) {
         def = good;
-        def.state.pose.rotation = no_rotations[i];
-        check_refused(pli_rigid_create(world, &def, &rigid), "pose.rotation is no rotation");
+        def.state.pose.rotation = not_rotations[i];
+        check_refused(pli_rigid_create(world, &def, &rigid), "pose.rotation is scaled, sheared or mirrored");
     }
     def = good;
     def.state.pose.rotation.rows[0].x = 1.005f;
     assert_int_equal(pli_rigid_create(world, &def, &rigid), PLI_OK);
     def.state.pose.rotation.rows[0].x = 0;
-    check_refused(pli_rigid_set_state(rigid, &def.state), "pose.rotation is no rotation");
+    check_refused(pli_rigid_set_state(rigid, &def.state), "pose.rotation is scaled, sheared or mirrored");
     assert_float_equal(pli_rigid_get_state(rigid).pose.rotation.rows[0].x, 1.005f, 0);
     pli_rigid_destroy(rigid);
     rigid = NULL;

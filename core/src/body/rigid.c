@@ -75,8 +75,9 @@ static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, c
                                  [PLI_RIGID_DYNAMIC] = RIGID_FIELDS};
     PLII_TRY(plii_check_fields(context, state, counts[kind], rigid_fields, function));
     if (plii_is_rotation(state->pose.rotation)) { return PLI_OK; }
-    return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                     "pose.rotation is no rotation: its rows need length 1 and right angles between them, unmirrored");
+    return plii_fail(
+        context, PLI_ERROR_INVALID_VALUE, function,
+        "pose.rotation is scaled, sheared or mirrored: its rows need length 1 and right angles between them");
 }
 
 static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
@@ -135,7 +136,8 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
             return plii_fail(context, status, function, "the pose of shape %d is beyond the limits or not finite", i);
         }
         if (!plii_is_rotation(poses[i].rotation)) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the pose of shape %d has no rotation", i);
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                             "the pose of shape %d is scaled, sheared or mirrored", i);
         }
     }
     return PLI_OK;

@@ -200,16 +200,17 @@ static void sleep_wake_met(pli_world* world, void (*predict)(pli_body* body)) {
     for (bool has_woken = true; has_woken;) {
         has_woken = false;
         for (PLII_EACH_BODY(body, world)) {
-            for (PLII_EACH_BODY(other, world)) {
-                if (!body->is_asleep || plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
+            for (int k = 0; k < world->body_count && body->is_asleep; ++k) {
+                const pli_body* other = world->bodies[k];
+                if (plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
                 sleep_wake_group(world, body->sleep_group, predict);
                 has_woken = true;
             }
         }
         for (PLII_EACH_RIGID(rigid, world)) {
-            for (PLII_EACH_BODY(other, world)) {
-                if (!rigid->is_asleep || plii_body_is_idle(other)) { continue; }
-                if (!sleep_touches_rigid(other, rigid, rigid->step_bounds)) { continue; }
+            for (int k = 0; k < world->body_count && rigid->is_asleep; ++k) {
+                const pli_body* other = world->bodies[k];
+                if (plii_body_is_idle(other) || !sleep_touches_rigid(other, rigid, rigid->step_bounds)) { continue; }
                 sleep_wake_group(world, rigid->sleep_group, predict);
                 has_woken = true;
             }

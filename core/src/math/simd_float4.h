@@ -17,8 +17,8 @@
 #include <wasm_simd128.h>
 #endif
 
-/* Vectors passed through memory would cost more than the arithmetic. With checks of each access inlined code grows so
-   much that compilers need half a minute for a kernel; there speed does not matter. */
+/* Vectors passed through memory would cost more than the arithmetic. With checks of each access, or unoptimised,
+   inlined code grows so much that compilers need ten seconds and more for a kernel; there speed does not matter. */
 #if defined(__SANITIZE_ADDRESS__)
 #define PLII_SIMD_IS_CHECKED 1
 #elif defined(__has_feature)

@@ -8,6 +8,8 @@
 #include "math/simd_float4.h"
 #include "solver/implicit/implicit_system.h"
 
+#include <stddef.h>
+
 /* Springs shorter than this share of their rest length have no direction. */
 #define IMPLICIT_MIN_LENGTH 1e-6
 
@@ -179,6 +181,8 @@ PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, 
     system->blocks[node] = implicit_factorise(d, mass);
     return collapsed;
 }
+
+_Static_assert(offsetof(plii_implicit_hold, node) == 0, "see plii_implicit_find_node");
 
 static double implicit_assemble_block(int begin, int end, const void* data) {
     const plii_implicit_system* system = data;

@@ -7,6 +7,7 @@
 #include "body/rigid_impl.h"
 #include "body/world_state.h"
 
+#include <stddef.h>
 #include <string.h>
 
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
@@ -318,6 +319,9 @@ static bool implicit_is_point(const plii_node_constraint* listed, int index, int
                           !(index + 1 < count && listed[index + 1].node == from->node);
     return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !is_alone;
 }
+
+_Static_assert(offsetof(plii_node_constraint, node) == 0 && offsetof(plii_implicit_constraint, nodes) == 0,
+               "what is searched begins with a node");
 
 int plii_implicit_find_node(const void* items, size_t size, int count, int node) {
     int begin = 0, end = count;

@@ -28,7 +28,7 @@ typedef struct implicit_state {
     plii_dvec3* vectors; /* [IMPLICIT_VECTORS][node_count] */
     plii_implicit_constraints constraints;
     plii_implicit_holds holds;
-    plii_implicit_system system; /* of the step in progress */
+    plii_implicit_system system; /* its arrays; all else is of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
     pli_implicit_report report;
 } implicit_state;
