@@ -148,6 +148,33 @@ static void test_a_press_holds_what_it_presses(void** unused) {
     }
 }
 
+/* What is pressed would fly into the press where that stops at once: the step would lead it away from there. */
+static void test_a_press_that_stops_at_once_holds(void** unused) {
+    (void)unused;
+    (void)make_box(PLI_RIGID_STATIC, pli_vec3_make(5, 1, 5), -1, 0);
+    for (int i = 0; i < 4; ++i) {
+        const float gap = i % 2 == 0 ? 0.5f : 0.4f, start = edge + 0.1f, speed = 3;
+        pli_body* body = make_cube(XPBD, i < 2);
+        pli_rigid* press = make_box(PLI_RIGID_KINEMATIC, pli_vec3_make(1, 0.5f, 1), start + 0.5f, 0);
+        double fastest = 0, deepest = 0;
+        for (int k = 0; k < 60; ++k) {
+            pli_rigid_state state = pli_rigid_get_state(press);
+            state.linear_velocity.y = -fminf(speed, (state.pose.origin.y - 0.5f - gap) / dt);
+            CHECK_OK(pli_rigid_set_state(press, &state));
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(press, pli_vec3_make(0, 0, 0), dt));
+            const cube_motion motion = motion_of(body);
+            fastest = fmax(fastest, motion.fastest);
+            deepest = fmax(deepest, motion.highest - (double)(pli_rigid_get_state(press).pose.origin.y - 0.5f));
+        }
+        print_message("to %g m: up to %.2f m/s, %.3f m in the press\n", (double)gap, fastest, deepest);
+        pli_rigid_destroy(press);
+        pli_body_destroy(body);
+        check_at_most(fastest, 4.5);
+        check_at_most(deepest, 1e-4);
+    }
+}
+
 static void test_a_plate_on_a_cube_comes_to_rest(void** unused) {
     (void)unused;
     (void)make_box(PLI_RIGID_STATIC, pli_vec3_make(5, 1, 5), -1, 0);
@@ -245,6 +272,7 @@ static void test_a_node_in_a_wedge_stops_no_box(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_a_press_holds_what_it_presses, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_press_that_stops_at_once_holds, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_plate_on_a_cube_comes_to_rest, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_plate_on_rails_is_not_thrown, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_leaning_cube_stays, setup_world, teardown_world),

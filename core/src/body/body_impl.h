@@ -83,7 +83,7 @@ struct pli_body {
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
     /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
-       the step too, and rigid bodies are met along their motion. */
+       the step too, as where it leaps, and rigid bodies are met along their motion. */
     int sweeping_features;
     bool is_resting;      /* for its time */
     bool is_woken;        /* since it fell asleep; it wakes in the next prediction */
@@ -93,6 +93,7 @@ struct pli_body {
     const plii_solver_class* solver_class;
     plii_pipeline pipeline;
     bool has_swept_contacts; /* found in this step, see plii_iterated_sweeps_class */
+    bool leaps;              /* in this step its bounds move by more than the margin, where plii_follows_rigids */
     bool has_early_bounds;   /* those of this step are taken already; see pli_world_def.reference_mode */
 
     /* Filled by services, NULL while nobody needs them. */

@@ -27,6 +27,10 @@
 /* Of the margin, how far a node may have started behind a surface before another one is looked for. */
 #define RIGID_CONTACTS_BEHIND 0.25f
 
+/* Of the margin, how far beyond it a node still touches. Planes of nodes that are only near would spread a cloth around
+   a ball that falls into it, until it is through. */
+#define RIGID_CONTACTS_TOUCHING 0.1f
+
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
     return (pli_rigid_contacts_def){
         .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
@@ -85,14 +89,17 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     return PLI_OK;
 }
 
+static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
+    return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
+}
+
 /* Where the step leads, the nearest surface may be one that the node did not come through: at the edge of a box, the
    side. Behind that it would be pushed out sideways. Then the surface that was nearest at the start is taken, if the
    node was farther from it. */
 static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, pli_vec3* normal,
                                      float* distance) {
     const pli_body* body = candidate->body;
-    const pli_vec3 start = plii_xyz(body->previous[node]),
-                   motion = pli_vec3_sub(plii_xyz(body->positions[node]), start);
+    const pli_vec3 start = plii_xyz(body->previous[node]), motion = rigid_contacts_motion(body, node);
     const float before = *distance - pli_vec3_dot(motion, *normal);
     if (!(before < -RIGID_CONTACTS_BEHIND * body->collision_margin)) { return; }
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
@@ -109,13 +116,15 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
     *distance = first + pli_vec3_dot(motion, *normal);
 }
 
-/* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
+/* Distances of gathered nodes, and contacts from those below the margin and `reach`. With `is_left` the points are
+   those of the start, and the nodes keep its planes. */
 static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, int count, const int* nodes,
-                                       const pli_vec3* points) {
+                                       const pli_vec3* points, float reach, bool is_left) {
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
-    const float margin = body->collision_margin, reach = candidate->reach;
+    const float margin = body->collision_margin;
     const pli_mat3 rotation = candidate->rigid->shape_places[candidate->shape].pose.rotation;
+    if (count == 0) { return PLI_OK; }
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
@@ -124,12 +133,50 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         if (!plii_vec3_is_finite(normals[i])) { continue; }
         pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
-        if (body->solver_class->solves_constraints) {
+        if (is_left) {
+            distance += pli_vec3_dot(rigid_contacts_motion(body, nodes[i]), normal);
+        } else if (body->solver_class->solves_constraints) {
             rigid_contacts_look_back(candidate, nodes[i], &normal, &distance);
         }
         PLII_TRY(rigid_contacts_add(candidate, nodes[i], normal, distance));
     }
     return PLI_OK;
+}
+
+static inline bool rigid_contacts_is_within(const pli_vec4* position, plii_float4 low, plii_float4 high) {
+    const plii_float4 x = plii_float4_from(position);
+    return (plii_lanes_bits((low <= x) & (x <= high)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+}
+
+/* What holds a body together may press nodes back to surfaces that they touch where the step starts and that it leads
+   them away from. Contacts from `first` on, in ascending order of nodes, are those found where it ends. */
+static pli_status rigid_contacts_keep_left(const rigid_contacts_candidate* candidate, int first) {
+    const pli_body* body = candidate->body;
+    const plii_rigid_contacts* state = candidate->state;
+    const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
+    const float touching = RIGID_CONTACTS_TOUCHING * body->collision_margin;
+    const plii_float4 reach = plii_float4_all(body->collision_margin + touching);
+    const plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
+    const int end = state->count;
+    int nodes[RIGID_CONTACTS_BATCH];
+    pli_vec3 points[RIGID_CONTACTS_BATCH];
+    int count = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!rigid_contacts_is_within(&body->previous[i], low, high)) { continue; }
+        if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
+        while (first < end && state->contacts[first].node < i) {
+            ++first;
+        }
+        if (first < end && state->contacts[first].node == i) { continue; }
+        if (plii_vec3_is_within(rigid_contacts_motion(body, i), body->collision_margin)) { continue; }
+        nodes[count] = i;
+        points[count++] = pli_transform_inverse_point(place->pose, plii_xyz(body->previous[i]));
+        if (count == RIGID_CONTACTS_BATCH) {
+            PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, touching, true));
+            count = 0;
+        }
+    }
+    return rigid_contacts_batch(candidate, count, nodes, points, touching, true);
 }
 
 /* As Bullet chooses the nodes. */
@@ -142,7 +189,7 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
         if (!plii_bounds_overlap(candidate->boxes[i], search)) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         const pli_vec3 point = pli_transform_inverse_point(pose, plii_xyz(body->positions[i]));
-        PLII_TRY(rigid_contacts_batch(candidate, 1, &i, &point));
+        PLII_TRY(rigid_contacts_batch(candidate, 1, &i, &point, candidate->reach, false));
     }
     return PLI_OK;
 }
@@ -175,22 +222,22 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     const pli_vec4* restrict positions = body->positions;
     const uint8_t* restrict anchored = body->anchored;
     const int node_count = body->node_count;
+    const int first = candidate->state->count;
     int nodes[RIGID_CONTACTS_BATCH];
     pli_vec3 points[RIGID_CONTACTS_BATCH];
     int count = 0;
     for (int i = 0; i < node_count; ++i) {
-        const plii_float4 x = plii_float4_from(&positions[i]);
-        const plii_mask4 is_near = (low <= x) & (x <= high);
-        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
+        if (!rigid_contacts_is_within(&positions[i], low, high)) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
         points[count++] = pli_transform_inverse_point(place->pose, plii_xyz(positions[i]));
         if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points));
+            PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, candidate->reach, false));
             count = 0;
         }
     }
-    return count > 0 ? rigid_contacts_batch(candidate, count, nodes, points) : PLI_OK;
+    PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, candidate->reach, false));
+    return body->leaps ? rigid_contacts_keep_left(candidate, first) : PLI_OK;
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {

@@ -59,7 +59,11 @@ void plii_solver_update_predicted_bounds(pli_body* body) {
     body->has_early_bounds = false;
     if (!plii_solver_update_bounds(body)) { return; }
     if (is_early) { body->bounds = before; }
-    if (body->sweeping_features == 0) { return; }
+    const float margin = body->collision_margin;
+    body->leaps =
+        plii_follows_rigids(body) && !(plii_vec3_is_within(pli_vec3_sub(body->bounds.min, before.min), margin) &&
+                                       plii_vec3_is_within(pli_vec3_sub(body->bounds.max, before.max), margin));
+    if (body->sweeping_features == 0 && !body->leaps) { return; }
     body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
     body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
 }
