@@ -1,3 +1,7 @@
+# Checks of undefined behaviour that take half of the time to compile C++. In demos and tests they are left out: memory
+# that is not there, AddressSanitizer finds.
+set(PLIANT_SLOW_CHECKS null,alignment,vptr,object-size)
+
 # Settings shared by all targets of this project: language standard, warnings, sanitizers, reproducible arithmetic.
 function(pliant_target target)
     target_compile_features(${target} PRIVATE c_std_17)
@@ -15,6 +19,9 @@ function(pliant_target target)
     endif()
     if(PLIANT_SANITIZE)
         target_compile_options(${target} PRIVATE -fsanitize=${PLIANT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+        if(PLIANT_UNCHECKED_CXX)
+            target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize=${PLIANT_UNCHECKED_CXX}>)
+        endif()
         target_link_options(${target} PUBLIC -fsanitize=${PLIANT_SANITIZE})
     endif()
     if(PLIANT_FUZZ)
