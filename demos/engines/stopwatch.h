@@ -5,21 +5,7 @@
 
 namespace demos {
 
-// As long as one lives, stopwatches of its thread show what the thread has of a processor: other programs disturb less.
-class ProcessorTime {
-public:
-    ProcessorTime() { is_on() = true; }
-    ~ProcessorTime() { is_on() = false; }
-    ProcessorTime(const ProcessorTime&) = delete;
-    ProcessorTime& operator=(const ProcessorTime&) = delete;
-
-    static bool& is_on() {
-        thread_local bool on = false;
-        return on;
-    }
-};
-
-// Wall time since it was made, or processor time.
+// Wall time since it was made: a clock of processor time is a call of the system, longer than many a part of a step.
 class Stopwatch {
 public:
     double milliseconds() const {
@@ -31,7 +17,7 @@ public:
 private:
     static timespec now() {
         timespec time = {};
-        clock_gettime(ProcessorTime::is_on() ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &time);
+        clock_gettime(CLOCK_MONOTONIC, &time);
         return time;
     }
 

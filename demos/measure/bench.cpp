@@ -244,7 +244,6 @@ void measure_span(const Description& description, const BenchOptions& options, E
     std::vector<double> works(frames), spans(frames);
     std::array<std::vector<double>, predicted_threads.size()> shares; // with so many threads
     shares.fill(std::vector<double>(frames));
-    const ProcessorTime processor_time; // all is done by one thread
     for (int round = 0; round < rounds; ++round) {
         SpanClock clock;
         EngineOptions engine_options = pliant_options(options);
