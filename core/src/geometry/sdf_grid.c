@@ -6,7 +6,134 @@
 
 #include "geometry/sdf_grid.h"
 
-#include "geometry/winding_number.h"
+#include "base/scratch.h"
+#include "math/bounds.h"
+
+// -------------------------------------------------------------------------------------------------- the winding number
+
+/* How often the surface goes round a point: 1 inside of a closed surface that faces outward and 0 outside; with holes
+   or doubled parts something in between that changes gradually. Generalised winding numbers (Jacobson, Kavan,
+   Sorkine-Hornung, Robust inside-outside segmentation using generalized winding numbers, 2013), far triangles taken
+   together as one dipole (Barill, Dickson, Schmidt, Levin, Jacobson, Fast winding numbers for soups and clouds, 2018).
+ */
+
+/* A cluster is far when it is this many of its radii away: errors of some hundredths. */
+#define WINDING_FAR 3.0f
+#define WINDING_FULL 12.566370614f /* the solid angle of everything, 4 pi */
+
+/* What many triangles look like from afar. */
+typedef struct winding_cluster {
+    pli_vec3 centre;     /* weighted by area */
+    float reach_squared; /* farther from the centre than this the cluster counts as one */
+    pli_vec3 area_normal;
+    float area;
+} winding_cluster;
+
+typedef struct winding_field {
+    const plii_soup* soup;
+    winding_cluster* clusters; /* of the items of the soup's tree, of four of these each, and so on up to one */
+    int level_count, begin[PLII_BVH_MAX_LEVELS + 1]; /* of each level in `clusters` */
+} winding_field;
+
+static void winding_finish(winding_cluster* cluster, pli_bounds box) {
+    cluster->centre = plii_vec3_divide(cluster->centre, cluster->area);
+    const pli_vec3 low = pli_vec3_sub(cluster->centre, box.min), high = pli_vec3_sub(box.max, cluster->centre);
+    cluster->reach_squared = WINDING_FAR * WINDING_FAR * pli_vec3_length_squared(plii_vec3_max(low, high));
+}
+
+static void winding_add_weighted(winding_cluster* sum, pli_vec3 centre, pli_vec3 area_normal, float area) {
+    sum->centre = pli_vec3_add(sum->centre, pli_vec3_scale(centre, area));
+    sum->area_normal = pli_vec3_add(sum->area_normal, area_normal);
+    sum->area += area;
+}
+
+/* False when out of memory. The soup must outlive it. */
+static bool winding_build(winding_field* winding, const plii_soup* soup) {
+    const plii_bvh* tree = &soup->tree;
+    winding->soup = soup;
+    winding->level_count = plii_bvh_lay_out(tree->count, winding->begin);
+    const int count = winding->begin[winding->level_count];
+    plii_scratch scratch = {.context = soup->context};
+    pli_bounds* boxes = PLII_TAKE(&scratch, pli_bounds, count);
+    if (boxes == NULL || !PLII_ALLOCATE(soup->context, &winding->clusters, count)) {
+        plii_scratch_free(&scratch);
+        return false;
+    }
+    for (int i = 0; i < tree->count; ++i) {
+        const pli_vec3* c = soup->triangles[tree->items[i]].corners;
+        const pli_vec3 normal =
+            pli_vec3_scale(pli_vec3_cross(pli_vec3_sub(c[1], c[0]), pli_vec3_sub(c[2], c[0])), 0.5f);
+        const pli_vec3 centre = pli_vec3_scale(pli_vec3_add(c[0], pli_vec3_add(c[1], c[2])), 1.0f / 3.0f);
+        winding_add_weighted(&winding->clusters[i], centre, normal, pli_vec3_length(normal));
+        boxes[i] = plii_bounds_of_triangle(c[0], c[1], c[2]);
+        winding_finish(&winding->clusters[i], boxes[i]);
+    }
+    for (int level = 1; level < winding->level_count; ++level) {
+        const int below = winding->begin[level - 1], begin = winding->begin[level], end = winding->begin[level + 1];
+        for (int i = below; i < begin; ++i) {
+            const winding_cluster* child = &winding->clusters[i];
+            const int parent = begin + (i - below) / PLII_BVH_FAN;
+            boxes[parent] = (i - below) % PLII_BVH_FAN == 0 ? boxes[i] : plii_bounds_join(boxes[parent], boxes[i]);
+            winding_add_weighted(&winding->clusters[parent], child->centre, child->area_normal, child->area);
+        }
+        for (int i = begin; i < end; ++i) {
+            winding_finish(&winding->clusters[i], boxes[i]);
+        }
+    }
+    plii_scratch_free(&scratch);
+    return true;
+}
+
+static void winding_free(winding_field* winding) {
+    if (winding->soup == NULL) { return; }
+    PLII_RELEASE(winding->soup->context, winding->clusters, winding->begin[winding->level_count]);
+}
+
+/* Van Oosterom and Strackee, The solid angle of a plane triangle, 1983. */
+static float winding_solid_angle(const pli_vec3* corners, pli_vec3 point) {
+    const pli_vec3 a = pli_vec3_sub(corners[0], point), b = pli_vec3_sub(corners[1], point);
+    const pli_vec3 c = pli_vec3_sub(corners[2], point);
+    const float la = pli_vec3_length(a), lb = pli_vec3_length(b), lc = pli_vec3_length(c);
+    const float volume = pli_vec3_dot(a, pli_vec3_cross(b, c));
+    const float below = la * lb * lc + pli_vec3_dot(a, b) * lc + pli_vec3_dot(b, c) * la + pli_vec3_dot(c, a) * lb;
+    return 2.0f * atan2f(volume, below);
+}
+
+/* At a point, in logarithmic time. */
+static float winding_at(const winding_field* winding, pli_vec3 point) {
+    const plii_bvh* tree = &winding->soup->tree;
+    struct {
+        int level, index;
+    } stack[PLII_BVH_STACK];
+    int depth = 0;
+    stack[depth].level = winding->level_count - 1;
+    stack[depth++].index = 0;
+    float angle = 0.0f;
+    while (depth > 0) {
+        --depth;
+        const int level = stack[depth].level, index = stack[depth].index;
+        const winding_cluster* cluster = &winding->clusters[winding->begin[level] + index];
+        const pli_vec3 offset = pli_vec3_sub(cluster->centre, point);
+        const float squared = pli_vec3_length_squared(offset);
+        if (squared > cluster->reach_squared) {
+            angle += pli_vec3_dot(cluster->area_normal, offset) / (squared * sqrtf(squared));
+            continue;
+        }
+        if (level == 0) {
+            angle += winding_solid_angle(winding->soup->triangles[tree->items[index]].corners, point);
+            continue;
+        }
+        const int first = index * PLII_BVH_FAN;
+        const int width = winding->begin[level] - winding->begin[level - 1];
+        for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
+            stack[depth].level = level - 1;
+            stack[depth++].index = child;
+        }
+    }
+    return angle / WINDING_FULL;
+}
+
+// --------------------------------------------------------------------------------------------------------- the samples
 
 /* Samples along the edge of a block. */
 #define SAMPLING_BLOCK 4
@@ -25,7 +152,7 @@
 
 typedef struct sampling_grid {
     const plii_soup* soup;
-    plii_winding winding;
+    winding_field winding;
     int counts[3];
     size_t strides[3], count;
     float* distances;
@@ -49,13 +176,13 @@ static void sampling_locate(const sampling_grid* grid, size_t sample, int at[3])
 }
 
 /* Whether both sides of a triangle are solid at one of its points. */
-static bool sampling_is_inner(const plii_winding* winding, pli_vec3 point, pli_vec3 side) {
-    return sampling_is_solid(plii_winding_at(winding, pli_vec3_add(point, side))) &&
-           sampling_is_solid(plii_winding_at(winding, pli_vec3_sub(point, side)));
+static bool sampling_is_inner(const winding_field* winding, pli_vec3 point, pli_vec3 side) {
+    return sampling_is_solid(winding_at(winding, pli_vec3_add(point, side))) &&
+           sampling_is_solid(winding_at(winding, pli_vec3_sub(point, side)));
 }
 
 /* Walls inside of the solid, where parts overlap, are not its surface. False when nothing else is there. */
-static bool sampling_hide_inner_triangles(plii_soup* soup, const plii_winding* winding) {
+static bool sampling_hide_inner_triangles(plii_soup* soup, const winding_field* winding) {
     bool has_surface = false;
     for (int i = 0; i < soup->count; ++i) {
         const pli_vec3* c = soup->triangles[i].corners;
@@ -83,7 +210,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
     float centre_distance;
     int nearest = plii_soup_nearest(grid->soup, centre, PLI_NULL_INDEX, &centre_distance);
     const bool is_near = centre_distance <= SAMPLING_NEAR;
-    float winding = is_near ? 0.5f : fabsf(plii_winding_at(&grid->winding, centre));
+    float winding = is_near ? 0.5f : fabsf(winding_at(&grid->winding, centre));
     const bool is_clear = fabsf(winding - 0.5f) > SAMPLING_CLEAR;
     for (int k = first[2]; k < end[2]; ++k) {
         for (int j = first[1]; j < end[1]; ++j) {
@@ -91,7 +218,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
                 const size_t at = (size_t)i + grid->strides[1] * (size_t)j + grid->strides[2] * (size_t)k;
                 const pli_vec3 p = sampling_point(i, j, k);
                 nearest = plii_soup_nearest(grid->soup, p, nearest, &grid->distances[at]);
-                if (!is_clear) { winding = fabsf(plii_winding_at(&grid->winding, p)); }
+                if (!is_clear) { winding = fabsf(winding_at(&grid->winding, p)); }
                 grid->is_inside[at] = sampling_is_solid(winding);
                 grid->highest_winding = plii_max(grid->highest_winding, winding);
             }
@@ -179,11 +306,11 @@ pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling) {
         grid.count *= (size_t)sampling->counts[axis];
     }
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (PLII_ALLOCATE(soup->context, &grid.is_inside, grid.count) && plii_winding_build(&grid.winding, soup)) {
+    if (PLII_ALLOCATE(soup->context, &grid.is_inside, grid.count) && winding_build(&grid.winding, soup)) {
         status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid) ? PLI_OK
                                                                                             : PLI_ERROR_INVALID_MESH;
     }
-    plii_winding_free(&grid.winding);
+    winding_free(&grid.winding);
     PLII_RELEASE(soup->context, grid.is_inside, grid.count);
     return status;
 }
