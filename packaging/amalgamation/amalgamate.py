@@ -76,14 +76,12 @@ class Sources:
         sys.exit(f'amalgamate.py: "{name}" is neither in {self.folder}/include nor in {self.folder}/src')
 
     def expand(self, path, once):
-        """The text of a file with the headers that `once` does not have yet in it; .inl files each time."""
+        """The text of a file with those that it includes and `once` does not have yet in it."""
 
         def include(match):
             name = match[1]
             found = path.parent / name
             found = found if found.exists() else self.find(name)
-            if found.suffix == ".inl":
-                return self.expand(found, once)
             if found in once:
                 return ""
             once.append(found)
@@ -150,13 +148,7 @@ def main():
         for included in INCLUDE.findall((core.folder / name).read_text()):
             beside = (core.folder / name).parent / included
             path = beside if beside.exists() else core.find(included)
-            if path.suffix == ".inl":
-                for inner in INCLUDE.findall(path.read_text()):
-                    inner_path = core.find(inner)
-                    if inner_path not in once:
-                        once.append(inner_path)
-                        headers += core.expand(inner_path, once)
-            elif path not in once:
+            if path not in once:
                 once.append(path)
                 headers += core.expand(path, once)
     for name in plain:

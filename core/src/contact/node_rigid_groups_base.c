@@ -1,7 +1,113 @@
-/* Groups of contacts with what every processor of the target has. */
+/* The sweep over groups of contacts, for the instruction set that the build selects.
 
-#include "contact/node_rigid_groups.inl"
+   With gap = dot(normal, node) + offset at the start of a substep and `along` the motion of the node against the
+   surface along the normal since then, C = max(gap, 0) + along: what was apart may come together, what was inside goes
+   no deeper. */
 
-void plii_rigid_groups_sweep_base(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass) {
-    groups_sweep(groups, pass);
+#include "contact/node_rigid_groups.h"
+
+/* Components of vectors, one after the other. */
+PLII_SIMD_INLINE plii_vec3x8 groups_load(const float* components) {
+    return (plii_vec3x8){plii_float8_load(components), plii_float8_load(components + PLII_RIGID_GROUP_SIZE),
+                         plii_float8_load(components + 2 * PLII_RIGID_GROUP_SIZE)};
+}
+PLII_SIMD_INLINE void groups_store(float* components, plii_vec3x8 a) {
+    plii_float8_store(components, a.x);
+    plii_float8_store(components + PLII_RIGID_GROUP_SIZE, a.y);
+    plii_float8_store(components + 2 * PLII_RIGID_GROUP_SIZE, a.z);
+}
+
+/* Loops over the four pairs of nodes are written out: compilers would keep the vectors in memory. */
+
+PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_t* scaled_indices, plii_float8 by) {
+    return plii_float8_add(plii_simd_load_two(records, scaled_indices), by);
+}
+/* Stores come after all loads, as a node may be there more than once. */
+PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indices, plii_vec3x8 by) {
+    plii_float8 r[4] = {by.x, by.y, by.z, plii_float8_all(0.0f)};
+    plii_float8_transpose4(r);
+    const plii_float8 moved[4] = {
+        groups_moved(records, scaled_indices, r[0]), groups_moved(records, scaled_indices + 2, r[1]),
+        groups_moved(records, scaled_indices + 4, r[2]), groups_moved(records, scaled_indices + 6, r[3])};
+    plii_simd_store_two(records, scaled_indices, moved[0]);
+    plii_simd_store_two(records, scaled_indices + 2, moved[1]);
+    plii_simd_store_two(records, scaled_indices + 4, moved[2]);
+    plii_simd_store_two(records, scaled_indices + 6, moved[3]);
+}
+
+PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group,
+                                  const plii_rigid_surface* surface) {
+    const plii_float8 zero = plii_float8_all(0.0f);
+    const plii_nodes8 start = plii_nodes8_gather(pass->start_displacements, group->scaled_indices);
+    const plii_nodes8 now = plii_nodes8_gather(pass->displacements, group->scaled_indices);
+    const plii_float8 weight = now.w;
+    const plii_vec3x8 normal = groups_load(group->normal);
+    if (pass->is_first && pass->has_new_positions) {
+        plii_float8 height = plii_float8_load(group->offset);
+        if (pass->positions != NULL) {
+            const plii_nodes8 x = plii_nodes8_gather(pass->positions, group->scaled_indices);
+            height = plii_float8_add(plii_vec3x8_dot(normal, (plii_vec3x8){x.x, x.y, x.z}), height);
+        }
+        plii_float8_store(group->height, height);
+    }
+    plii_vec3x8 from = {start.x, start.y, start.z};
+    plii_vec3x8 motion = plii_vec3x8_sub((plii_vec3x8){now.x, now.y, now.z}, from);
+    if (surface != NULL) {
+        const plii_vec3x8 velocity = groups_load(surface->velocity);
+        from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all(pass->moved_time)));
+        motion = plii_vec3x8_sub(motion, plii_vec3x8_scale(velocity, plii_float8_all(pass->dt)));
+    }
+    const plii_float8 gap = plii_float8_add(plii_vec3x8_dot(normal, from), plii_float8_load(group->height));
+    const plii_float8 along = plii_vec3x8_dot(normal, motion);
+    const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
+    if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero)) == 0) {
+        if (!pass->is_last) { group->sum = (plii_rigid_sum){0}; }
+        return;
+    }
+
+    plii_float8 pushed_before = zero;
+    plii_vec3x8 rubbed_before = {zero, zero, zero};
+    if (!pass->is_first) {
+        pushed_before = plii_float8_load(group->sum.push);
+        rubbed_before = groups_load(group->sum.friction);
+    }
+    plii_float8 change = plii_float8_sub(zero, c);
+    if (pass->alpha > 0.0f) {
+        const plii_float8 alpha = plii_float8_all(pass->alpha);
+        change =
+            plii_float8_div(plii_float8_sub(plii_float8_mul(change, weight), plii_float8_mul(alpha, pushed_before)),
+                            plii_float8_add(weight, alpha));
+    }
+    const plii_float8 pushed =
+        plii_float8_where_greater(weight, zero, plii_float8_max(plii_float8_add(pushed_before, change), zero));
+
+    const plii_vec3x8 sliding = plii_vec3x8_sub(motion, plii_vec3x8_scale(normal, along));
+    plii_vec3x8 rubbed = plii_vec3x8_sub(rubbed_before, sliding);
+    const plii_float8 length = plii_float8_sqrt(plii_vec3x8_dot(rubbed, rubbed));
+    const plii_float8 limit = plii_float8_mul(plii_float8_load(group->friction), pushed);
+    rubbed = plii_vec3x8_scale(
+        rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
+    if (!pass->is_last) {
+        plii_float8_store(group->sum.push, pushed);
+        groups_store(group->sum.friction, rubbed);
+    }
+
+    plii_vec3x8 moves = plii_vec3x8_add(plii_vec3x8_scale(normal, plii_float8_sub(pushed, pushed_before)),
+                                        plii_vec3x8_sub(rubbed, rubbed_before));
+    /* A penetration from before goes without leaving speed, as if the node had started there. */
+    if (pass->is_first && plii_float8_less_bits(gap, zero) != 0) {
+        const plii_float8 depth = plii_float8_max(plii_float8_sub(zero, gap), zero);
+        const plii_float8 recovered = plii_float8_min(depth, plii_float8_all(pass->recovery));
+        const plii_vec3x8 shift = plii_vec3x8_scale(normal, plii_float8_where_greater(weight, zero, recovered));
+        groups_move(pass->start_displacements, group->scaled_indices, shift);
+        moves = plii_vec3x8_add(moves, shift);
+    }
+    groups_move(pass->displacements, group->scaled_indices, moves);
+}
+
+void PLII_KERNEL_NAME(plii_rigid_groups_sweep)(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass) {
+    for (PLII_EACH(plii_rigid_group, group, groups->groups, groups->count)) {
+        const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
+        groups_solve(pass, group, surface);
+    }
 }

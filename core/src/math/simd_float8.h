@@ -1,9 +1,14 @@
 #pragma once
 
 /* Eight floats at a time: one register where the compiler has AVX2, else two of simd_float4.h, with the same results.
-   What is worth it is compiled with AVX2 in a source file of its own and chosen at run time. */
+   What is worth it is compiled with AVX2 too, by a source file that includes the base's one under another name, and
+   chosen at run time. */
 
 #include "math/simd_float4.h"
+
+#ifndef PLII_KERNEL_NAME
+#define PLII_KERNEL_NAME(name) name##_base
+#endif
 
 #if defined(__AVX2__)
 #include <immintrin.h>

@@ -1,7 +1,7 @@
 #pragma once
 
 /* Lengths of links by colours, eight at a time, as the position-based solver and XPBD want them; one kernel per
-   instruction set, from links_kernel.inl. */
+   instruction set, from links_kernel_base.c. */
 
 #include "solver/coloring/link_coloring.h"
 

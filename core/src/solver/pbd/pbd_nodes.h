@@ -1,6 +1,6 @@
 #pragma once
 
-/* Passes over the nodes before and after the iterations, one kernel per instruction set, from pbd_nodes.inl. */
+/* Passes over the nodes before and after the iterations, one kernel per instruction set, from pbd_nodes_base.c. */
 
 #include "body/body_impl.h"
 

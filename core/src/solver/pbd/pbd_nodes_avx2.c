@@ -1,5 +1,4 @@
 /* Nodes of the position-based solver with AVX2. */
 
-#include "solver/pbd/pbd_nodes.inl"
-
-const plii_pbd_nodes_kernel plii_pbd_nodes_avx2 = NODES_KERNEL;
+#define PLII_KERNEL_NAME(name) name##_avx2
+#include "solver/pbd/pbd_nodes_base.c"

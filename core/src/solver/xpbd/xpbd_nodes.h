@@ -1,6 +1,6 @@
 #pragma once
 
-/* Passes over the nodes between sweeps, one kernel per instruction set, from xpbd_nodes.inl. */
+/* Passes over the nodes between sweeps, one kernel per instruction set, from xpbd_nodes_base.c. */
 
 #include "body/body_impl.h"
 
