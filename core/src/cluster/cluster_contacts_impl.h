@@ -138,16 +138,6 @@ pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_
 /* Overlapping, or apart by less than `margin`. */
 bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin);
 
-/* Keeps the contacts [first, state->count) of a pair, at least one and at most PLII_MANIFOLD_POINTS; `key` and `margin`
-   are what they depend on besides the frames. */
-void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
-                                float margin, plii_manifold* manifold);
-/* Adds the contacts of the pair that `info` names as they are now, or returns false when they have to be measured. The
-   first has terms[0], the others terms[1]. There must be room for PLII_MANIFOLD_POINTS. */
-bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contact* info,
-                                  const plii_contact_terms terms[2], const void* key, plii_manifold* manifold,
-                                  plii_cluster_contacts* state);
-
 /* For a search among the clusters of the body. False when out of memory. */
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state);
 /* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */

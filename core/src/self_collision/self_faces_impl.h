@@ -1,7 +1,7 @@
 #pragma once
 
-/* Self-collision of faces: state shared by the feature (self_faces.c), the search for pairs (self_faces_find.c) and
-   their solve (self_faces_solve.c). */
+/* Self-collision of faces: state shared by the feature and the solve (self_faces.c), and the search for pairs
+   (self_faces_find.c). */
 
 #include "base/ranges.h"
 #include "geometry/bvh.h"
@@ -67,8 +67,3 @@ void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* sta
 void plii_self_faces_begin(pli_body* body, void* data);
 /* Collects the pairs that could come together when no node moves by more than `motion` beside the common motion. */
 void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes, float motion);
-
-/* Pushes pairs apart that are too near. */
-void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* nodes);
-/* After all constraints of a step or substep: cuts motions short. */
-void plii_self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes);
