@@ -10,6 +10,12 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
    are in the state. */
 pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                     void** state);
+/* Of such a call: `used` becomes what the user gives, or the default where that is NULL, and is checked by the limits
+   of the class; returns early as PLII_TRY. */
+#define PLII_TRY_SETTINGS(body, type, used, def, klass)                                                                \
+    const type used = (def) != NULL ? *(def) : type##_default();                                                       \
+    PLII_TRY(PLII_CHECK_MADE((body)->context, type, &used, __func__));                                                 \
+    PLII_TRY(plii_check_limits((body)->context, &used, &(klass).settings, __func__))
 /* One that is not enabled, while its needs are; those that only others need are appended before these. */
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */

@@ -375,7 +375,7 @@ static bool clusters_is_sound(const pli_body* body, const void* data) {
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
-    .settings = PLII_LIMITS(plii_clusters, def, plii_clusters_fields),
+    .settings = PLII_LIMITS_AT(offsetof(plii_clusters, def), PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
                                     PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
                                     PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u")),

@@ -207,20 +207,17 @@ static void cluster_contacts_keep_callbacks(void* data, const void* before) {
     state->def.distance_user = old->def.distance_user;
 }
 
-static const plii_field cluster_contacts_fields[] = {
-    PLII_FIELD(pli_cluster_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_cluster_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, static_hardness, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, soft_hardness, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, dynamic_split, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, static_split, 0, 1),
-    PLII_FIELD(pli_cluster_contacts_def, soft_split, 0, 1),
-};
-
 const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
-    .settings = PLII_LIMITS(plii_cluster_contacts, def, cluster_contacts_fields),
+    .settings = PLII_LIMITS_AT(offsetof(plii_cluster_contacts, def),
+                               PLII_FIELD(pli_cluster_contacts_def, friction, 0, PLI_MAX_FACTOR),
+                               PLII_FIELD(pli_cluster_contacts_def, dynamic_hardness, 0, 1),
+                               PLII_FIELD(pli_cluster_contacts_def, static_hardness, 0, 1),
+                               PLII_FIELD(pli_cluster_contacts_def, soft_hardness, 0, 1),
+                               PLII_FIELD(pli_cluster_contacts_def, dynamic_split, 0, 1),
+                               PLII_FIELD(pli_cluster_contacts_def, static_split, 0, 1),
+                               PLII_FIELD(pli_cluster_contacts_def, soft_split, 0, 1)),
     .state_parts =
         PLII_STATE_PARTS(PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
                          PLII_STATE_SPAN(plii_cluster_contacts, leads, groups, PLII_LEFT, NULL),
@@ -277,8 +274,7 @@ pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {
 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_cluster_contacts_def used = def != NULL ? *def : pli_cluster_contacts_def_default();
-    PLII_TRY_DEF(body->context, pli_cluster_contacts_def, &used, cluster_contacts_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_cluster_contacts_def, used, def, plii_cluster_contacts_class);
     const bool had_clusters = plii_body_clusters(body) != NULL;
     if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     const pli_status status = plii_feature_enable_with(body, &plii_cluster_contacts_class, &used, sizeof used, NULL);

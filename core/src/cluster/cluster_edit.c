@@ -11,12 +11,9 @@ pli_clusters_def pli_clusters_def_default(void) {
     return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
 }
 
-const plii_field plii_clusters_fields[] = {PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)};
-
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_clusters_def used = def != NULL ? *def : pli_clusters_def_default();
-    PLII_TRY_DEF(body->context, pli_clusters_def, &used, plii_clusters_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_clusters_def, used, def, plii_clusters_class);
     plii_clusters* clusters = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_clusters_class, (void**)&clusters));
     const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;

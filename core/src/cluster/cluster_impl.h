@@ -63,7 +63,7 @@ typedef struct plii_clusters {
 } plii_clusters;
 
 extern const plii_feature_class plii_clusters_class;
-extern const plii_field plii_clusters_fields[1], plii_cluster_settings_fields[6];
+extern const plii_field plii_cluster_settings_fields[6];
 
 /* NULL when clusters are not enabled. */
 plii_clusters* plii_body_clusters(const pli_body* body);

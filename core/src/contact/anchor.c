@@ -311,13 +311,12 @@ static const plii_field anchor_fields[] = {
     PLII_FIELD(plii_anchor, influence, 0, PLI_MAX_FACTOR),
     PLII_FIELD(plii_anchor, compliance, 0, PLI_MAX_COEFFICIENT),
 };
-static const plii_field anchors_fields[] = {PLII_FIELD(plii_anchors, hardness, 0, 1)};
 
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .is_made_by_calls = true,
     .state_size = sizeof(plii_anchors),
-    .settings = {anchors_fields, 1, 0},
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(plii_anchors, hardness, 0, 1)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_anchors, hardness, PLII_SAVED, "f"),
                                     PLII_STATE_OF(plii_anchors, ids.first_free1, PLII_SAVED, "i")),
     .is_sound = anchor_is_sound,
@@ -508,7 +507,6 @@ int pli_body_anchor_count(const pli_body* body) {
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const plii_anchors used = {.hardness = hardness};
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &used, anchors_fields, __func__));
+    PLII_TRY(plii_check_limits(body->context, &hardness, &plii_anchor_class.settings, __func__));
     return plii_feature_enable_with(body, &plii_anchor_class, &hardness, sizeof hardness, NULL);
 }

@@ -175,16 +175,13 @@ static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
     return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
 }
 
-static const plii_field rigid_faces_fields[] = {
-    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
-};
-
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
-    .settings = PLII_LIMITS(plii_rigid_faces, def, rigid_faces_fields),
+    .settings = PLII_LIMITS_AT(offsetof(plii_rigid_faces, def),
+                               PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
+                               PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
+                               PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_faces, def, PLII_SAVED, "3fu"),
                                     PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
                                     PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
@@ -216,8 +213,7 @@ const plii_feature_class plii_rigid_faces_class = {
 
 pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const pli_rigid_face_contacts_def used = def != NULL ? *def : pli_rigid_face_contacts_def_default();
-    PLII_TRY_DEF(body->context, pli_rigid_face_contacts_def, &used, rigid_faces_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_rigid_face_contacts_def, used, def, plii_rigid_faces_class);
     return plii_feature_enable_with(body, &plii_rigid_faces_class, &used, sizeof used, NULL);
 }
 

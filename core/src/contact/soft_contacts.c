@@ -293,17 +293,14 @@ static void soft_contacts_on_restored(pli_body* body, void* data) {
     body->soft_node_boxes = state->has_boxes ? state->node_boxes : NULL;
 }
 
-static const plii_field soft_contacts_fields[] = {
-    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
-    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
-};
-
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
-    .settings = PLII_LIMITS(plii_soft_contacts_state, def, soft_contacts_fields),
+    .settings = PLII_LIMITS_AT(offsetof(plii_soft_contacts_state, def),
+                               PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
+                               PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
+                               PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+                               PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
                                     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
                                     PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
@@ -358,12 +355,10 @@ static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contact
 
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const pli_soft_contacts_def used = def != NULL ? *def : pli_soft_contacts_def_default();
-    PLII_TRY_DEF(body->context, pli_soft_contacts_def, &used, soft_contacts_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);
     const bool was_enabled = plii_feature_state(body, &plii_soft_contacts_class) != NULL;
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_soft_contacts_class, &data));
-    plii_soft_contacts_state* state = data;
+    plii_soft_contacts_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_soft_contacts_class, (void**)&state));
     if (used.bullet_boxes && state->node_boxes == NULL && soft_contacts_allocate_boxes(body, state) != PLI_OK) {
         if (!was_enabled) { plii_feature_disable(body, &plii_soft_contacts_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");

@@ -321,8 +321,7 @@ pli_aero_def pli_aero_def_default(void) {
 
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    const pli_aero_def used = def != NULL ? *def : pli_aero_def_default();
-    PLII_TRY_DEF(body->context, pli_aero_def, &used, aero_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_aero_def, used, def, plii_aero_vertex_class);
     PLII_TRY(plii_check_faces(body, "aerodynamics act on faces", __func__));
     const bool on_faces = (int)used.model >= (int)PLI_AERO_FACE_TWO_SIDED;
     const plii_feature_class* klass = on_faces ? &plii_aero_face_class : &plii_aero_vertex_class;

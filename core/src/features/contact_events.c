@@ -365,8 +365,7 @@ pli_contact_events_def pli_contact_events_def_default(void) {
 
 pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_contact_events_def used = def != NULL ? *def : pli_contact_events_def_default();
-    PLII_TRY(PLII_CHECK_MADE(body->context, pli_contact_events_def, &used, __func__));
+    PLII_TRY_SETTINGS(body, pli_contact_events_def, used, def, plii_contact_events_class);
     contact_events* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_contact_events_class, (void**)&state));
     state->def = used;

@@ -163,12 +163,6 @@ static bool drag_is_sound(const pli_body* body, const void* data) {
     return plii_id_pool_is_sound(&state->ids, state->count);
 }
 
-static const plii_field drag_item_fields[] = {
-    PLII_FIELD(drag_item, stiffness, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(drag_item, damping, 0, FLT_MAX),
-    PLII_FIELD(drag_item, to, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
-};
-
 const plii_feature_class plii_drag_class = {
     .name = "drags",
     .is_made_by_calls = true,
@@ -178,7 +172,9 @@ const plii_feature_class plii_drag_class = {
     .is_sound = drag_is_sound,
     .arrays = PLII_ARRAYS(
         {PLII_COUNTED_LIST(drag_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("i3ni21f"),
-         .settings = {drag_item_fields, 3, 0}},
+         .settings = PLII_LIMITS_AT(0, PLII_FIELD(drag_item, stiffness, 0, PLI_MAX_COEFFICIENT),
+                                    PLII_FIELD(drag_item, damping, 0, FLT_MAX),
+                                    PLII_FIELD(drag_item, to, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE))},
         {PLII_COUNTED_LIST(drag_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},

@@ -94,12 +94,10 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
 
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
 
-static const plii_field pose_fields[] = {PLII_FIELD(pose_state, matching, 0, 1)};
-
 const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
-    .settings = {pose_fields, 1, 0},
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(pose_state, matching, 0, 1)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
                                     PLII_STATE_SPAN(pose_state, rotation, centre, PLII_SAVED, "12f")),
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
@@ -110,7 +108,7 @@ const plii_feature_class plii_pose_class = {
 
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &matching, pose_fields, __func__));
+    PLII_TRY(plii_check_limits(body->context, &matching, &plii_pose_class.settings, __func__));
     pose_state* pose = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_pose_class, &matching, sizeof matching, (void**)&pose));
     pose->rotation = pli_mat3_identity();

@@ -31,13 +31,10 @@ static void pressure_run(pli_body* body, void* state) {
 
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
 
-static const plii_field pressure_fields[] = {
-    PLII_FIELD(pressure_state, coefficient, -PLI_MAX_COEFFICIENT, PLI_MAX_COEFFICIENT)};
-
 const plii_feature_class plii_pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
-    .settings = {pressure_fields, 1, 0},
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(pressure_state, coefficient, -PLI_MAX_COEFFICIENT, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pressure_state, coefficient, PLII_SAVED, "f")),
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
@@ -45,7 +42,7 @@ const plii_feature_class plii_pressure_class = {
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &coefficient, pressure_fields, __func__));
+    PLII_TRY(plii_check_limits(body->context, &coefficient, &plii_pressure_class.settings, __func__));
     PLII_TRY(plii_check_faces(body, "pressure acts on faces", __func__));
     return plii_feature_enable_with(body, &plii_pressure_class, &coefficient, sizeof coefficient, NULL);
 }

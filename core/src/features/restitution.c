@@ -124,14 +124,12 @@ static void restitution_reserve(pli_body* body, void* data) {
 /* Before all that solves; after contacts of faces and before what holds nodes. */
 enum { RESTITUTION_ORDER = 0, RESTITUTION_FINISH_ORDER = 90 };
 
-static const plii_field restitution_fields[] = {PLII_FIELD(restitution_state, restitution, 0, 1)};
-
 const plii_feature_class plii_restitution_class = {
     .name = "restitution",
     .state_size = sizeof(restitution_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(restitution_state, restitution, PLII_SAVED, "f"),
                                     PLII_STATE_SPAN(restitution_state, ends, end, PLII_LEFT, NULL)),
-    .settings = {restitution_fields, 1, 0},
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(restitution_state, restitution, 0, 1)),
     .stages = {[PLII_STAGE_PREPARE] = {restitution_prepare, RESTITUTION_ORDER},
                [PLII_STAGE_FINISH] = {restitution_finish, RESTITUTION_FINISH_ORDER}},
     .substepped = &(const plii_substep_class){.order = RESTITUTION_ORDER,
@@ -145,7 +143,7 @@ const plii_feature_class plii_restitution_class = {
 
 pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &restitution, restitution_fields, __func__));
+    PLII_TRY(plii_check_limits(body->context, &restitution, &plii_restitution_class.settings, __func__));
     return plii_feature_enable_with(body, &plii_restitution_class, &restitution, sizeof restitution, NULL);
 }
 

@@ -325,15 +325,11 @@ static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* ot
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
 
-static const plii_field sleep_fields[] = {
-    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
-};
-
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
-    .settings = PLII_LIMITS(sleep_state, def, sleep_fields),
+    .settings = PLII_LIMITS_AT(offsetof(sleep_state, def), PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
+                               PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT)),
     .arrays = PLII_ARRAYS({PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, PLII_SAVED_AS("3f")}),
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
     .enable = sleep_enable,
@@ -346,8 +342,7 @@ const plii_feature_class plii_sleep_class = {
 
 pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_sleep_def used = def != NULL ? *def : pli_sleep_def_default();
-    PLII_TRY_DEF(body->context, pli_sleep_def, &used, sleep_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_sleep_def, used, def, plii_sleep_class);
     sleep_state* state = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_sleep_class, &used, sizeof used, (void**)&state));
     state->time = 0.0f;

@@ -457,12 +457,10 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
    in iterations. */
 enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
 
-static const plii_field tether_fields[] = {PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)};
-
 const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
-    .settings = PLII_LIMITS(tether_state, def, tether_fields),
+    .settings = PLII_LIMITS_AT(offsetof(tether_state, def), PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
                                     PLII_STATE_OF(tether_state, landmarks, PLII_SAVED, "4N"),
                                     PLII_STATE_SPAN(tether_state, spread, link_revision, PLII_LEFT, NULL)),
@@ -489,8 +487,7 @@ pli_tethers_def pli_tethers_def_default(void) {
 
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_tethers_def used = def != NULL ? *def : pli_tethers_def_default();
-    PLII_TRY_DEF(body->context, pli_tethers_def, &used, tether_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_tethers_def, used, def, plii_tether_class);
     const bool is_new = plii_feature_state(body, &plii_tether_class) == NULL;
     tether_state* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_tether_class, (void**)&state));

@@ -35,12 +35,10 @@ static pli_status volume_enable(pli_body* body, void* state) {
 
 enum { VOLUME_ORDER = 30 }; /* after pressure */
 
-static const plii_field volume_fields[] = {PLII_FIELD(volume_state, coefficient, 0, PLI_MAX_COEFFICIENT)};
-
 const plii_feature_class plii_volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
-    .settings = {volume_fields, 1, 0},
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(volume_state, coefficient, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(volume_state, coefficient, rest_volume, PLII_SAVED, "2f")),
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
@@ -49,7 +47,7 @@ const plii_feature_class plii_volume_class = {
 
 pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &coefficient, volume_fields, __func__));
+    PLII_TRY(plii_check_limits(body->context, &coefficient, &plii_volume_class.settings, __func__));
     PLII_TRY(plii_check_faces(body, "conservation of volume acts on faces", __func__));
     return plii_feature_enable_with(body, &plii_volume_class, &coefficient, sizeof coefficient, NULL);
 }

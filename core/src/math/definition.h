@@ -35,11 +35,20 @@ typedef struct plii_limits {
 } plii_limits;
 #define PLII_LIMITS(type, member, limits)                                                                              \
     { limits, (int)(sizeof(limits) / sizeof *(limits)), offsetof(type, member) }
+/* The same of limits that nobody else needs: the fields in place of a table. */
+#define PLII_LIMITS_AT(offset, ...)                                                                                    \
+    { (const plii_field[]){__VA_ARGS__}, (int)(sizeof((const plii_field[]){__VA_ARGS__}) / sizeof(plii_field)), offset }
 
 pli_status plii_check_fields(pli_context* context, const void* values, int count, const plii_field* fields,
                              const char* function);
 #define PLII_CHECK_FIELDS(context, values, fields, function)                                                           \
     plii_check_fields(context, values, (int)(sizeof(fields) / sizeof *(fields)), fields, function)
+
+/* Of what has limits, without their offset. */
+static inline pli_status plii_check_limits(pli_context* context, const void* values, const plii_limits* limits,
+                                           const char* function) {
+    return plii_check_fields(context, values, limits->count, limits->fields, function);
+}
 
 /* The definition is not null and has the cookie that its default function gives it. */
 pli_status plii_check_made(pli_context* context, const void* def, size_t cookie_offset, const char* type,

@@ -182,16 +182,13 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 /* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
 enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
 
-static const plii_field self_faces_fields[] = {
-    PLII_FIELD(pli_self_faces_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_self_faces_def, friction, 0, 1),
-    PLII_FIELD(pli_self_faces_def, max_travel, 0, PLI_MAX_COORDINATE),
-};
-
 const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
-    .settings = PLII_LIMITS(plii_self_faces_state, def, self_faces_fields),
+    .settings = PLII_LIMITS_AT(offsetof(plii_self_faces_state, def),
+                               PLII_FIELD(pli_self_faces_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+                               PLII_FIELD(pli_self_faces_def, friction, 0, 1),
+                               PLII_FIELD(pli_self_faces_def, max_travel, 0, PLI_MAX_COORDINATE)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_self_faces_state, def, PLII_SAVED, "3fu"),
                                     PLII_STATE_SPAN(plii_self_faces_state, travel, motion, PLII_LEFT, NULL),
                                     PLII_STATE_SPAN(plii_self_faces_state, reach, moved, PLII_SAVED, "2f"),
@@ -234,8 +231,7 @@ pli_self_faces_def pli_self_faces_def_default(void) {
 
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_self_faces_def used = def != NULL ? *def : pli_self_faces_def_default();
-    PLII_TRY_DEF(body->context, pli_self_faces_def, &used, self_faces_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_self_faces_def, used, def, plii_self_faces_class);
     PLII_TRY(plii_check_faces(body, "faces are kept apart", __func__));
     plii_self_faces_state* state = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_self_faces_class, &used, sizeof used, (void**)&state));

@@ -87,15 +87,12 @@ static void self_grids_run(pli_body* body, void* data) {
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
 enum { SELF_GRIDS_ORDER = 50 };
 
-static const plii_field self_grids_fields[] = {
-    PLII_FIELD(pli_self_grids_def, distance, PLII_ABOVE_0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1),
-};
-
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
-    .settings = PLII_LIMITS(self_grids_state, def, self_grids_fields),
+    .settings = PLII_LIMITS_AT(offsetof(self_grids_state, def),
+                               PLII_FIELD(pli_self_grids_def, distance, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+                               PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1)),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(self_grids_state, def, PLII_SAVED, "2fu"), PLII_STATE(self_grids_state, hash, PLII_LEFT),
         PLII_STATE(self_grids_state, pairs, PLII_LEFT), PLII_STATE_OF(self_grids_state, report, PLII_SAVED, "iB")),
@@ -111,8 +108,7 @@ pli_self_grids_def pli_self_grids_def_default(void) {
 
 pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
-    PLII_TRY_DEF(body->context, pli_self_grids_def, &used, self_grids_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_self_grids_def, used, def, plii_self_grids_class);
     return plii_feature_enable_with(body, &plii_self_grids_class, &used, sizeof used, NULL);
 }
 

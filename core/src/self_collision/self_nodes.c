@@ -302,16 +302,13 @@ static bool self_nodes_is_sound(const pli_body* body, const void* data) {
            (!pairs->is_known || (pairs->thickness > 0.0f && pairs->reach >= 0.0f));
 }
 
-static const plii_field self_nodes_fields[] = {
-    PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_self_collision_def, friction, 0, 1),
-    PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR),
-};
-
 const plii_feature_class plii_self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
-    .settings = PLII_LIMITS(self_nodes_state, def, self_nodes_fields),
+    .settings = PLII_LIMITS_AT(offsetof(self_nodes_state, def),
+                               PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+                               PLII_FIELD(pli_self_collision_def, friction, 0, 1),
+                               PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR)),
     .state_parts =
         PLII_STATE_PARTS(PLII_STATE_OF(self_nodes_state, def, PLII_SAVED, "3fu"),
                          PLII_STATE_OF(self_nodes_state, origin, PLII_SAVED, "3f"),
@@ -362,8 +359,7 @@ pli_self_collision_def pli_self_collision_def_default(void) {
 
 pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
-    PLII_TRY_DEF(body->context, pli_self_collision_def, &used, self_nodes_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_self_collision_def, used, def, plii_self_nodes_class);
     return plii_feature_enable_with(body, &plii_self_nodes_class, &used, sizeof used, NULL);
 }
 

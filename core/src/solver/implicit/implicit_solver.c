@@ -493,13 +493,11 @@ pli_implicit_def pli_implicit_def_default(void) {
 /* A tolerance of 1 is not below the first residual. */
 pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_implicit_def used = def != NULL ? *def : pli_implicit_def_default();
-    PLII_TRY_DEF(body->context, pli_implicit_def, &used, implicit_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_implicit_def, used, def, plii_implicit_class);
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_implicit_class, &data));
-    implicit_state* state = data;
+    implicit_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_implicit_class, (void**)&state));
     plii_dvec3** direction = &state->system.direction;
     if (!implicit_needs_direction(&used)) {
         PLII_RELEASE(body->context, *direction, body->node_count);

@@ -173,17 +173,14 @@ static void xpbd_bending_build(pli_body* body, void* data) {
 
 #define XPBD_BENDING_PER_HINGE PLII_PER_FACE, .times = 3, .per = 2
 
-static const plii_field xpbd_bending_fields[] = {
-    PLII_FIELD(pli_xpbd_bending_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT),
-};
-
 enum { XPBD_BENDING_ORDER = 10 }; /* the first */
 
 const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
-    .settings = PLII_LIMITS(xpbd_bending_state, def, xpbd_bending_fields),
+    .settings = PLII_LIMITS_AT(offsetof(xpbd_bending_state, def),
+                               PLII_FIELD(pli_xpbd_bending_def, compliance, 0, PLI_MAX_COEFFICIENT),
+                               PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_bending_state, def, PLII_SAVED, "2fBu"),
                                     PLII_STATE(xpbd_bending_state, hinge_count, PLII_LEFT)),
     .arrays = PLII_ARRAYS(
@@ -205,8 +202,7 @@ pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
 
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_xpbd_bending_def used = def != NULL ? *def : pli_xpbd_bending_def_default();
-    PLII_TRY_DEF(body->context, pli_xpbd_bending_def, &used, xpbd_bending_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_xpbd_bending_def, used, def, plii_xpbd_bending_class);
     PLII_TRY(plii_check_faces(body, "bending is between faces", __func__));
     return plii_xpbd_enable_kind(body, &plii_xpbd_bending_class, &used, sizeof used, __func__, NULL);
 }

@@ -96,18 +96,15 @@ static void xpbd_links_on_restored(pli_body* body, void* data) {
     ((xpbd_links_state*)data)->link_revision = body->link_revision - 1;
 }
 
-static const plii_field xpbd_links_fields[] = {
-    PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT),
-};
-
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
 
 const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
-    .settings = PLII_LIMITS(xpbd_links_state, def, xpbd_links_fields),
+    .settings = PLII_LIMITS_AT(offsetof(xpbd_links_state, def),
+                               PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
+                               PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
+                               PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
                                     PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
                                     PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT)),
@@ -134,8 +131,7 @@ pli_xpbd_links_def pli_xpbd_links_def_default(void) {
 
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_xpbd_links_def used = def != NULL ? *def : pli_xpbd_links_def_default();
-    PLII_TRY_DEF(body->context, pli_xpbd_links_def, &used, xpbd_links_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_xpbd_links_def, used, def, plii_xpbd_links_class);
     xpbd_links_state* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_class, &used, sizeof used, __func__, (void**)&state));
     state->link_revision = body->link_revision - 1;

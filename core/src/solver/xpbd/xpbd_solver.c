@@ -173,15 +173,11 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static const plii_field xpbd_fields[] = {
-    PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
-    PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX),
-};
-
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
-    .settings = PLII_LIMITS(xpbd_state, def, xpbd_fields),
+    .settings = PLII_LIMITS_AT(offsetof(xpbd_state, def), PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
+                               PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX)),
     .state_parts =
         PLII_STATE_PARTS(PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"), PLII_STATE(xpbd_state, run, PLII_LEFT),
                          PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B")),
@@ -212,8 +208,7 @@ pli_xpbd_def pli_xpbd_def_default(void) {
 
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_xpbd_def used = def != NULL ? *def : pli_xpbd_def_default();
-    PLII_TRY_DEF(body->context, pli_xpbd_def, &used, xpbd_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_xpbd_def, used, def, plii_xpbd_class);
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
     xpbd_state* state = NULL;

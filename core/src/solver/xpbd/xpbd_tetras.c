@@ -188,14 +188,12 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
     return state->groups != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static const plii_field xpbd_tetras_fields[] = {PLII_FIELD(xpbd_tetras_state, compliance, 0, PLI_MAX_COEFFICIENT)};
-
 enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
 
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
-    .settings = {xpbd_tetras_fields, 1, 0},
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(xpbd_tetras_state, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_tetras_state, compliance, PLII_SAVED, "f"),
                                     PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT)),
     .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
@@ -207,7 +205,7 @@ const plii_feature_class plii_xpbd_tetras_class = {
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(PLII_CHECK_FIELDS(body->context, &compliance, xpbd_tetras_fields, __func__));
+    PLII_TRY(plii_check_limits(body->context, &compliance, &plii_xpbd_tetras_class.settings, __func__));
     if (body->topology->tetra_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
     }

@@ -121,17 +121,14 @@ static pli_status xpbd_volume_enable(pli_body* body, void* data) {
 
 enum { XPBD_VOLUME_GAS_ORDER = 15 }; /* before pressure */
 
-static const plii_field xpbd_volume_fields[] = {
-    PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
-    PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR),
-};
-
 enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
 
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
-    .settings = PLII_LIMITS(xpbd_volume_state, def, xpbd_volume_fields),
+    .settings = PLII_LIMITS_AT(offsetof(xpbd_volume_state, def),
+                               PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
+                               PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
                                     PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
                                     PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f"),
@@ -149,8 +146,7 @@ pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
 
 pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
-    PLII_TRY_DEF(body->context, pli_xpbd_volume_def, &used, xpbd_volume_fields, __func__);
+    PLII_TRY_SETTINGS(body, pli_xpbd_volume_def, used, def, plii_xpbd_volume_class);
     PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
     return plii_xpbd_enable_kind(body, &plii_xpbd_volume_class, &used, sizeof used, __func__, NULL);
 }
