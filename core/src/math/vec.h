@@ -110,9 +110,30 @@ static inline bool plii_mat3_is_zero(const pli_mat3* m) {
     return plii_vec3_is_zero(m->rows[0]) && plii_vec3_is_zero(m->rows[1]) && plii_vec3_is_zero(m->rows[2]);
 }
 
-pli_mat3 plii_mat3_add(pli_mat3 a, pli_mat3 b);
-pli_mat3 plii_mat3_diagonal(float x, float y, float z);
+static inline pli_mat3 plii_mat3_add(pli_mat3 a, pli_mat3 b) {
+    for (int i = 0; i < 3; ++i) {
+        a.rows[i] = pli_vec3_add(a.rows[i], b.rows[i]);
+    }
+    return a;
+}
+static inline pli_mat3 plii_mat3_diagonal(float x, float y, float z) {
+    const pli_mat3 diagonal = {{{x, 0, 0}, {0, y, 0}, {0, 0, z}}};
+    return diagonal;
+}
 /* [v]x: plii_mat3_cross(v) * u = v x u. */
-pli_mat3 plii_mat3_cross(pli_vec3 v);
+static inline pli_mat3 plii_mat3_cross(pli_vec3 v) {
+    const pli_mat3 cross = {{{0, -v.z, v.y}, {v.z, 0, -v.x}, {-v.y, v.x, 0}}};
+    return cross;
+}
 /* Adjugate over determinant by the first row, no check for singularity (btMatrix3x3::inverse). */
-pli_mat3 plii_mat3_inverse(pli_mat3 m);
+static inline pli_mat3 plii_mat3_inverse(pli_mat3 m) {
+    const pli_vec3 a = m.rows[0], b = m.rows[1], c = m.rows[2];
+    const pli_vec3 cofactors = pli_vec3_cross(b, c);
+    const float s = 1.0f / pli_vec3_dot(a, cofactors);
+    const pli_mat3 inverse = {{
+        {cofactors.x * s, (a.z * c.y - a.y * c.z) * s, (a.y * b.z - a.z * b.y) * s},
+        {cofactors.y * s, (a.x * c.z - a.z * c.x) * s, (a.z * b.x - a.x * b.z) * s},
+        {cofactors.z * s, (a.y * c.x - a.x * c.y) * s, (a.x * b.y - a.y * b.x) * s},
+    }};
+    return inverse;
+}
