@@ -56,3 +56,18 @@ static inline void plii_csr_sort(int key_count, int item_count, const int* keys,
         items[--begin[keys[i]]] = i;
     }
 }
+
+/* Of items of `size` bytes in the order of an int, `offset` bytes into each: the first that is not below `key`. Without
+   signs: PLI_NULL_INDEX is the last. */
+static inline int plii_csr_first(const void* items, size_t size, size_t offset, int count, int key) {
+    int begin = 0, end = count;
+    while (begin < end) {
+        const int middle = begin + (end - begin) / 2;
+        if (*(const unsigned*)((const char*)items + (size_t)middle * size + offset) < (unsigned)key) {
+            begin = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    return begin;
+}

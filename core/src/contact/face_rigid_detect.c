@@ -5,6 +5,7 @@
    the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
 
+#include "base/csr.h"
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
@@ -49,17 +50,10 @@ static void flat_find_held(const pli_body* body, const plii_rigid_faces* state, 
 static const plii_rigid_contact* flat_find(const plii_rigid_faces_pass* pass, int node) {
     const plii_rigid_faces_candidate* candidate = pass->candidate;
     const plii_rigid_contact* contacts = pass->body->node_contacts->contacts + candidate->held_begin;
-    int begin = 0, end = candidate->held_count;
-    while (begin < end) {
-        const int middle = begin + (end - begin) / 2;
-        if (contacts[middle].node < node) {
-            begin = middle + 1;
-        } else {
-            end = middle;
-        }
-    }
-    if (begin == candidate->held_count) { return NULL; }
-    const plii_rigid_contact* found = &contacts[begin];
+    const int first =
+        plii_csr_first(contacts, sizeof *contacts, offsetof(plii_rigid_contact, node), candidate->held_count, node);
+    if (first == candidate->held_count) { return NULL; }
+    const plii_rigid_contact* found = &contacts[first];
     const bool is_it =
         found->node == node && found->rigid == candidate->rigid && found->shape == candidate->shape_index;
     return is_it ? found : NULL;

@@ -5,6 +5,7 @@
    burst sideways, the absolute value of the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation:
    Absolute Eigenvalue Filtering". */
 
+#include "base/csr.h"
 #include "math/simd_float4.h"
 #include "solver/implicit/implicit_system.h"
 
@@ -182,15 +183,14 @@ PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, 
     return collapsed;
 }
 
-_Static_assert(offsetof(plii_implicit_hold, node) == 0, "see plii_implicit_find_node");
-
 static double implicit_assemble_block(int begin, int end, const void* data) {
     const plii_implicit_system* system = data;
     const pli_body* body = system->body;
     const plii_link_graph* graph = system->graph;
     const double h = (double)body->step.dt;
     const plii_implicit_holds* holds = system->holds;
-    int collapsed = 0, hold = plii_implicit_find_node(holds->items, sizeof *holds->items, holds->count, begin);
+    int collapsed = 0, hold = plii_csr_first(holds->items, sizeof *holds->items, offsetof(plii_implicit_hold, node),
+                                             holds->count, begin);
     for (int i = begin; i < end; ++i) {
         if (body->positions[i].w > 0.0f) {
             /* Without leads, as in most calls, a copy of its own. */

@@ -4,6 +4,7 @@
 
 #include "solver/implicit/implicit_constraints.h"
 
+#include "base/csr.h"
 #include "body/rigid_impl.h"
 #include "body/world_state.h"
 
@@ -320,29 +321,13 @@ static bool implicit_is_point(const plii_node_constraint* listed, int index, int
     return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !is_alone;
 }
 
-_Static_assert(offsetof(plii_node_constraint, node) == 0 && offsetof(plii_implicit_constraint, nodes) == 0,
-               "what is searched begins with a node");
-
-int plii_implicit_find_node(const void* items, size_t size, int count, int node) {
-    int begin = 0, end = count;
-    while (begin < end) {
-        const int middle = begin + (end - begin) / 2;
-        if (*(const unsigned*)((const char*)items + (size_t)middle * size) < (unsigned)node) {
-            begin = middle + 1;
-        } else {
-            end = middle;
-        }
-    }
-    return begin;
-}
-
 /* Where nodes of a face touch the same rigid body, their own contacts hold it. */
 static bool implicit_is_covered(const plii_node_constraint* listed, int count, const plii_node_constraint* from) {
     const float weights[3] = {from->weights.x, from->weights.y, from->weights.z};
     double covered = 0.0;
     for (int k = 0; k < 3 && from->node == PLI_NULL_INDEX; ++k) {
         const int node = from->face_nodes[k];
-        int i = plii_implicit_find_node(listed, sizeof *listed, count, node);
+        int i = plii_csr_first(listed, sizeof *listed, offsetof(plii_node_constraint, node), count, node);
         for (; i < count && listed[i].node == node; ++i) {
             if (listed[i].rigid != from->rigid) { continue; }
             covered += (double)weights[k];
@@ -356,7 +341,8 @@ static bool implicit_is_covered(const plii_node_constraint* listed, int count, c
 static double implicit_room(const plii_implicit_constraints* constraints, int node, plii_dvec3 direction) {
     double room = (double)INFINITY;
     const int count = constraints->node_bound_count;
-    int i = plii_implicit_find_node(constraints->items, sizeof *constraints->items, count, node);
+    int i = plii_csr_first(constraints->items, sizeof *constraints->items, offsetof(plii_implicit_constraint, nodes),
+                           count, node);
     for (; i < count && constraints->items[i].nodes[0] == node; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         const double approach = -plii_dvec3_dot(constraint->normal, direction);

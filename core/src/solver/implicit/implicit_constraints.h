@@ -63,9 +63,6 @@ typedef struct plii_implicit_constraints {
     int rigid_count, rigid_capacity;
 } plii_implicit_constraints;
 
-/* Of items by node, which begin with it, the first of a node, or where it would be; PLI_NULL_INDEX is the last. */
-int plii_implicit_find_node(const void* items, size_t size, int count, int node);
-
 /* What the features of the body demand now. `base` is what the velocities of the body have in them of the solution
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
