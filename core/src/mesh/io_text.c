@@ -148,7 +148,7 @@ static bool text_is_digit(char c) {
 }
 
 /* strtof would also take hexadecimal numbers, "inf" and "nan", and the decimal separator of the locale only. */
-bool plii_parse_float(const char* word, int length, float* value) {
+static bool text_parse_float(const char* word, int length, float* value) {
     char copy[1024];
     const char* separator = localeconv()->decimal_point;
     const size_t separator_length = strlen(separator);
@@ -197,7 +197,7 @@ pli_status plii_text_read_float(plii_text* text, const char* what, float* value)
     const char* word = NULL;
     int length = 0;
     PLII_TRY(text_read(text, what, &word, &length));
-    return plii_parse_float(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
+    return text_parse_float(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
 }
 
 pli_status plii_text_read_int(plii_text* text, const char* what, int* value) {

@@ -44,6 +44,5 @@ bool plii_text_read_word(plii_text* text, const char** word, int* length);
 pli_status plii_text_read_float(plii_text* text, const char* what, float* value);
 pli_status plii_text_read_int(plii_text* text, const char* what, int* value);
 
-/* Whole words as numbers, correctly rounded; false when they are none, or too large. */
-bool plii_parse_float(const char* word, int length, float* value);
+/* A whole word as a number; false when it is none, or too large. */
 bool plii_parse_int(const char* word, int length, int* value);

@@ -15,23 +15,17 @@ typedef struct xpbd_hinge {
     float multiplier;
 } xpbd_hinge;
 
-typedef struct xpbd_face_edge {
-    int other; /* the larger node of the edge */
-    int tip;   /* -1 - tip when the face runs from the larger to the smaller node */
-} xpbd_face_edge;
-
 /* There is room for as many hinges as the faces can have edges with two faces. */
 typedef struct xpbd_bending_state {
     pli_xpbd_bending_def def;
     xpbd_hinge* hinges; /* [hinge_count] in coloured order */
     int hinge_count;
     /* What finding them needs for a while. */
-    int* begin;            /* [node_count + 1] */
-    xpbd_face_edge* edges; /* [3 * face_count] by their smaller node */
-    int (*nodes)[4];       /* [hinge_count] as they are found */
-    uint64_t* masks;       /* [node_count] */
-    uint8_t* colors;       /* [hinge_count] */
-    int* order;            /* [hinge_count] */
+    int *begin, *keys, *corners; /* [node_count + 1], [3 * face_count]: of edges of faces, by their smaller node */
+    int (*nodes)[4];             /* [hinge_count] as they are found */
+    uint64_t* masks;             /* [node_count] */
+    uint8_t* colors;             /* [hinge_count] */
+    int* order;                  /* [hinge_count] */
 } xpbd_bending_state;
 
 // ----------------------------------------------------------------------------------------------- angle
@@ -107,43 +101,43 @@ static void xpbd_bending_sweep(pli_body* body, void* data, const plii_substep* s
 
 // ----------------------------------------------------------------------------------------------- finding hinges
 
+/* The edge of a face from one of its corners to the next. */
+typedef struct xpbd_face_edge {
+    int from, to, tip;
+} xpbd_face_edge;
+
+static xpbd_face_edge xpbd_edge_from(const pli_body* body, int corner) {
+    const int *face = body->topology->faces[corner / 3], k = corner % 3;
+    return (xpbd_face_edge){face[k], face[(k + 1) % 3], face[(k + 2) % 3]};
+}
+
 static void xpbd_bending_sort_edges(const pli_body* body, const xpbd_bending_state* state) {
-    const plii_topology* topology = body->topology;
-    int* begin = state->begin;
-    for (int i = 0; i < topology->face_count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            const int a = topology->faces[i][k], b = topology->faces[i][(k + 1) % 3];
-            ++begin[a < b ? a : b];
-        }
+    const int count = 3 * body->topology->face_count;
+    for (int i = 0; i < count; ++i) {
+        const xpbd_face_edge edge = xpbd_edge_from(body, i);
+        state->keys[i] = edge.from < edge.to ? edge.from : edge.to;
     }
-    (void)plii_csr_sum(body->node_count, begin);
-    for (int i = topology->face_count - 1; i >= 0; --i) {
-        for (int k = 2; k >= 0; --k) {
-            const int a = topology->faces[i][k], b = topology->faces[i][(k + 1) % 3];
-            const int tip = topology->faces[i][(k + 2) % 3];
-            state->edges[--begin[a < b ? a : b]] = a < b ? (xpbd_face_edge){b, tip} : (xpbd_face_edge){a, -1 - tip};
-        }
-    }
+    plii_csr_sort(body->node_count, count, state->keys, state->begin, state->corners);
 }
 
 /* A pair of faces that run along the edge in opposite directions; others have no common side to bend about. Of three
    and more faces on an edge each is taken once. */
 static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_state* state) {
-    int count = 0;
+    int count = 0, *corners = state->corners;
     for (int node = 0; node < body->node_count; ++node) {
         const int end = state->begin[node + 1];
         for (int i = state->begin[node]; i < end; ++i) {
-            xpbd_face_edge* first = &state->edges[i];
-            for (int k = i + 1; first->other != PLI_NULL_INDEX && k < end; ++k) {
-                xpbd_face_edge* second = &state->edges[k];
-                if (second->other != first->other || (second->tip < 0) == (first->tip < 0)) { continue; }
-                const int forward = first->tip >= 0 ? first->tip : second->tip;
-                const int backward = first->tip >= 0 ? -1 - second->tip : -1 - first->tip;
-                const int nodes[4] = {node, first->other, forward, backward};
+            for (int k = i + 1; corners[i] != PLI_NULL_INDEX && k < end; ++k) {
+                if (corners[k] == PLI_NULL_INDEX) { continue; }
+                const xpbd_face_edge first = xpbd_edge_from(body, corners[i]),
+                                     second = xpbd_edge_from(body, corners[k]);
+                if (first.from != second.to || first.to != second.from) { continue; }
+                const bool is_forward = first.from == node;
+                const int nodes[4] = {node, is_forward ? first.to : first.from, is_forward ? first.tip : second.tip,
+                                      is_forward ? second.tip : first.tip};
                 memcpy(state->nodes[count], nodes, sizeof nodes);
-                count += forward != backward ? 1 : 0;
-                first->other = PLI_NULL_INDEX;
-                second->other = PLI_NULL_INDEX;
+                count += first.tip != second.tip ? 1 : 0;
+                corners[i] = corners[k] = PLI_NULL_INDEX;
             }
         }
     }
@@ -186,7 +180,8 @@ const plii_feature_class plii_xpbd_bending_class = {
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(xpbd_bending_state, hinges), XPBD_BENDING_PER_HINGE, .snapshot = PLII_FILED, .fields = "4n2f"},
         {PLII_MEMBER(xpbd_bending_state, begin), PLII_PER_NODE, .more = 1, .is_scratch = true},
-        {PLII_MEMBER(xpbd_bending_state, edges), PLII_PER_FACE, .times = 3, .is_scratch = true},
+        {PLII_MEMBER(xpbd_bending_state, keys), PLII_PER_FACE, .times = 3, .is_scratch = true},
+        {PLII_MEMBER(xpbd_bending_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(xpbd_bending_state, nodes), XPBD_BENDING_PER_HINGE, .is_scratch = true},
         {PLII_MEMBER(xpbd_bending_state, masks), PLII_PER_NODE, .is_scratch = true},
         {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
