@@ -45,10 +45,10 @@ typedef struct plii_substep_class {
     bool is_in_iterations; /* of the position-based solver too, but in reference mode: see plii_follows_rigids */
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
     plii_substep_fn* restart;                   /* before the sweeps of a substep: multipliers to zero; optional */
-    plii_substep_fn* sweep;
-    plii_substep_fn* finish;             /* after a substep, velocities are those of its end; optional */
-    plii_substep_room_fn* room;          /* optional */
-    bool (*is_limit)(const void* state); /* after `begin`: to be asked for room; NULL: always */
+    plii_substep_fn* sweep;                     /* NULL: it only begins with the step */
+    plii_substep_fn* finish;                    /* after a substep, velocities are those of its end; optional */
+    plii_substep_room_fn* room;                 /* optional */
+    bool (*is_limit)(const void* state);        /* after `begin`: to be asked for room; NULL: always */
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const void* state);
     /* The body goes on with another solver: frees what only substeps need. Optional; not called at the feature's end.

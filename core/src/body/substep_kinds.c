@@ -38,7 +38,8 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
         const plii_substep_class* kind = feature->klass->substepped;
         plii_thread.pass.feature = feature->klass;
         if (kind->begin != NULL) { kind->begin(body, feature->state); }
-        if (kind->is_idle == NULL || !kind->is_idle(feature->state)) { kinds->at[busy++] = feature; }
+        const bool is_busy = kind->sweep != NULL && (kind->is_idle == NULL || !kind->is_idle(feature->state));
+        if (is_busy) { kinds->at[busy++] = feature; }
     }
     kinds->count = busy;
     substep_kinds_find_limits(body, &kinds->limits);

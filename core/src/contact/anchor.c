@@ -225,14 +225,6 @@ static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep*
     }
 }
 
-static bool anchor_substeps_are_idle(const void* data) {
-    const plii_anchors* anchors = data;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        if (!anchors->items[i].is_idle) { return false; }
-    }
-    return true;
-}
-
 enum { ANCHOR_SUBSTEP_ORDER = 50 }; /* they take their nodes along after links and tethers */
 
 static const plii_substep_class anchor_substepped = {
@@ -240,7 +232,6 @@ static const plii_substep_class anchor_substepped = {
     .begin = anchor_substeps_begin,
     .restart = anchor_substep_restart,
     .sweep = anchor_substep_sweep,
-    .is_idle = anchor_substeps_are_idle,
 };
 
 // ----------------------------------------------------------------------------------------------------- the feature

@@ -104,10 +104,6 @@ static void faces_sweep(pli_body* body, void* data, const plii_substep* substep)
     }
 }
 
-static bool faces_are_idle(const void* data) {
-    return ((const plii_rigid_faces*)data)->substeps.count == 0;
-}
-
 static void faces_leave(pli_body* body, void* data) {
     plii_point_contacts* contacts = &((plii_rigid_faces*)data)->substeps;
     PLII_RELEASE(body->context, contacts->items, contacts->capacity);
@@ -122,7 +118,6 @@ static const plii_substep_class rigid_faces_substepped = {
     .begin = faces_begin,
     .restart = faces_restart,
     .sweep = faces_sweep,
-    .is_idle = faces_are_idle,
     .leave = faces_leave,
 };
 

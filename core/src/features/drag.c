@@ -125,10 +125,6 @@ static void drag_restart(pli_body* body, void* data, const plii_substep* substep
     }
 }
 
-static bool drag_is_idle(const void* data) {
-    return ((const drag_state*)data)->count == 0;
-}
-
 /* Faces that are cut are no longer there; their old nodes are. */
 static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     drag_state* state = data;
@@ -180,8 +176,7 @@ const plii_feature_class plii_drag_class = {
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
                [PLII_STAGE_FINISH] = {drag_finish, DRAG_FINISH_ORDER}},
     .substepped =
-        &(const plii_substep_class){
-            .order = DRAG_SUBSTEP_ORDER, .restart = drag_restart, .sweep = drag_sweep, .is_idle = drag_is_idle},
+        &(const plii_substep_class){.order = DRAG_SUBSTEP_ORDER, .restart = drag_restart, .sweep = drag_sweep},
     .visit_springs = drag_visit_springs,
     .topology_commit = drag_topology_commit,
 };

@@ -104,11 +104,6 @@ static void restitution_prepare(pli_body* body, void* data) {
     restitution_visit_contacts(body, state, false);
 }
 
-/* Substeps only begin with it. */
-static bool restitution_is_idle(const void* data) {
-    return true;
-}
-
 static void restitution_finish(pli_body* body, void* data) {
     restitution_state* state = data;
     state->index = 0;
@@ -132,9 +127,7 @@ const plii_feature_class plii_restitution_class = {
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(restitution_state, restitution, 0, 1)),
     .stages = {[PLII_STAGE_PREPARE] = {restitution_prepare, RESTITUTION_ORDER},
                [PLII_STAGE_FINISH] = {restitution_finish, RESTITUTION_FINISH_ORDER}},
-    .substepped = &(const plii_substep_class){.order = RESTITUTION_ORDER,
-                                              .begin = restitution_prepare,
-                                              .is_idle = restitution_is_idle},
+    .substepped = &(const plii_substep_class){.order = RESTITUTION_ORDER, .begin = restitution_prepare},
     .reserve = restitution_reserve,
     /* Of a step; cuts are between steps. */
     .arrays =
