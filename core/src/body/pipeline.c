@@ -3,6 +3,7 @@
 #include "body/pipeline.h"
 
 #include "body/feature_arrays.h"
+#include "body/node_constraint.h"
 #include "body/substep.h"
 
 #include <string.h>
@@ -192,6 +193,21 @@ pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_joined != NULL) { feature->klass->visit_joined(feature->state, visit, user); }
+    }
+}
+
+int plii_features_list_constraints(const pli_body* body, int parts, plii_node_constraint** listed, int* capacity) {
+    for (;;) {
+        const int room = *capacity / parts;
+        int wanted = 0;
+        for (PLII_EACH_FEATURE(feature, body)) {
+            if (feature->klass->list_constraints == NULL) { continue; }
+            const int left = wanted < room ? room - wanted : 0;
+            plii_node_constraint* free = left > 0 ? *listed + wanted : NULL;
+            wanted += feature->klass->list_constraints(body, feature->state, left, free);
+        }
+        if (wanted <= room) { return wanted; }
+        if (!PLII_RESERVE(body->context, listed, capacity, parts * wanted)) { return room; }
     }
 }
 

@@ -40,6 +40,10 @@ static inline void* plii_feature_state_for(const pli_body* body, const plii_feat
 }
 /* What its features join it to. */
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user);
+/* Lists what they demand of nodes, those of one after those of the other, in the first of `parts` equal parts of a list
+   that grows; returns how many there are. What there is no memory for is left out. */
+int plii_features_list_constraints(const pli_body* body, int parts, struct plii_node_constraint** listed,
+                                   int* capacity);
 /* Tells the features of all bodies in its world. */
 void plii_features_notify(const pli_body* about, plii_body_notice notice);
 void plii_feature_disable_all(pli_body* body);

@@ -5,13 +5,10 @@
 
 #include "pliant/tether.h"
 #include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
-#include "body/world_state.h"
 #include "features/tether_measure.h"
-#include "math/definition.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
@@ -184,15 +181,7 @@ static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TE
 static void tether_list_constraints(pli_body* body, tether_state* state) {
     state->constraint_count = 0;
     if (body->anchored == NULL) { return; }
-    for (PLII_EACH_FEATURE(feature, body)) {
-        if (feature->klass->list_constraints == NULL) { continue; }
-        const int found = feature->klass->list_constraints(body, feature->state, 0, NULL),
-                  count = state->constraint_count;
-        if (found == 0) { continue; }
-        if (!PLII_RESERVE(body->context, &state->constraints, &state->constraint_capacity, count + found)) { return; }
-        feature->klass->list_constraints(body, feature->state, found, state->constraints + count);
-        state->constraint_count += found;
-    }
+    state->constraint_count = plii_features_list_constraints(body, 1, &state->constraints, &state->constraint_capacity);
 }
 
 /* True when they are other nodes than before. */

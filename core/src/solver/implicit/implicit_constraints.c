@@ -5,8 +5,8 @@
 #include "solver/implicit/implicit_constraints.h"
 
 #include "base/csr.h"
+#include "body/pipeline.h"
 #include "body/rigid_impl.h"
-#include "body/world_state.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -188,24 +188,9 @@ static void implicit_constraints_sort(plii_node_constraint* from, plii_node_cons
     }
 }
 
-/* Lists the constraints of all features, twice if they are more than there is room for. */
+/* The second half of the list is for sorting. */
 static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts) {
-    int count = 0, wanted = 0;
-    for (int attempt = 0; attempt < 2; ++attempt) {
-        count = wanted = 0;
-        const int room = constraints->listed_capacity / 2; /* the other half is for sorting */
-        for (PLII_EACH_FEATURE(feature, body)) {
-            if (feature->klass->list_constraints == NULL) { continue; }
-            plii_node_constraint* free = constraints->listed != NULL ? constraints->listed + count : NULL;
-            const int found = feature->klass->list_constraints(body, feature->state, room - count, free);
-            wanted += found;
-            count = count + found < room ? count + found : room;
-        }
-        if (wanted <= room ||
-            !PLII_RESERVE(body->context, &constraints->listed, &constraints->listed_capacity, 2 * wanted)) {
-            break;
-        }
-    }
+    const int count = plii_features_list_constraints(body, 2, &constraints->listed, &constraints->listed_capacity);
     plii_node_constraint* listed = constraints->listed;
     bool is_sorted = true;
     int kept = 0;
