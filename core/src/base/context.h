@@ -158,6 +158,16 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
     plii_at_##item != NULL&& plii_at_##item < (items) + (count) && ((item) = *plii_at_##item, true);                   \
     ++plii_at_##item
 
+/* Takes the items of a list out for which `goes` is true, a condition on `item`; the others keep their order. */
+#define PLII_REMOVE_IF(type, item, items, count, goes)                                                                 \
+    do {                                                                                                               \
+        int plii_kept = 0;                                                                                             \
+        for (PLII_EACH(type, item, items, count)) {                                                                    \
+            if (!(goes)) { (items)[plii_kept++] = *item; }                                                             \
+        }                                                                                                              \
+        (count) = plii_kept;                                                                                           \
+    } while (0)
+
 /* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
 #define PLII_RESERVE(context, data, capacity, needed)                                                                  \

@@ -137,11 +137,7 @@ static void rigid_faces_clear(pli_body* body, void* data) {
 static void rigid_faces_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     plii_rigid_faces* state = data;
     plii_pair_cache_release(body->context, &state->memory);
-    int kept = 0;
-    for (int i = 0; i < state->count; ++i) {
-        if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
-    }
-    state->count = kept;
+    PLII_REMOVE_IF(plii_rigid_face_contact, contact, state->contacts, state->count, contact->rigid == rigid);
 }
 
 static pli_status rigid_faces_enable(pli_body* body, void* data) {

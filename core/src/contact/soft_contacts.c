@@ -245,11 +245,7 @@ static void soft_contacts_update(pli_body* body, void* data) {
 
 static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     plii_soft_contacts_state* state = data;
-    int kept = 0;
-    for (int i = 0; i < state->count; ++i) {
-        if (state->contacts[i].face_body != other) { state->contacts[kept++] = state->contacts[i]; }
-    }
-    state->count = kept;
+    PLII_REMOVE_IF(plii_soft_contact, contact, state->contacts, state->count, contact->face_body == other);
     state->impulse_count = state->met_count = 0;
 }
 

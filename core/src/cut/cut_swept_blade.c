@@ -325,11 +325,7 @@ static bool swept_judge_faces(swept_pass* pass) {
 /* Tips are the nodes of the cut that are still closed. */
 static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node_count) {
     plii_swept_ends* ends = &pass->work->ends;
-    int kept = 0;
-    for (int i = 0; i < ends->tip_count; ++i) {
-        if (is_parted[ends->tips[i]] == 0) { ends->tips[kept++] = ends->tips[i]; }
-    }
-    ends->tip_count = kept;
+    PLII_REMOVE_IF(int, tip, ends->tips, ends->tip_count, is_parted[*tip] != 0);
     for (int i = 0; i < node_count; ++i) {
         const unsigned marks = i < pass->node_count ? pass->marks[i] : SWEPT_ON_BLADE | SWEPT_HAS_FACE;
         const bool is_on_surface = (marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) == (SWEPT_ON_BLADE | SWEPT_HAS_FACE);

@@ -266,11 +266,7 @@ static void contact_events_forget(contact_events* state, const void* gone) {
     for (int i = 0; i < contact_events_before(state, CONTACT_PHASES); ++i) {
         contact_forget(&state->events[i], gone);
     }
-    int kept = 0;
-    for (int i = 0; i < state->sensed_count; ++i) {
-        if (state->sensed[i] != gone) { state->sensed[kept++] = state->sensed[i]; }
-    }
-    state->sensed_count = kept;
+    PLII_REMOVE_IF(pli_rigid*, at, state->sensed, state->sensed_count, *at == gone);
 }
 
 static void contact_events_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {

@@ -429,12 +429,8 @@ static void self_nodes_drop_marked(const pli_body* body, plii_self_node_pairs* s
 /* From the list of nodes apart; it then ends with those that strayed. Returns the index of the first of them. */
 static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* state, float share) {
     plii_self_search* search = &state->search;
-    int kept = 0;
-    for (int k = 0; k < state->apart_count; ++k) {
-        const int node = state->apart[k];
-        if (!self_nodes_has_strayed(state, node, share)) { state->apart[kept++] = node; }
-    }
-    state->apart_count = kept;
+    PLII_REMOVE_IF(int, node, state->apart, state->apart_count, self_nodes_has_strayed(state, *node, share));
+    const int first = state->apart_count;
     self_nodes_renew_mark(body, search);
     for (int i = 0; i < body->node_count; ++i) {
         if (!self_nodes_has_strayed(state, i, share)) { continue; }
@@ -442,7 +438,7 @@ static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* s
         search->linked[i] = search->mark;
     }
     self_nodes_drop_marked(body, state);
-    return kept;
+    return first;
 }
 
 /* A path that leads from here, as it would have begun at the search. */

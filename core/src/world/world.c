@@ -152,12 +152,8 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
 
 /* Those that name a body or a rigid body that is going. */
 static void world_drop_events(pli_world* world, const pli_body* body, const pli_rigid* rigid) {
-    int kept = 0;
-    for (PLII_EACH(const pli_event, event, world->events, world->event_count)) {
-        const bool is_named = (body != NULL && event->body == body) || (rigid != NULL && event->rigid == rigid);
-        if (!is_named) { world->events[kept++] = *event; }
-    }
-    world->event_count = kept;
+    PLII_REMOVE_IF(pli_event, event, world->events, world->event_count,
+                   (body != NULL && event->body == body) || (rigid != NULL && event->rigid == rigid));
 }
 
 void plii_world_remove_body(pli_world* world, pli_body* body) {
@@ -166,11 +162,7 @@ void plii_world_remove_body(pli_world* world, pli_body* body) {
         world->bodies[i] = world->bodies[i + 1];
         world->bodies[i]->world_index = i;
     }
-    int kept = 0;
-    for (int i = 0; i < world->body_count; ++i) {
-        if (world->sweep[i] != body) { world->sweep[kept++] = world->sweep[i]; }
-    }
-    world->body_count -= 1;
+    PLII_REMOVE_IF(pli_body*, at, world->sweep, world->body_count, *at == body);
     world->revision += 1;
     world_drop_events(world, body, NULL);
 }
