@@ -58,6 +58,7 @@ run_tests ubsan-clang '^fuzz_corpus_'
 build_preset tsan
 run_tests tsan
 if wait $browsing; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
+trap - EXIT
 cat build/web-tests.log
 
 printf '%d passed, %d failed\n' "$passed" "$failed"
