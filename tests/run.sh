@@ -38,9 +38,10 @@ run_tests() { # PRESET [PATTERN]
 
 install_missing
 mkdir -p build
-sh demos/web.sh --install >build/web-install.log 2>&1 & # beside the build: it waits for the disk
+sh demos/web.sh --install >build/web-install.log 2>&1 & # beside the builds: it waits for the disk
 installing=$!
 build_preset release
+build_preset asan
 wait $installing || {
     cat build/web-install.log >&2
     exit 1
@@ -51,7 +52,6 @@ sh demos/web.sh --test Cloth Bunny Collide2 ClusterStackMixed FoldingCloth Tetra
 browsing=$!
 trap 'kill $browsing 2>/dev/null || true' EXIT
 run_tests release
-build_preset asan
 run_tests asan
 build_preset ubsan-clang fuzzers
 run_tests ubsan-clang '^fuzz_corpus_'
