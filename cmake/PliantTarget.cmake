@@ -1,4 +1,4 @@
-# Checks of undefined behaviour that take half of the time to compile C++. In demos and tests they are left out: memory
+# Checks of undefined behaviour that take two fifths of the time to compile C++. In demos and tests they are left out: memory
 # that is not there, AddressSanitizer finds.
 set(PLIANT_SLOW_CHECKS null,alignment,vptr,object-size)
 

@@ -116,10 +116,10 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
     *distance = first + pli_vec3_dot(motion, *normal);
 }
 
-/* Distances of gathered nodes, and contacts from those below the margin and `reach`. With `is_left` the points are
+/* Distances of gathered nodes, and contacts from those below the margin and `reach`. With `is_departing` the points are
    those of the start, and the nodes keep its planes. */
 static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, int count, const int* nodes,
-                                       const pli_vec3* points, float reach, bool is_left) {
+                                       const pli_vec3* points, float reach, bool is_departing) {
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin;
@@ -133,7 +133,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         if (!plii_vec3_is_finite(normals[i])) { continue; }
         pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
-        if (is_left) {
+        if (is_departing) {
             distance += pli_vec3_dot(rigid_contacts_motion(body, nodes[i]), normal);
         } else if (body->solver_class->solves_constraints) {
             rigid_contacts_look_back(candidate, nodes[i], &normal, &distance);
@@ -150,7 +150,7 @@ static inline bool rigid_contacts_is_within(const pli_vec4* position, plii_float
 
 /* What holds a body together may press nodes back to surfaces that they touch where the step starts and that it leads
    them away from. Contacts from `first` on, in ascending order of nodes, are those found where it ends. */
-static pli_status rigid_contacts_keep_left(const rigid_contacts_candidate* candidate, int first) {
+static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* candidate, int first) {
     const pli_body* body = candidate->body;
     const plii_rigid_contacts* state = candidate->state;
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
@@ -237,7 +237,7 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         }
     }
     PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, candidate->reach, false));
-    return body->leaps ? rigid_contacts_keep_left(candidate, first) : PLI_OK;
+    return body->leaps ? rigid_contacts_keep_departing(candidate, first) : PLI_OK;
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
