@@ -172,6 +172,27 @@ static void what_is_damaged_is_refused(void** unused) {
     end(&t);
 }
 
+/* Bytes and checksum do not depend on it. */
+static void each_instruction_set_writes_and_reads_the_same(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, XPBD, 1);
+    step(&t);
+    const pli_simd best = t.context->simd;
+    size_t size = 0, base_size = 0;
+    void* buffer = save(&t, &size);
+    t.context->simd = PLI_SIMD_PORTABLE;
+    void* of_base = save(&t, &base_size);
+    assert_int_equal(base_size, size);
+    assert_memory_equal(buffer, of_base, size);
+    assert_int_equal(pli_world_restore(t.world, buffer, size), PLI_OK);
+    t.context->simd = best;
+    assert_int_equal(pli_world_restore(t.world, of_base, size), PLI_OK);
+    free(buffer);
+    free(of_base);
+    end(&t);
+}
+
 static void a_world_that_is_another_is_refused(void** unused) {
     (void)unused;
     trial t, other;
@@ -383,6 +404,7 @@ int main(void) {
         cmocka_unit_test(a_buffer_needs_no_alignment),
         cmocka_unit_test(bytes_are_those_of_the_page_of_costs),
         cmocka_unit_test(what_is_damaged_is_refused),
+        cmocka_unit_test(each_instruction_set_writes_and_reads_the_same),
         cmocka_unit_test(a_world_that_is_another_is_refused),
         cmocka_unit_test(what_calls_have_changed_comes_back),
         cmocka_unit_test(what_the_first_call_has_made_goes_again),
