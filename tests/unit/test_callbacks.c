@@ -400,6 +400,22 @@ static void test_destroy_of_a_shape_may_release_other_shapes_only(void** state) 
     drop_scene(&h);
 }
 
+/* Bodies that may sleep ask where a rigid body was that goes. */
+static void test_bounds_of_what_goes_may_read_only(void** state) {
+    (void)state;
+    call_handles h = make_scene();
+    assert_int_equal(pli_body_enable_sleep(h.body, CALL_DEF(pli_sleep)), PLI_OK);
+    pli_rigid* rigid = make_rigid(h.world, h.shape, 0);
+    trial.handles = h;
+    trial.is_armed = true;
+    for (int i = 0; i < SITE_COUNT; ++i) {
+        trial.visits[i] = i == SITE_BOUNDS ? 0 : SITE_VISITS;
+    }
+    pli_rigid_destroy(rigid);
+    check_trial(SITE_BOUNDS);
+    drop_scene(&h);
+}
+
 /* Questions to a shape come from anywhere, without a step. */
 static void test_shapes_that_are_asked_may_read_only(void** state) {
     (void)state;
@@ -462,6 +478,7 @@ int main(void) {
         CALLBACK_TEST(test_log_may_read_only_and_the_first_message_stays),
         CALLBACK_TEST(test_parallel_for_may_read_only),
         CALLBACK_TEST(test_destroy_of_a_shape_may_release_other_shapes_only),
+        CALLBACK_TEST(test_bounds_of_what_goes_may_read_only),
         CALLBACK_TEST(test_shapes_that_are_asked_may_read_only),
         CALLBACK_TEST(test_calls_between_predict_and_solve),
     };

@@ -180,7 +180,10 @@ pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
 }
 
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
+    plii_walk walk; /* some ask its shapes */
+    plii_walk_begin(&walk, world->context, PLII_WALK_STEP);
     world_forget_rigid(world, rigid);
+    plii_walk_end(&walk);
     for (int i = rigid->world_index; i + 1 < world->rigid_count; ++i) {
         world->rigids[i] = world->rigids[i + 1];
         world->rigids[i]->world_index = i;
