@@ -18,7 +18,7 @@ typedef struct trial {
     float mass; /* kg */
 } trial;
 
-/* m, the highest place of the centre after the first impact. */
+/* m, the highest place of the centre after the first impact, or where it is in the end, if it never rises. */
 static float bounce(trial t) {
     pli_solver_settings settings = pli_body_def_default().solver;
     settings.velocity_damping = 0;
@@ -40,6 +40,7 @@ static float bounce(trial t) {
         has_turned = has_turned || state.linear_velocity.y > 0;
         if (has_turned) { highest = fmaxf(highest, state.pose.origin.y); }
     }
+    if (!has_turned) { highest = pli_rigid_get_state(ball).pose.origin.y; }
     pli_rigid_destroy(ball);
     pli_body_destroy(sheet);
     return highest;

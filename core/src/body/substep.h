@@ -7,9 +7,10 @@
 typedef struct plii_substep plii_substep;
 
 /* How far what cannot move at all lets a node go along a unit vector, m; INFINITY: nothing is in its way. A rigid body
-   that presses on the node meets with that, which light nodes between would be many sweeps about. */
+   that presses on the node meets with that, which light nodes between would be many sweeps about. Straight on; where
+   that is less than `wanted`, m, also by sliding aside. */
 typedef float plii_substep_room_fn(const pli_body* body, const void* state, const plii_substep* substep, int node,
-                                   pli_vec3 direction);
+                                   pli_vec3 direction, float wanted);
 
 /* The features that limit it in this step. */
 enum { PLII_MAX_SUBSTEP_LIMITS = 4 };
@@ -80,4 +81,4 @@ static inline void plii_substep_shift(const plii_substep* substep, int node, pli
 }
 
 /* The least that features leave. */
-float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction);
+float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction, float wanted);

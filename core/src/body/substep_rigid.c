@@ -1,9 +1,10 @@
 #include "body/substep_rigid.h"
 
-float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction) {
+float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction, float wanted) {
+    const plii_substep_limits* limits = substep->limits;
     float room = INFINITY;
-    for (int i = 0; i < substep->limits->count; ++i) {
-        room = plii_min(room, substep->limits->rooms[i](body, substep->limits->states[i], substep, node, direction));
+    for (int i = 0; i < limits->count; ++i) {
+        room = plii_min(room, limits->rooms[i](body, limits->states[i], substep, node, direction, wanted));
     }
     return room;
 }

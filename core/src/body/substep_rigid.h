@@ -51,9 +51,14 @@ static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point*
 }
 /* m, of what is left before a rigid body is held hard: a share per time, less the nearer it is, so that it does not
    jerk to and fro while light nodes between make that a little more and a little less. */
+#define PLII_SUBSTEP_BRAKING 0.1f   /* s */
+#define PLII_SUBSTEP_SOFT_END 0.02f /* m */
 static inline float plii_substep_braked(float room, const plii_substep* substep) {
-    const float braking = 0.1f, soft_end = 0.02f; /* s, m */
-    return room * plii_min(room / soft_end, 1.0f) * plii_min(substep->dt / braking, 1.0f);
+    return room * plii_min(room / PLII_SUBSTEP_SOFT_END, 1.0f) * plii_min(substep->dt / PLII_SUBSTEP_BRAKING, 1.0f);
+}
+/* m, of room of which that much is left. */
+static inline float plii_substep_unbraked(float way, const plii_substep* substep) {
+    return plii_max(way * plii_max(PLII_SUBSTEP_BRAKING * substep->inverse_dt, 1.0f), PLII_SUBSTEP_SOFT_END);
 }
 /* Moves the rigid body, m, and leaves its velocity. */
 static inline void plii_substep_rigid_point_shift(const plii_substep_rigid_point* point, pli_vec3 shift) {

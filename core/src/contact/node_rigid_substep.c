@@ -177,7 +177,7 @@ static void rigid_substep_begin(pli_body* body, void* data) {
 
 /* To the surfaces of bodies that nothing moves. */
 static float rigid_substep_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
-                                pli_vec3 direction) {
+                                pli_vec3 direction, float wanted) {
     const plii_rigid_contacts* found = data;
     const int fixed = found->substeps.fixed_of_node[node];
     if (fixed == 0) { return INFINITY; }

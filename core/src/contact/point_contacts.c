@@ -68,12 +68,13 @@ static inline void point_press_surface(const plii_point_contact* contact, float 
 }
 
 /* How far it can go away from the rigid body: as far as its nodes can, each on its own. */
-static float point_room(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
+static float point_room(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact,
+                        float wanted) {
     float room = 0.0f;
     for (int k = 0; k < contact->node_count; ++k) {
         const int node = contact->nodes[k];
         if (!(contact->weights[k] > 0.0f) || !(substep->displacements[node].w > 0.0f)) { continue; }
-        room += contact->weights[k] * plii_substep_room(body, substep, node, contact->normal);
+        room += contact->weights[k] * plii_substep_room(body, substep, node, contact->normal, wanted);
     }
     return room;
 }
@@ -84,7 +85,7 @@ static void point_recover(const pli_body* body, const plii_substep* substep, pli
                           float most) {
     contact->floor = plii_min(gap, 0.0f);
     if (!(gap < 0.0f) || !(contact->point_weight > 0.0f)) { return; }
-    const float shift = plii_min(plii_min(-gap, most), point_room(body, substep, contact));
+    const float shift = plii_min(plii_min(-gap, most), point_room(body, substep, contact, 0.0f));
     if (!(shift > 0.0f)) { return; }
     const float unpinned =
         plii_point_weight_unpinned(body->positions, contact->node_count, contact->nodes, contact->weights);
@@ -108,8 +109,10 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
 
 static float point_allowance(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
     const float gap = point_height(body, substep, substep->displacements, contact) - point_raised(contact);
-    const float room = plii_max(point_room(body, substep, contact) + plii_min(gap, 0.0f), 0.0f);
-    return plii_max(gap, 0.0f) + plii_substep_braked(room, substep);
+    const float free = plii_max(gap, 0.0f), approach = point_raise_of_substep(contact, substep) - free;
+    const float wanted = approach > 0.0f ? plii_substep_unbraked(approach, substep) : 0.0f, deep = free - gap;
+    const float room = plii_max(point_room(body, substep, contact, wanted + deep) - deep, 0.0f);
+    return free + plii_substep_braked(room, substep);
 }
 
 /* The rigid body stops there, and is not thrown back. */

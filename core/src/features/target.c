@@ -147,7 +147,7 @@ static bool target_has_none(const void* data) {
 
 /* To the ball around the target. */
 static float target_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
-                         pli_vec3 direction) {
+                         pli_vec3 direction, float wanted) {
     const target_state* state = data;
     if (state->places[node] == 0 || !(body->positions[node].w > 0.0f)) { return INFINITY; }
     const target_item* item = &state->items[state->places[node] - 1];

@@ -19,6 +19,10 @@
    are not enough, as they know the directions of the start. */
 #define TETHER_YIELD 1.015f
 
+/* Room that a node has by sliding counts so many times: it is not what stops the rigid body, until little is left. */
+#define TETHER_SLIDING 10.0f
+#define TETHER_LEAST_SLIDING 0.02f /* m, what nodes under a load at rest have */
+
 /* A rigid body at the end of a tether. */
 typedef struct tether_load {
     int node;
@@ -416,22 +420,78 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
     }
 }
 
-/* To the spheres around the origins. */
+/* Around the origins; a node stays within all of them. */
+typedef struct tether_spheres {
+    int count;
+    pli_vec3 centers[1 + TETHER_LANDMARKS];
+    float radii[1 + TETHER_LANDMARKS];
+} tether_spheres;
+
+static tether_spheres tether_spheres_of(const pli_body* body, const tether_state* state, const plii_substep* substep,
+                                        const pli_tether* tether, int node) {
+    tether_spheres spheres = {
+        1, {plii_substep_position(body, substep, tether->origin)}, {tether_longest(state, tether)}};
+    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+        const float length = state->far[node].lengths[k];
+        if (!(length < INFINITY)) { continue; }
+        spheres.centers[spheres.count] = plii_substep_position(body, substep, state->landmarks[k]);
+        spheres.radii[spheres.count++] = length * tether_factor(state);
+    }
+    return spheres;
+}
+
+static float tether_straight_room(const tether_spheres* spheres, pli_vec3 at, pli_vec3 direction) {
+    float room = INFINITY;
+    for (int k = 0; k < spheres->count; ++k) {
+        room = plii_min(room, plii_sphere_room(pli_vec3_sub(at, spheres->centers[k]), spheres->radii[k], direction));
+    }
+    return room;
+}
+
+/* Into one sphere after the other. */
+static pli_vec3 tether_drawn_in(const tether_spheres* spheres, pli_vec3 p) {
+    for (int k = 0; k < spheres->count; ++k) {
+        const pli_vec3 apart = pli_vec3_sub(p, spheres->centers[k]);
+        const float radius = spheres->radii[k], squared = pli_vec3_length_squared(apart);
+        if (!(squared > radius * radius)) { continue; }
+        p = pli_vec3_add(spheres->centers[k], pli_vec3_scale(apart, radius / sqrtf(squared)));
+    }
+    return p;
+}
+
+/* How far along the direction a node gets that slides along the spheres: the surface that pushes it and the spheres in
+   turn, by secants. */
+static float tether_sliding_room(const tether_spheres* spheres, pli_vec3 at, pli_vec3 direction, float wanted) {
+    enum { PASSES = 6 };
+    pli_vec3 place = at;
+    float reached = 0.0f, stride = wanted;
+    for (int pass = 0; pass < PASSES && reached < 0.99f * wanted; ++pass) {
+        place = tether_drawn_in(spheres, pli_vec3_add(place, pli_vec3_scale(direction, stride)));
+        const float before = reached;
+        reached = pli_vec3_dot(pli_vec3_sub(place, at), direction);
+        stride = (wanted - reached) * (stride / plii_max(reached - before, 0.1f * stride));
+    }
+    /* The last sphere may have drawn it out of another one. */
+    const pli_vec3 way = pli_vec3_sub(place, at);
+    const float length = pli_vec3_length(way);
+    if (!(reached > 0.0f) || !(length > 0.0f)) { return 0.0f; }
+    const float straight = tether_straight_room(spheres, at, pli_vec3_scale(way, 1.0f / length));
+    return reached * plii_min(straight / length, 1.0f);
+}
+
+/* To the spheres. A curtain that hangs has no room straight on, and is no wall: its nodes go up. */
 static float tether_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
-                         pli_vec3 direction) {
+                         pli_vec3 direction, float wanted) {
     const tether_state* state = data;
     const pli_tether* tether = tether_of(body, state, node);
     if (tether == NULL) { return INFINITY; }
     const pli_vec3 at = plii_substep_position(body, substep, node);
-    float room = plii_sphere_room(pli_vec3_sub(at, plii_substep_position(body, substep, tether->origin)),
-                                  tether_longest(state, tether), direction);
-    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
-        const float length = state->far[node].lengths[k];
-        if (!(length < INFINITY)) { continue; }
-        const pli_vec3 apart = pli_vec3_sub(at, plii_substep_position(body, substep, state->landmarks[k]));
-        room = plii_min(room, plii_sphere_room(apart, length * tether_factor(state), direction));
-    }
-    return room;
+    const tether_spheres spheres = tether_spheres_of(body, state, substep, tether, node);
+    const float straight = tether_straight_room(&spheres, at, direction);
+    if (!(straight < wanted)) { return straight; }
+    const float enough = straight + TETHER_LEAST_SLIDING + 5.0f * (wanted - straight) / TETHER_SLIDING;
+    const float gained = tether_sliding_room(&spheres, at, direction, enough) - straight - TETHER_LEAST_SLIDING;
+    return straight + TETHER_SLIDING * plii_max(gained, 0.0f);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
