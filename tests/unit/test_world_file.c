@@ -365,6 +365,24 @@ static void the_world_and_its_bodies_have_limits(void** unused) {
     end(&t);
 }
 
+/* What has been read by then ends, too. */
+static void an_order_without_a_body_is_refused(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_BALLS, POSITION, 1);
+    pli_body** const first = &t.world->sweep[0];
+    pli_body *const kept = *first, *const others[] = {NULL, t.world->sweep[1]};
+    for (int i = 0; i < 2; ++i) {
+        *first = others[i];
+        size_t size = 0;
+        unsigned char* buffer = write_file(t.world, &size);
+        *first = kept;
+        expect_refused(&t, buffer, size, PLI_ERROR_FILE_FORMAT, "a body is missing");
+        free(buffer);
+    }
+    end(&t);
+}
+
 /* A world that was made of a file that was tampered with may be stepped. */
 static void nothing_in_a_file_harms(void** unused) {
     (void)unused;
@@ -455,6 +473,7 @@ int main(void) {
         cmocka_unit_test(no_setting_is_out_of_range),
         cmocka_unit_test(every_definition_has_limits),
         cmocka_unit_test(the_world_and_its_bodies_have_limits),
+        cmocka_unit_test(an_order_without_a_body_is_refused),
         cmocka_unit_test(nothing_in_a_file_harms),
         cmocka_unit_test(without_memory_nothing_is_left),
     };
