@@ -345,14 +345,19 @@ static void test_profile_outside_of_steps_may_read_only(void** state) {
     drop_scene(&h);
 }
 
+/* Callbacks of one kind alone try. */
+static void arm_at(const call_handles* handles, site where) {
+    trial.handles = *handles;
+    trial.is_armed = true;
+    for (int i = 0; i < SITE_COUNT; ++i) {
+        trial.visits[i] = i == (int)where ? 0 : SITE_VISITS;
+    }
+}
+
 static void test_log_may_read_only_and_the_first_message_stays(void** state) {
     (void)state;
     call_handles h = make_scene();
-    trial.handles = h;
-    trial.is_armed = true;
-    for (int i = 0; i < SITE_COUNT; ++i) {
-        trial.visits[i] = i == SITE_LOG ? 0 : SITE_VISITS;
-    }
+    arm_at(&h, SITE_LOG);
     assert_int_equal(pli_body_set_rest_length(h.body, -1, 1.0f), PLI_ERROR_INDEX_OUT_OF_RANGE);
     check_trial(SITE_LOG);
     assert_non_null(strstr(pli_last_error(h.context), "pli_body_set_rest_length: link -1 is out of range"));
@@ -373,11 +378,7 @@ static void test_parallel_for_may_read_only(void** state) {
     assert_int_equal(pli_mesh_create_patch(h.context, &patch, &mesh), PLI_OK);
     assert_int_equal(pli_body_create(h.world, mesh, NULL, &large), PLI_OK);
     pli_mesh_destroy(mesh);
-    trial.handles = h;
-    trial.is_armed = true;
-    for (int i = 0; i < SITE_COUNT; ++i) {
-        trial.visits[i] = i == SITE_PARALLEL ? 0 : SITE_VISITS;
-    }
+    arm_at(&h, SITE_PARALLEL);
     assert_int_equal(pli_world_step(h.world, dt), PLI_OK);
     check_trial(SITE_PARALLEL);
     drop_scene(&h);
@@ -389,11 +390,7 @@ static void test_destroy_of_a_shape_may_release_other_shapes_only(void** state) 
     pli_shape* shape = make_ball(h.context);
     pli_rigid* rigid = make_rigid(h.world, shape, -9);
     pli_shape_release(shape);
-    trial.handles = h;
-    trial.is_armed = true;
-    for (int i = 0; i < SITE_COUNT; ++i) {
-        trial.visits[i] = i == SITE_DESTROY ? 0 : SITE_VISITS;
-    }
+    arm_at(&h, SITE_DESTROY);
     pli_rigid_destroy(rigid);
     check_trial(SITE_DESTROY);
     assert_int_equal(trial.visits[SITE_DESTROY], 1);
@@ -406,11 +403,7 @@ static void test_bounds_of_what_goes_may_read_only(void** state) {
     call_handles h = make_scene();
     assert_int_equal(pli_body_enable_sleep(h.body, CALL_DEF(pli_sleep)), PLI_OK);
     pli_rigid* rigid = make_rigid(h.world, h.shape, 0);
-    trial.handles = h;
-    trial.is_armed = true;
-    for (int i = 0; i < SITE_COUNT; ++i) {
-        trial.visits[i] = i == SITE_BOUNDS ? 0 : SITE_VISITS;
-    }
+    arm_at(&h, SITE_BOUNDS);
     pli_rigid_destroy(rigid);
     check_trial(SITE_BOUNDS);
     drop_scene(&h);
@@ -420,12 +413,8 @@ static void test_bounds_of_what_goes_may_read_only(void** state) {
 static void test_shapes_that_are_asked_may_read_only(void** state) {
     (void)state;
     call_handles h = make_scene();
-    trial.handles = h;
-    trial.is_armed = true;
     pli_shape* lattice = NULL;
-    for (int i = 0; i < SITE_COUNT; ++i) {
-        trial.visits[i] = i == SITE_DISTANCES ? 0 : SITE_VISITS;
-    }
+    arm_at(&h, SITE_DISTANCES);
     assert_int_equal(pli_shape_create_lattice(h.context, h.shape, 0.25f, &lattice), PLI_OK);
     trial.handles.shape = lattice;
     check_near(pli_shape_distance(lattice, pli_vec3_make(3, 0, 0), NULL), 2.0, 1e-3);

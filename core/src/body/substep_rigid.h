@@ -56,7 +56,7 @@ static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point*
 static inline float plii_substep_braked(float room, const plii_substep* substep) {
     return room * plii_min(room / PLII_SUBSTEP_SOFT_END, 1.0f) * plii_min(substep->dt / PLII_SUBSTEP_BRAKING, 1.0f);
 }
-/* m, of room of which that much is left. */
+/* The room, m, that leaves a motion of so many m as it is. */
 static inline float plii_substep_unbraked(float way, const plii_substep* substep) {
     return plii_max(way * plii_max(PLII_SUBSTEP_BRAKING * substep->inverse_dt, 1.0f), PLII_SUBSTEP_SOFT_END);
 }

@@ -489,7 +489,7 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
     const tether_spheres spheres = tether_spheres_of(body, state, substep, tether, node);
     const float straight = tether_straight_room(&spheres, at, direction);
     if (!(straight < wanted)) { return straight; }
-    /* Some times as far as will count as wanted: what the passes stop short of would brake in each substep. */
+    /* Five times as far as would do: what the passes stop short of would brake in each substep. */
     const float enough = straight + TETHER_LEAST_SLIDING + 0.5f * (wanted - straight);
     const float gained = tether_sliding_room(&spheres, at, direction, enough) - straight - TETHER_LEAST_SLIDING;
     return straight + TETHER_SLIDING * plii_max(gained, 0.0f);

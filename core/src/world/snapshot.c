@@ -23,7 +23,6 @@ typedef struct snapshot_walk {
     const unsigned char* from; /* COMPARE, RESTORE */
     size_t at, size;           /* SAVE: what is beyond `size` is counted, not written */
     size_t summed;             /* SAVE: what is before it is in the checksum */
-    plii_checksum_kernel* add_blocks;
     plii_checksum checksum;
     pli_status status;
 } snapshot_walk;
@@ -64,7 +63,7 @@ static bool snapshot_has(snapshot_walk* walk, size_t size) {
 }
 
 static void snapshot_sum(snapshot_walk* walk) {
-    plii_checksum_add(walk->add_blocks, &walk->checksum, walk->to + walk->summed, walk->at - walk->summed);
+    plii_checksum_add(walk->context, &walk->checksum, walk->to + walk->summed, walk->at - walk->summed);
     walk->summed = walk->at;
 }
 
@@ -82,7 +81,7 @@ static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
         memcpy(block, walk->from + walk->at, size);
     } else if (walk->mode == SNAPSHOT_SAVE && walk->at + size <= walk->size) {
         const size_t whole = size >= SNAPSHOT_LARGE ? size - size % PLII_CHECKSUM_BLOCK : 0;
-        if (whole > 0) { walk->add_blocks(&walk->checksum, walk->to + walk->at, block, whole); }
+        if (whole > 0) { plii_checksum_add_blocks(walk->context, &walk->checksum, walk->to + walk->at, block, whole); }
         memcpy(walk->to + walk->at + whole, (const unsigned char*)block + whole, size - whole);
         walk->summed += whole;
     }
@@ -288,8 +287,7 @@ static pli_status snapshot_save(snapshot_subject subject, pli_context* context, 
                           .function = function,
                           .to = buffer,
                           .size = buffer != NULL ? capacity : 0,
-                          .summed = sizeof(snapshot_header),
-                          .add_blocks = PLII_KERNEL(context, plii_checksum_blocks)};
+                          .summed = sizeof(snapshot_header)};
     PLII_TRY(snapshot_run(&walk, subject));
     if (size != NULL) { *size = walk.at; }
     if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
@@ -322,8 +320,7 @@ static pli_status snapshot_check(snapshot_subject subject, pli_context* context,
     }
     plii_checksum checksum = {0};
     uint64_t sums[2];
-    plii_checksum_add(PLII_KERNEL(context, plii_checksum_blocks), &checksum, bytes + sizeof header,
-                      size - sizeof header);
+    plii_checksum_add(context, &checksum, bytes + sizeof header, size - sizeof header);
     plii_checksum_end(&checksum, sums);
     if (memcmp(sums, header.checksum, sizeof sums) != 0 || (header.zeros[0] | header.zeros[1] | header.zeros[2]) != 0) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");

@@ -162,7 +162,7 @@ void plii_world_remove_body(pli_world* world, pli_body* body) {
         world->bodies[i] = world->bodies[i + 1];
         world->bodies[i]->world_index = i;
     }
-    int kept = world->body_count; /* all, while a file is read and the sweep is not */
+    int kept = world->body_count; /* all, where a file is given up before the sweep was read */
     PLII_REMOVE_IF(pli_body*, at, world->sweep, kept, *at == body);
     world->body_count -= 1;
     world->revision += 1;
