@@ -78,8 +78,8 @@ if [ ! -e "$prefix/lib/pkgconfig/ccd.pc" ]; then
 fi
 if [ ! -e "$prefix/lib/pkgconfig/bullet.pc" ]; then
     say "building Bullet"
-    build_library bullet "-DCMAKE_PROJECT_INCLUDE=$PWD/demos/web/bullet_unity.cmake" -DUSE_DOUBLE_PRECISION=OFF \
-        -DBUILD_EXTRAS=OFF -DBUILD_BULLET2_DEMOS=OFF \
+    build_library bullet "-DCMAKE_PROJECT_INCLUDE=$PWD/demos/web/bullet_unity.cmake" \
+        -DCMAKE_UNITY_BUILD_BATCH_SIZE=0 -DUSE_DOUBLE_PRECISION=OFF -DBUILD_EXTRAS=OFF -DBUILD_BULLET2_DEMOS=OFF \
         -DBUILD_OPENGL3_DEMOS=OFF -DBUILD_CPU_DEMOS=OFF -DBUILD_UNIT_TESTS=OFF -DBUILD_BULLET3=OFF \
         -DBUILD_PYBULLET=OFF -DINSTALL_LIBS=ON
 fi
@@ -87,7 +87,7 @@ fi
 say "building the module"
 export PKG_CONFIG_LIBDIR="$prefix/lib/pkgconfig"
 quietly emcmake cmake -G Ninja -S . -B $module -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON \
-    -DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=BOTH \
+    -DCMAKE_UNITY_BUILD_BATCH_SIZE=0 -DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=BOTH \
     -DPLIANT_BUILD_TESTS=OFF -DPLIANT_BUILD_PYTHON=OFF -DPLIANT_INSTALL=OFF -DPLIANT_BUILD_BRIDGE=ON -DPLIANT_WERROR=OFF \
     -DCMAKE_C_FLAGS=-msimd128 "-DCMAKE_CXX_FLAGS=-msimd128 -fwasm-exceptions" \
     "-DCMAKE_C_FLAGS_RELEASE=-Oz -sINLINING_LIMIT=0 -flto -DNDEBUG" # the core: see docs/web.md
