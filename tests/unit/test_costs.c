@@ -182,7 +182,7 @@ static void test_room_for_contacts(void** state) {
     const double nodes = 1024, faces = 2.0 * (SIZE - 1) * (SIZE - 1);
     assert_true(measure_room(use_rigid_contacts, false, true) == 0);
     assert_true(measure_room(use_rigid_contacts, true, false) == 0);
-    const double group = 228 + 128, groups = nodes / 8 + 8; /* of eight contacts */
+    const double group = 260 + 128, groups = nodes / 8 + 8; /* of eight contacts */
     assert_true(measure_room(use_rigid_contacts, true, true) == 2 * (96 * nodes + group * groups));
     assert_true(measure_room(use_soft_contacts, true, false) == 0);
     const double expected = 2 * (4 * 80 * nodes + 4 * faces) + 16 * NODES + 65 * faces;

@@ -50,7 +50,11 @@ typedef struct rigid_contacts_candidate {
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
 
-/* Response to impulses and friction, for solvers of whole steps. */
+static bool rigid_contacts_is_as_in_bullet(const rigid_contacts_candidate* candidate) {
+    return !candidate->is_swept && !candidate->body->solver_class->solves_constraints;
+}
+
+/* Response to impulses and friction. */
 static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, plii_rigid_contact* contact, pli_vec3 x) {
     const pli_body* body = candidate->body;
     const plii_rigid_contacts* state = candidate->state;
@@ -62,7 +66,6 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt);
     const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), rigid_motion);
     contact->slip = plii_contact_slip(motion, plii_xyz(contact->normal), state->def.friction * rigid->friction);
-    contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
 }
 
 /* One node closer than the margin. */
@@ -85,7 +88,12 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     const pli_vec3 x = plii_xyz(body->positions[node]), surface = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
     contact->normal = (pli_vec4){normal.x, normal.y, normal.z, -pli_vec3_dot(normal, surface)};
     contact->distance = distance;
-    if (!candidate->is_swept) { rigid_contacts_prepare(candidate, contact, x); }
+    contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
+    if (rigid_contacts_is_as_in_bullet(candidate)) {
+        rigid_contacts_prepare(candidate, contact, x);
+    } else {
+        contact->squeeze = 0.0f;
+    }
     return PLI_OK;
 }
 
@@ -249,9 +257,8 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
         /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
         candidate.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
     }
-    const bool is_fixed = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world);
-    candidate.is_still =
-        is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
+    candidate.is_still = plii_rigid_is_fixed(rigid) && plii_vec3_is_zero(motion->linear_velocity) &&
+                         plii_vec3_is_zero(motion->angular_velocity);
     candidate.is_swept = plii_follows_rigids(body);
     for (int i = 0; i < rigid->shape_count; ++i) {
         candidate.shape = i;
@@ -262,6 +269,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
         }
     }
     if (state->count > before) {
+        if (!rigid_contacts_is_as_in_bullet(&candidate)) { plii_rigid_contacts_squeeze(body, state, before); }
         plii_rigid_touch(rigid);
         body->has_swept_contacts = body->has_swept_contacts || candidate.is_swept;
     }
@@ -308,6 +316,7 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
         constraints[i].friction = state->def.friction * contact->rigid->friction;
         constraints[i].hardness = contact->hardness;
         constraints[i].recovery_speed = plii_contact_recovery_speed(state->def.recovery_speed);
+        constraints[i].squeeze = contact->squeeze;
         constraints[i].influence = 1.0f;
         if (body->records_contacts) { constraints[i].impulse = &state->impulses.items[i]; }
     }

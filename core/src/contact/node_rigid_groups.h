@@ -21,6 +21,7 @@ typedef struct plii_rigid_group {
     float offset[PLII_RIGID_GROUP_SIZE];            /* m: gap = dot(normal, node) + offset, at the start of the step */
     float height[PLII_RIGID_GROUP_SIZE];            /* m: the gap at the positions that displacements count from */
     float friction[PLII_RIGID_GROUP_SIZE];          /* Coulomb's coefficient */
+    float squeeze[PLII_RIGID_GROUP_SIZE];           /* m in the step: see node_rigid_squeeze.c */
     uint32_t scaled_indices[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
     int surface;                                    /* index of what moves, PLI_NULL_INDEX: all stand still */
     plii_rigid_sum sum;
@@ -42,6 +43,7 @@ typedef struct plii_rigid_groups_pass {
     const pli_vec4* positions; /* NULL: displacements are positions */
     pli_vec4 *displacements, *start_displacements;
     float dt, moved_time;                      /* s, of the substep and of those before */
+    float share;                               /* of the step */
     float alpha;                               /* compliance / dt^2, 1/kg */
     float recovery;                            /* m, in a substep at most */
     bool is_first, is_last, has_new_positions; /* is_last: nobody asks for the sums */

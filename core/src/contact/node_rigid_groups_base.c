@@ -60,7 +60,9 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     const plii_float8 gap = plii_float8_add(plii_vec3x8_dot(normal, from), plii_float8_load(group->height));
     const plii_float8 along = plii_vec3x8_dot(normal, motion);
     const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
-    if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero)) == 0) {
+    const plii_float8 squeeze = plii_float8_load(group->squeeze);
+    if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero) |
+                           plii_float8_less_bits(zero, squeeze)) == 0) {
         if (!pass->is_last) { group->sum = (plii_rigid_sum){0}; }
         return;
     }
@@ -84,7 +86,8 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     const plii_vec3x8 sliding = plii_vec3x8_sub(motion, plii_vec3x8_scale(normal, along));
     plii_vec3x8 rubbed = plii_vec3x8_sub(rubbed_before, sliding);
     const plii_float8 length = plii_float8_sqrt(plii_vec3x8_dot(rubbed, rubbed));
-    const plii_float8 limit = plii_float8_mul(plii_float8_load(group->friction), pushed);
+    const plii_float8 pressed = plii_float8_add(pushed, plii_float8_mul(squeeze, plii_float8_all(pass->share)));
+    const plii_float8 limit = plii_float8_mul(plii_float8_load(group->friction), pressed);
     rubbed = plii_vec3x8_scale(
         rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
     if (!pass->is_last) {

@@ -13,15 +13,18 @@ typedef struct plii_rigid_contact {
     int node, shape;
     pli_vec4 normal; /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
     float distance;
-    bool is_still; /* the rigid body neither moves nor takes impulses */
+    bool is_still;  /* the rigid body neither moves nor takes impulses */
+    float hardness; /* for solvers of whole steps. Bullet: c4 */
     union {
-        struct {             /* for solvers of whole steps */
+        struct {             /* as Bullet solves it */
             pli_mat3 matrix; /* from the change of displacement that is wanted to an impulse. Bullet: c0 */
             pli_vec3 arm;    /* from the rigid body's centre of mass to the node. Bullet: c1 */
             float slip;      /* share of the tangential displacement that stays. Bullet: c3 */
-            float hardness;  /* Bullet: c4 */
         };
-        int place; /* in substeps: in their lists, group by group or point by point; PLI_NULL_INDEX without memory */
+        struct {
+            float squeeze; /* m, see node_rigid_squeeze.c */
+            int place;     /* in the lists of substeps, group by group or point by point; PLI_NULL_INDEX: no memory */
+        };
     };
 } plii_rigid_contact;
 
@@ -45,5 +48,7 @@ typedef struct plii_rigid_contacts {
 extern const plii_feature_class plii_rigid_contacts_class;
 extern const plii_substep_class plii_rigid_contacts_substepped;
 
+/* Gives way to nodes that have no room between contacts from `first` on and others. */
+void plii_rigid_contacts_squeeze(const pli_body* body, plii_rigid_contacts* found, int first);
 /* Room for the contacts of a step. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count);

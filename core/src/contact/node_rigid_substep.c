@@ -94,6 +94,7 @@ static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pli
         rigid_groups_put(group->normal, lane, plii_xyz(from->normal));
         group->offset[lane] = from->normal.w;
         group->friction[lane] = friction;
+        group->squeeze[lane] = from->squeeze;
         group->scaled_indices[record] = plii_scaled_index(from->node);
         if (from->is_still) { continue; }
         const pli_rigid* rigid = from->rigid;
@@ -127,10 +128,6 @@ static void rigid_substep_restart(pli_body* body, void* data, const plii_substep
                                 plii_contact_recovery_speed(found->def.recovery_speed));
 }
 
-static bool rigid_substep_is_fixed(const pli_rigid* rigid) {
-    return rigid->state.inverse_mass == 0.0f && plii_mat3_is_zero(&rigid->state.inverse_inertia_world);
-}
-
 /* The nearest contact of each node with a body that nothing moves. False without memory. */
 static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found) {
     if (!rigid_substep_has_nearest(body, &found->substeps)) { return false; }
@@ -150,7 +147,7 @@ static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found)
 /* Nodes or faces, which come before, have met rigid bodies that give way. */
 static bool rigid_substep_is_pressed(const pli_body* body) {
     for (const pli_rigid* rigid = body->followed_rigids; rigid != NULL; rigid = rigid->path.next) {
-        if (!rigid_substep_is_fixed(rigid)) { return true; }
+        if (!plii_rigid_is_fixed(rigid)) { return true; }
     }
     return false;
 }
@@ -166,7 +163,7 @@ static void rigid_substep_begin(pli_body* body, void* data) {
         has_still = has_still || contact->is_still;
         if (contact->rigid != rigid) {
             rigid = contact->rigid;
-            is_fixed = rigid_substep_is_fixed(rigid);
+            is_fixed = plii_rigid_is_fixed(rigid);
         }
         const float friction = found->def.friction * rigid->friction;
         contact->place = is_fixed ? rigid_groups_add(body, &substeps->groups, contact, friction)
@@ -216,7 +213,7 @@ static void rigid_substep_record(plii_rigid_contacts* found, const plii_substep*
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
         if (contact->place == PLI_NULL_INDEX) { continue; }
-        const pli_vec3 impulse = rigid_substep_is_fixed(contact->rigid)
+        const pli_vec3 impulse = plii_rigid_is_fixed(contact->rigid)
                                      ? rigid_groups_impulse(&substeps->groups, contact, substep)
                                      : plii_point_contact_impulse(&substeps->contacts.items[contact->place], substep);
         plii_contact_impulses_push(&found->impulses, i, impulse);
@@ -232,6 +229,7 @@ static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* 
                                          .start_displacements = substep->start_displacements,
                                          .dt = substep->dt,
                                          .moved_time = (float)substep->index * substep->dt,
+                                         .share = substep->dt * body->step.inverse_dt,
                                          .alpha = compliance * substep->inverse_dt * substep->inverse_dt,
                                          .recovery =
                                              plii_contact_recovery_speed(found->def.recovery_speed) * substep->dt,

@@ -36,3 +36,8 @@ static inline plii_dvec3 plii_implicit_block_mul(const plii_implicit_block* bloc
     const double z2 = x.z / block->inverse_d[2];
     return plii_dvec3_make(z0, block->l10 * z0 + z1, block->l20 * z0 + block->l21 * z1 + z2);
 }
+/* Of the stiffest direction, nearly; kg. */
+static inline double plii_implicit_block_stiffness(const plii_implicit_block* block) {
+    const double* d = block->inverse_d;
+    return 1.0 / fmin(d[0], fmin(d[1], d[2]));
+}

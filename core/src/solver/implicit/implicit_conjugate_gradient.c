@@ -294,7 +294,7 @@ static int gradient_solve(plii_implicit_system* system, int iterations, double* 
 
 static double gradient_most_viscosity(const plii_implicit_constraint* constraint) {
     return constraint->is_point ? gradient_point_factor(constraint) * constraint->stiffness_across
-                                : IMPLICIT_HOLD_STIFFNESS * gradient_stiffness(constraint);
+                                : IMPLICIT_HOLD_STIFFNESS * plii_implicit_block_stiffness(&constraint->block);
 }
 
 /* Friction is a viscosity, of an impulse of `limit` at the sliding that there is. Where this is none, it is what keeps
@@ -396,7 +396,8 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
         plii_implicit_constraint* constraint = &constraints->items[i];
         const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
         const plii_dvec3 yield = gradient_yield(constraint, plii_dvec3_sub(goal, before));
-        const double alone = gradient_stiffness(constraint) * plii_dvec3_length(plii_dvec3_sub(goal, free));
+        const double alone =
+            plii_implicit_block_stiffness(&constraint->block) * plii_dvec3_length(plii_dvec3_sub(goal, free));
         constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_limit(yield, pressing + alone));
     }
     for (int i = filter->begin; i < filter->end; ++i) {
@@ -423,9 +424,11 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
     *x = free;
 }
 
-static bool gradient_is_anchored(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
+/* Anchored, or squeezed. */
+static bool gradient_is_fixed(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
     for (int i = filter->begin; i < filter->end; ++i) {
-        if (constraints->items[i].is_anchor || constraints->items[i].is_pinned) { return true; }
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraint->is_anchor || constraint->is_pinned || constraint->squeeze > 0.0) { return true; }
     }
     return false;
 }
@@ -453,7 +456,7 @@ static bool gradient_judge(plii_implicit_system* system) {
         plii_implicit_constraint* constraint = &constraints->items[filter.begin];
         plii_dvec3* x = &system->solution[filter.node];
         const plii_dvec3 free = system->spare[filter.node];
-        if (gradient_is_anchored(constraints, &filter)) {
+        if (gradient_is_fixed(constraints, &filter)) {
             plii_implicit_project_node(constraints, filter.begin, filter.end, system->spare);
             *x = system->spare[filter.node];
         } else if (filter.end - filter.begin > 1) {

@@ -293,6 +293,7 @@ static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
     const double inverse = (double)from->rigid->state.inverse_mass / IMPLICIT_PINNED_RATIO;
     item->block = item->is_pinned ? (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}}
                                   : constraints->blocks[item->nodes[0]];
+    item->squeeze = (double)(from->squeeze * body->step.inverse_dt) * plii_implicit_block_stiffness(&item->block);
     constraints->count += 1;
     return true;
 }
@@ -361,6 +362,42 @@ static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_co
     if (is_locked) { constraints->count -= 1; }
 }
 
+/* m/s along the normal, of the node. */
+static double implicit_wanted_speed(const plii_implicit_constraint* constraint, double recovery, double dt) {
+    const double speed = plii_dvec3_dot(constraint->normal, constraint->surface_velocity);
+    return constraint->gap > 0.0 ? speed - constraint->gap / dt : speed + recovery;
+}
+
+static void implicit_want_less(plii_implicit_constraint* constraint, double recovery, double rest, double dt) {
+    const plii_dvec3 n = constraint->normal;
+    constraint->recovery = plii_dvec3_add_scaled(constraint->recovery, n, -recovery);
+    constraint->target = plii_dvec3_add_scaled(constraint->target, n, -recovery - rest);
+    constraint->goal_position = plii_dvec3_add_scaled(constraint->goal_position, n, (-recovery - rest) * dt);
+}
+
+/* A node between two surfaces comes out of the one as far as the other lets it, and stays on the one that has more
+   friction. */
+static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constraint* b, double dt) {
+    const double of_a = plii_dvec3_dot(a->normal, a->recovery), of_b = plii_dvec3_dot(b->normal, b->recovery);
+    const double excess = fmax(implicit_wanted_speed(a, of_a, dt) + implicit_wanted_speed(b, of_b, dt), 0.0);
+    const double less_a = fmin(of_a, excess), less_b = fmin(of_b, excess);
+    const double rest = 0.5 * fmax(excess - less_a - less_b, 0.0);
+    implicit_want_less(a, less_a, rest, dt);
+    implicit_want_less(b, less_b, rest, dt);
+    (a->friction >= b->friction ? b : a)->squeeze = 0.0;
+}
+
+static void implicit_squeeze_nodes(plii_implicit_constraints* constraints, double dt) {
+    for (int i = 0; i < constraints->node_bound_count; ++i) {
+        plii_implicit_constraint* a = &constraints->items[i];
+        for (int k = i + 1; k < constraints->node_bound_count; ++k) {
+            plii_implicit_constraint* b = &constraints->items[k];
+            if (b->nodes[0] != a->nodes[0]) { break; }
+            if (a->squeeze > 0.0 && b->squeeze > 0.0) { implicit_squeeze(a, b, dt); }
+        }
+    }
+}
+
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base) {
     const int listed = implicit_constraints_list(body, constraints, with_contacts);
@@ -376,6 +413,7 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
         }
         if (pass == 0) { constraints->node_bound_count = constraints->count; }
     }
+    implicit_squeeze_nodes(constraints, (double)body->step.dt);
     const int count = constraints->count;
     for (int i = constraints->node_bound_count; i < count; ++i) {
         implicit_constraints_add_hold(body, constraints, i);

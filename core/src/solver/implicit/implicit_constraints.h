@@ -36,7 +36,8 @@ typedef struct plii_implicit_constraint {
     plii_dvec3 target; /* m/s: change of the node's velocity that the condition asks for, but for the rigid's change */
     plii_dvec3 surface_velocity; /* m/s: of the target, what the rigid body does */
     double gap;                  /* m, of contacts */
-    plii_dvec3 recovery;         /* m/s: part of the target that takes back an error and is not to stay as speed */
+    double squeeze;      /* N s: what another surface presses the node on this one by; 0: nothing, or it can yield */
+    plii_dvec3 recovery; /* m/s: part of the target that takes back an error and is not to stay as speed */
     plii_dvec3
         goal_position;  /* m: where it wants the node at the end of the step, but for the change of the rigid body */
     plii_dvec3 impulse; /* N s on the node */

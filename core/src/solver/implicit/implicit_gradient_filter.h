@@ -91,11 +91,6 @@ static inline plii_dvec3 gradient_yield(const plii_implicit_constraint* constrai
     return plii_implicit_block_mul(&constraint->block, held);
 }
 
-static inline double gradient_stiffness(const plii_implicit_constraint* constraint) {
-    const double* d = constraint->block.inverse_d;
-    return 1.0 / fmin(d[0], fmin(d[1], d[2]));
-}
-
 /* x += what an impulse at the point is to its nodes. */
 static inline void gradient_spread(const plii_implicit_constraint* constraint, plii_dvec3 impulse, plii_dvec3* x) {
     for (int k = 0; k < constraint->node_count && !constraint->is_pinned; ++k) {

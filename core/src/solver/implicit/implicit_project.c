@@ -157,16 +157,25 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     constraint->rows = 3;
     constraint->impulse = stopping;
     if (constraint->is_anchor) { return; }
-    if (!(plii_dvec3_dot(constraint->normal, relative) < 0.0)) {
+    const bool is_squeezed = constraint->squeeze > 0.0;
+    constraint->is_viscous = false;
+    if (!(plii_dvec3_dot(constraint->normal, relative) < 0.0) && !is_squeezed) {
         constraint->rows = 0;
         constraint->impulse = (plii_dvec3){0};
         return;
     }
     const double pressing = plii_dvec3_dot(constraint->normal, stopping);
     const plii_dvec3 across = plii_dvec3_add_scaled(stopping, constraint->normal, -pressing);
-    if (pressing > 0.0 && plii_dvec3_length(across) <= constraint->friction * pressing) { return; }
+    const double grip = fmax(pressing, 0.0) + constraint->squeeze, length = plii_dvec3_length(across);
+    if (grip > 0.0 && length <= constraint->friction * grip) { return; }
     constraint->rows = 1;
-    constraint->impulse = project_sliding(constraint, relative, across);
+    constraint->is_viscous = is_squeezed;
+    if (is_squeezed) {
+        constraint->impulse = plii_dvec3_add_scaled(plii_dvec3_scale(constraint->normal, pressing), across,
+                                                    constraint->friction * grip / length);
+    } else {
+        constraint->impulse = project_sliding(constraint, relative, across);
+    }
     const plii_dvec3 slid =
         plii_dvec3_add(relative, plii_implicit_block_solve(&constraint->block, constraint->impulse));
     const double friction = sqrt(project_across(constraint->normal, constraint->impulse));
