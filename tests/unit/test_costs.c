@@ -97,12 +97,18 @@ static void use_aero(pli_body* body) {
     assert_int_equal(pli_body_enable_aero(body, &def), PLI_OK);
 }
 
+static void use_rigid_contacts(pli_body* body) {
+    assert_int_equal(pli_body_enable_rigid_contacts(body, NULL), PLI_OK);
+}
+
 static void test_nodes_faces_and_links(void** state) {
     (void)state;
     for (int with_bending = 0; with_bending < 2; ++with_bending) {
         const cost c = measure(with_bending == 1, NULL);
         check_bytes(c, base_bytes(c, with_bending == 1), base_bytes(c, with_bending == 1));
     }
+    const cost c = measure(false, use_rigid_contacts);
+    check_bytes(c, base_bytes(c, false) + 4.0 * NODES, base_bytes(c, false) + 4.0 * NODES);
 }
 
 /* A rest length and an index, and the nodes of quads. */
@@ -134,10 +140,6 @@ static void test_forces_of_air(void** state) {
     check_bytes(c, expected, expected);
 }
 
-static void use_rigid_contacts(pli_body* body) {
-    const pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
-    assert_int_equal(pli_body_enable_rigid_contacts(body, &def), PLI_OK);
-}
 static void use_soft_contacts(pli_body* body) {
     const pli_soft_contacts_def def = pli_soft_contacts_def_default();
     assert_int_equal(pli_body_enable_soft_contacts(body, &def), PLI_OK);

@@ -138,10 +138,6 @@ void plii_rigid_start_touch(pli_rigid* rigid);
 static inline void plii_rigid_begin_path(pli_rigid* rigid) {
     if (!__atomic_load_n(&rigid->path.has_begun, __ATOMIC_ACQUIRE)) { plii_rigid_start_path(rigid); }
 }
-/* Takes no impulses. */
-static inline bool plii_rigid_is_fixed(const pli_rigid* rigid) {
-    return rigid->state.inverse_mass == 0.0f && plii_mat3_is_zero(&rigid->state.inverse_inertia_world);
-}
 static inline bool plii_rigid_is_moved_by_host(const pli_rigid* rigid) {
     return rigid->path.begin_version != rigid->pose_version;
 }

@@ -44,7 +44,7 @@ typedef struct rigid_contacts_candidate {
     plii_rigid_contacts* state;
     pli_rigid* rigid;
     int shape;
-    bool is_still;           /* see plii_rigid_contact */
+    bool is_fixed, is_still; /* see plii_rigid_contact */
     bool is_swept;           /* as a substep: see plii_substep_class */
     float reach;             /* m, beyond the margin */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
@@ -84,6 +84,7 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     contact->rigid = rigid;
     contact->node = node;
     contact->shape = candidate->shape;
+    contact->is_fixed = candidate->is_fixed;
     contact->is_still = candidate->is_still;
     const pli_vec3 x = plii_xyz(body->positions[node]), surface = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
     contact->normal = (pli_vec4){normal.x, normal.y, normal.z, -pli_vec3_dot(normal, surface)};
@@ -257,8 +258,9 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
         /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
         candidate.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
     }
-    candidate.is_still = plii_rigid_is_fixed(rigid) && plii_vec3_is_zero(motion->linear_velocity) &&
-                         plii_vec3_is_zero(motion->angular_velocity);
+    candidate.is_fixed = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world);
+    candidate.is_still =
+        candidate.is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
     candidate.is_swept = plii_follows_rigids(body);
     for (int i = 0; i < rigid->shape_count; ++i) {
         candidate.shape = i;
@@ -269,7 +271,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
         }
     }
     if (state->count > before) {
-        if (!rigid_contacts_is_as_in_bullet(&candidate)) { plii_rigid_contacts_squeeze(body, state, before); }
+        if (!rigid_contacts_is_as_in_bullet(&candidate)) { plii_rigid_contacts_squeeze(body, state); }
         plii_rigid_touch(rigid);
         body->has_swept_contacts = body->has_swept_contacts || candidate.is_swept;
     }
@@ -354,7 +356,8 @@ static void rigid_contacts_visit_met(const void* data, plii_joined_fn* visit, vo
 // ---------------------------------------------------------------------------------------------------- the feature
 
 static void rigid_contacts_clear(pli_body* body, void* data) {
-    ((plii_rigid_contacts*)data)->count = 0;
+    plii_rigid_contacts* state = data;
+    state->count = state->linked = 0;
 }
 
 static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
@@ -402,11 +405,13 @@ const plii_feature_class plii_rigid_contacts_class = {
     .state_size = sizeof(plii_rigid_contacts),
     .settings = PLII_LIMITS(plii_rigid_contacts, def, rigid_contacts_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
+                                    PLII_STATE(plii_rigid_contacts, linked, PLII_LEFT),
                                     PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
          .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_rigid_contacts, last_of_node), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
         {PLII_LIST_OF(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity), .snapshot = PLII_LEFT},
         {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity), .snapshot = PLII_LEFT},

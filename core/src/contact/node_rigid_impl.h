@@ -13,7 +13,8 @@ typedef struct plii_rigid_contact {
     int node, shape;
     pli_vec4 normal; /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
     float distance;
-    bool is_still;  /* the rigid body neither moves nor takes impulses */
+    bool is_fixed;  /* the rigid body takes no impulses */
+    bool is_still;  /* nor does it move */
     float hardness; /* for solvers of whole steps. Bullet: c4 */
     union {
         struct {             /* as Bullet solves it */
@@ -23,6 +24,7 @@ typedef struct plii_rigid_contact {
         };
         struct {
             float squeeze; /* m, see node_rigid_squeeze.c */
+            int before;    /* of the same node, with a body that takes no impulses; PLI_NULL_INDEX: none */
             int place;     /* in the lists of substeps, group by group or point by point; PLI_NULL_INDEX: no memory */
         };
     };
@@ -41,6 +43,8 @@ typedef struct plii_rigid_contacts {
     pli_rigid_contacts_def def;
     plii_rigid_contact* contacts;
     int count, capacity;
+    int linked;        /* contacts that `last_of_node` knows */
+    int* last_of_node; /* [node_count] index of a contact */
     plii_contact_impulses impulses;
     plii_rigid_substeps substeps;
 } plii_rigid_contacts;
@@ -48,7 +52,7 @@ typedef struct plii_rigid_contacts {
 extern const plii_feature_class plii_rigid_contacts_class;
 extern const plii_substep_class plii_rigid_contacts_substepped;
 
-/* Gives way to nodes that have no room between contacts from `first` on and others. */
-void plii_rigid_contacts_squeeze(const pli_body* body, plii_rigid_contacts* found, int first);
+/* Gives way to nodes that have no room between the surfaces found last and others. */
+void plii_rigid_contacts_squeeze(const pli_body* body, plii_rigid_contacts* found);
 /* Room for the contacts of a step. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count);

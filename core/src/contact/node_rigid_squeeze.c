@@ -3,7 +3,6 @@
    sideways, the faster the narrower it is. So each surface gives way by half of what is missing, and what is missing
    presses the node on both of them, for their friction. */
 
-#include "body/rigid_lanes.h"
 #include "body/world_state.h"
 #include "contact/node_rigid_impl.h"
 
@@ -36,46 +35,25 @@ static void squeeze_node(const pli_body* body, plii_rigid_contact* a, plii_rigid
     b->normal.w += 0.5f * missing;
 }
 
-/* The end of the contacts with one shape in ascending order of nodes. */
-static int squeeze_run_end(const plii_rigid_contacts* found, int begin, int end) {
-    const plii_rigid_contact* contacts = found->contacts;
-    int i = begin + 1;
-    while (i < end && contacts[i].rigid == contacts[begin].rigid && contacts[i].shape == contacts[begin].shape &&
-           contacts[i].node > contacts[i - 1].node) {
-        ++i;
+/* Links the contact to those that its node has with other surfaces in this step. What `last_of_node` has from steps
+   before is not cleared: it is no contact of that node, or comes later. */
+static void squeeze_contact(const pli_body* body, plii_rigid_contacts* found, int index) {
+    plii_rigid_contact *contacts = found->contacts, *contact = &contacts[index];
+    if (!contact->is_fixed) { return; }
+    int* last = &found->last_of_node[contact->node];
+    const bool is_alone = *last >= index || contacts[*last].node != contact->node || !contacts[*last].is_fixed;
+    contact->before = is_alone ? PLI_NULL_INDEX : *last;
+    for (int i = contact->before; i != PLI_NULL_INDEX; i = contacts[i].before) {
+        squeeze_node(body, &contacts[i], contact);
     }
-    return i;
+    *last = index;
 }
 
-static bool squeeze_are_near(const pli_body* body, const plii_rigid_contact* a, const plii_rigid_contact* b) {
-    const plii_shape_place *of_a = &a->rigid->shape_places[a->shape], *of_b = &b->rigid->shape_places[b->shape];
-    const plii_float4 margins = plii_float4_all(2.0f * body->collision_margin);
-    const plii_mask4 overlap =
-        (of_a->bounds.low - margins <= of_b->bounds.high) & (of_b->bounds.low <= of_a->bounds.high + margins);
-    return plii_rigid_is_fixed(a->rigid) && (plii_lanes_bits(overlap) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
-}
-
-static void squeeze_runs(const pli_body* body, plii_rigid_contact* a, const plii_rigid_contact* a_end,
-                         plii_rigid_contact* b, const plii_rigid_contact* b_end) {
-    if (!squeeze_are_near(body, a, b)) { return; }
-    while (a < a_end && b < b_end) {
-        if (a->node == b->node) { squeeze_node(body, a, b); }
-        if (a->node <= b->node) {
-            ++a;
-        } else {
-            ++b;
-        }
-    }
-}
-
-void plii_rigid_contacts_squeeze(const pli_body* body, plii_rigid_contacts* found, int first) {
-    plii_rigid_contact* contacts = found->contacts;
-    if (!plii_rigid_is_fixed(contacts[first].rigid)) { return; }
-    for (int b = first, b_end; b < found->count; b = b_end) {
-        b_end = squeeze_run_end(found, b, found->count);
-        for (int a = 0, a_end; a < b; a = a_end) {
-            a_end = squeeze_run_end(found, a, b);
-            squeeze_runs(body, &contacts[a], &contacts[a_end], &contacts[b], &contacts[b_end]);
-        }
+void plii_rigid_contacts_squeeze(const pli_body* body, plii_rigid_contacts* found) {
+    const plii_rigid_contact* newest = &found->contacts[found->count - 1];
+    const bool is_alone = found->contacts[0].rigid == newest->rigid && newest->rigid->shape_count == 1;
+    if (!newest->is_fixed || is_alone) { return; }
+    for (; found->linked < found->count; ++found->linked) {
+        squeeze_contact(body, found, found->linked);
     }
 }

@@ -147,7 +147,8 @@ static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found)
 /* Nodes or faces, which come before, have met rigid bodies that give way. */
 static bool rigid_substep_is_pressed(const pli_body* body) {
     for (const pli_rigid* rigid = body->followed_rigids; rigid != NULL; rigid = rigid->path.next) {
-        if (!plii_rigid_is_fixed(rigid)) { return true; }
+        const pli_rigid_state* state = &rigid->state;
+        if (state->inverse_mass > 0.0f || !plii_mat3_is_zero(&state->inverse_inertia_world)) { return true; }
     }
     return false;
 }
@@ -156,18 +157,13 @@ static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
     substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
-    const pli_rigid* rigid = NULL;
-    bool is_fixed = false, has_still = false;
+    bool has_still = false;
     for (int i = 0; i < found->count; ++i) { /* those without memory are left out in this step */
         plii_rigid_contact* contact = &found->contacts[i];
         has_still = has_still || contact->is_still;
-        if (contact->rigid != rigid) {
-            rigid = contact->rigid;
-            is_fixed = plii_rigid_is_fixed(rigid);
-        }
-        const float friction = found->def.friction * rigid->friction;
-        contact->place = is_fixed ? rigid_groups_add(body, &substeps->groups, contact, friction)
-                                  : rigid_substep_add(body, substeps, contact, friction);
+        const float friction = found->def.friction * contact->rigid->friction;
+        contact->place = contact->is_fixed ? rigid_groups_add(body, &substeps->groups, contact, friction)
+                                           : rigid_substep_add(body, substeps, contact, friction);
     }
     substeps->has_fixed_nodes = has_still && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
 }
@@ -213,7 +209,7 @@ static void rigid_substep_record(plii_rigid_contacts* found, const plii_substep*
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
         if (contact->place == PLI_NULL_INDEX) { continue; }
-        const pli_vec3 impulse = plii_rigid_is_fixed(contact->rigid)
+        const pli_vec3 impulse = contact->is_fixed
                                      ? rigid_groups_impulse(&substeps->groups, contact, substep)
                                      : plii_point_contact_impulse(&substeps->contacts.items[contact->place], substep);
         plii_contact_impulses_push(&found->impulses, i, impulse);
