@@ -94,6 +94,7 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
         rigid_contacts_prepare(candidate, contact, x);
     } else {
         contact->squeeze = 0.0f;
+        contact->before = PLI_NULL_INDEX;
     }
     return PLI_OK;
 }
@@ -362,11 +363,14 @@ static void rigid_contacts_clear(pli_body* body, void* data) {
 
 static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     plii_rigid_contacts* state = data;
-    int kept = 0;
+    int kept = 0, linked = 0;
     for (int i = 0; i < state->count; ++i) {
-        if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
+        if (state->contacts[i].rigid == rigid) { continue; }
+        linked += i < state->linked;
+        state->contacts[kept++] = state->contacts[i];
     }
     state->count = kept;
+    state->linked = linked;
 }
 
 static void rigid_contacts_preallocate(pli_body* body, void* data) {

@@ -24,7 +24,7 @@ typedef struct plii_rigid_contact {
         };
         struct {
             float squeeze; /* m, see node_rigid_squeeze.c */
-            int before;    /* of the same node, with a body that takes no impulses; PLI_NULL_INDEX: none */
+            int before;    /* a contact of the same node with a body that takes no impulses, if it is one */
             int place;     /* in the lists of substeps, group by group or point by point; PLI_NULL_INDEX: no memory */
         };
     };

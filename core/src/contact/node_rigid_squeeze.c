@@ -35,17 +35,20 @@ static void squeeze_node(const pli_body* body, plii_rigid_contact* a, plii_rigid
     b->normal.w += 0.5f * missing;
 }
 
-/* Links the contact to those that its node has with other surfaces in this step. What `last_of_node` has from steps
-   before is not cleared: it is no contact of that node, or comes later. */
+/* Indices that are kept of contacts are hints: of a step before, or of before some were taken out or put in order. */
+static bool squeeze_is_before(const plii_rigid_contacts* found, int index, int end, int node) {
+    return index >= 0 && index < end && found->contacts[index].node == node && found->contacts[index].is_fixed;
+}
+
 static void squeeze_contact(const pli_body* body, plii_rigid_contacts* found, int index) {
-    plii_rigid_contact *contacts = found->contacts, *contact = &contacts[index];
+    plii_rigid_contact* contact = &found->contacts[index];
     if (!contact->is_fixed) { return; }
     int* last = &found->last_of_node[contact->node];
-    const bool is_alone = *last >= index || contacts[*last].node != contact->node || !contacts[*last].is_fixed;
-    contact->before = is_alone ? PLI_NULL_INDEX : *last;
-    for (int i = contact->before; i != PLI_NULL_INDEX; i = contacts[i].before) {
-        squeeze_node(body, &contacts[i], contact);
+    for (int i = *last, end = index; squeeze_is_before(found, i, end, contact->node); i = found->contacts[i].before) {
+        squeeze_node(body, &found->contacts[i], contact);
+        end = i;
     }
+    contact->before = *last;
     *last = index;
 }
 

@@ -158,7 +158,7 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     constraint->impulse = stopping;
     if (constraint->is_anchor) { return; }
     const bool is_squeezed = constraint->squeeze > 0.0;
-    constraint->is_viscous = false;
+    if (is_squeezed) { constraint->is_viscous = false; }
     if (!(plii_dvec3_dot(constraint->normal, relative) < 0.0) && !is_squeezed) {
         constraint->rows = 0;
         constraint->impulse = (plii_dvec3){0};
@@ -169,8 +169,8 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     const double grip = fmax(pressing, 0.0) + constraint->squeeze, length = plii_dvec3_length(across);
     if (grip > 0.0 && length <= constraint->friction * grip) { return; }
     constraint->rows = 1;
-    constraint->is_viscous = is_squeezed;
     if (is_squeezed) {
+        constraint->is_viscous = true;
         constraint->impulse = plii_dvec3_add_scaled(plii_dvec3_scale(constraint->normal, pressing), across,
                                                     constraint->friction * grip / length);
     } else {
