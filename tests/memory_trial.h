@@ -64,8 +64,12 @@ static inline uint64_t trial_mix(uint64_t hash, const void* data, size_t size) {
 static inline uint64_t trial_hash_body(uint64_t hash, const pli_body* body) {
     const pli_body_view view = pli_body_get_view(body);
     const uint64_t state = pli_body_state_hash(body);
-    const int counts[5] = {view.node_count, view.link_count, view.face_count, pli_body_cluster_count(body),
-                           pli_body_joint_count(body) + pli_body_anchor_count(body)};
+    const int counts[6] = {view.node_count,
+                           view.link_count,
+                           view.face_count,
+                           pli_body_cluster_count(body),
+                           pli_body_joint_count(body) + pli_body_anchor_count(body),
+                           pli_body_get_features(body, 0, NULL)};
     hash = trial_mix(trial_mix(hash, &state, sizeof state), counts, sizeof counts);
     for (int i = 0; i < view.node_count; ++i) {
         hash = trial_mix(hash, &view.previous[i], 3 * sizeof(float));

@@ -245,6 +245,9 @@ static void run_plain_links(trial* t) {
     TRIAL_CALL(t, pli_body_set_node_mass(rope, 3, 2.0f));
     TRIAL_CALL(t, pli_body_add_force(rope, pli_vec3_make(1, 0, 0)));
     trial_steps(t, 3);
+    const pli_vec4 pinned = pli_body_get_view(rope).positions[0];
+    TRIAL_CALL(t, pli_body_move_node(rope, 0, pli_vec3_make(pinned.x + 0.01f, pinned.y, pinned.z)));
+    trial_steps(t, 2);
 }
 
 static void run_velocity_links(trial* t) {

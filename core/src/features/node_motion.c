@@ -74,6 +74,7 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
     if (body->positions[node].w > 0.0f) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "node %d is not pinned", node);
     }
+    const bool was_enabled = plii_feature_is_enabled(body, &plii_node_motion_class);
     node_motion_state* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_node_motion_class, (void**)&state));
     const node_motion motion = {.node = node, .target = position};
@@ -85,6 +86,7 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
         return PLI_OK;
     }
     if (!PLII_RESERVE(body->context, &state->motions, &state->capacity, state->count + 1)) {
+        if (!was_enabled) { plii_feature_disable(body, &plii_node_motion_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the motion of a node");
     }
     state->motions[state->count++] = motion;
