@@ -137,8 +137,38 @@ static void test_bad_input_is_refused(void** unused) {
     assert_int_equal(pli_world_solve(world), PLI_OK);
 }
 
+/* The second allocation is that of the list of motions. */
+static void without_memory_no_feature_stays(void** state) {
+    (void)state;
+    failing_allocator allocator;
+    pli_context* small = failing_context(&allocator);
+    pli_world* small_world = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    assert_int_equal(pli_world_create(small, NULL, &small_world), PLI_OK);
+    assert_int_equal(
+        pli_mesh_create_rope(small, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 10, PLI_ROPE_PIN_FIRST, &mesh),
+        PLI_OK);
+    assert_int_equal(pli_body_create(small_world, mesh, NULL, &rope), PLI_OK);
+    pli_mesh_destroy(mesh);
+    const int features = pli_body_get_features(rope, 0, NULL);
+    int failures = 0;
+    for (pli_status status = PLI_ERROR_OUT_OF_MEMORY; status != PLI_OK; ++failures) {
+        assert_int_equal(pli_body_get_features(rope, 0, NULL), features);
+        allocator.fail_at = failures + 1;
+        status = pli_body_move_node(rope, 0, pli_vec3_make(0.1f, 0, 0));
+        allocator.fail_at = 0;
+        assert_true(status == PLI_OK || status == PLI_ERROR_OUT_OF_MEMORY);
+    }
+    assert_true(failures > 2);
+    pli_world_destroy(small_world);
+    pli_context_destroy(small);
+    assert_int_equal(allocator.alive, 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(without_memory_no_feature_stays),
         cmocka_unit_test_setup_teardown(test_nodes_are_where_they_are_led_under_each_solver, setup_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_a_led_node_goes_on_as_it_is_told, setup_world, teardown_world),
