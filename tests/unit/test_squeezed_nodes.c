@@ -82,18 +82,18 @@ static void lie_under_ball(solver_choice solver, float speed, float* most, float
     CHECK_OK(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &plane));
     CHECK_OK(pli_shape_create_sphere(context, 0.5f, &ball));
     pli_rigid* floor = make_surface(plane, PLI_RIGID_STATIC, pli_vec3_make(0, 0, 0));
-    pli_rigid* rolling = make_surface(ball, PLI_RIGID_KINEMATIC, pli_vec3_make(0, 0.5f, 0));
+    pli_rigid* sliding = make_surface(ball, PLI_RIGID_KINEMATIC, pli_vec3_make(0, 0.5f, 0));
     pli_body* sheet = make_sheet(solver, pli_vec3_make(0, margin, 0), false, 0.2f);
     *most = *late = *stretch = 0;
     for (int step = 1; step <= 180; ++step) {
-        move_surface(rolling, pli_vec3_make(speed * dt * (float)step, 0.5f, 0));
+        move_surface(sliding, pli_vec3_make(speed * dt * (float)step, 0.5f, 0));
         CHECK_OK(pli_world_step(world, dt));
         *most = fmaxf(*most, fastest_of(sheet));
         if (step > 60) { *late = fmaxf(*late, fastest_of(sheet)); }
         *stretch = fmaxf(*stretch, pli_body_max_stretch(sheet));
     }
     pli_body_destroy(sheet);
-    pli_rigid_destroy(rolling);
+    pli_rigid_destroy(sliding);
     pli_rigid_destroy(floor);
 }
 
