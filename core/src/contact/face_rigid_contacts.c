@@ -75,6 +75,7 @@ static void rigid_faces_visit_met(const void* data, plii_joined_fn* visit, void*
 
 static void faces_begin(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
+    plii_rigid_faces_settle(body, state);
     state->substeps.count = 0;
     for (int i = 0; i < state->count; ++i) { /* those without memory are left out in this step */
         const plii_rigid_face_contact* from = &state->contacts[i];

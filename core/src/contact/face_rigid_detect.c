@@ -21,18 +21,12 @@
 #define RIGID_FACES_FLAT 0.9999f         /* cosine of the normals at two nodes */
 #define RIGID_FACES_FLAT_DEPTH (-0.1f)   /* of the margin, that a node may be deeper */
 
-// --------------------------------------------------------------------------------------------------------- flat faces
+// --------------------------------------------------------------------------------------- faces that their nodes hold
 
-/* Where contacts of their own hold all nodes of a face outside of one plane of a convex shape, no point of the face
-   gets in. Nothing is looked for then: nearest points are what faces at rest would pay for. */
-
-/* Finds the contacts of nodes with the candidate that can hold faces. */
-static void flat_find_held(const pli_body* body, const plii_rigid_faces* state, plii_rigid_faces_candidate* candidate) {
+/* Finds the contacts of nodes with the candidate. */
+static void held_find_nodes(const pli_body* body, plii_rigid_faces_candidate* candidate) {
     const plii_rigid_contacts* nodes = body->node_contacts;
-    if (nodes == NULL || candidate->shape->triangles != NULL || !plii_rigid_faces_are_solved(body) ||
-        nodes->def.compliance > 0.0f || nodes->def.friction != state->def.friction) {
-        return;
-    }
+    if (nodes == NULL || !plii_rigid_faces_are_solved(body)) { return; }
     int end = nodes->count;
     while (end > 0 && nodes->contacts[end - 1].rigid == candidate->rigid &&
            nodes->contacts[end - 1].shape != candidate->shape_index) {
@@ -43,16 +37,21 @@ static void flat_find_held(const pli_body* body, const plii_rigid_faces* state, 
            nodes->contacts[begin - 1].shape == candidate->shape_index) {
         --begin;
     }
-    candidate->held_begin = begin;
-    candidate->held_count = end - begin;
+    candidate->nodes_begin = begin;
+    candidate->nodes_count = end - begin;
 }
 
-static const plii_rigid_contact* flat_find(const plii_rigid_faces_pass* pass, int node) {
-    const plii_rigid_faces_candidate* candidate = pass->candidate;
-    const plii_rigid_contact* contacts = pass->body->node_contacts->contacts + candidate->held_begin;
+static const plii_rigid_contact* held_find(const pli_body* body, const plii_rigid_faces_candidate* candidate,
+                                           int node) {
+    const plii_rigid_contacts* nodes = body->node_contacts;
+    if (nodes == NULL || candidate->nodes_count == 0 ||
+        candidate->nodes_begin + candidate->nodes_count > nodes->count) {
+        return NULL;
+    }
+    const plii_rigid_contact* contacts = nodes->contacts + candidate->nodes_begin;
     const int first =
-        plii_csr_first(contacts, sizeof *contacts, offsetof(plii_rigid_contact, node), candidate->held_count, node);
-    if (first == candidate->held_count) { return NULL; }
+        plii_csr_first(contacts, sizeof *contacts, offsetof(plii_rigid_contact, node), candidate->nodes_count, node);
+    if (first == candidate->nodes_count) { return NULL; }
     const plii_rigid_contact* found = &contacts[first];
     const bool is_it =
         found->node == node && found->rigid == candidate->rigid && found->shape == candidate->shape_index;
@@ -60,7 +59,7 @@ static const plii_rigid_contact* flat_find(const plii_rigid_faces_pass* pass, in
 }
 
 /* Of the plane of its contact, where the step began; and at its end, once that is reached. */
-static bool flat_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_contact* contact) {
+static bool held_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_contact* contact) {
     const pli_body* body = pass->body;
     const pli_rigid* rigid = contact->rigid;
     const pli_vec3 n = plii_xyz(contact->normal);
@@ -73,17 +72,29 @@ static bool flat_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_
     return pli_vec3_dot(n, x) + contact->normal.w - pli_vec3_dot(n, surface) * body->step.dt >= least;
 }
 
-/* The nodes of the element that is visited are held outside of one plane of the shape, and so is all of it. */
-static bool flat_holds(const plii_rigid_faces_pass* pass) {
+/* A node with no room between this surface and another one is held by its own contacts: those of its faces would drag
+   it out of where these two have left it. */
+bool plii_rigid_faces_is_squeezed(const pli_body* body, const plii_rigid_faces_candidate* candidate, const int* nodes) {
+    for (int k = 0; k < 3; ++k) {
+        const plii_rigid_contact* contact = held_find(body, candidate, nodes[k]);
+        if (contact != NULL && contact->squeeze > 0.0f) { return true; }
+    }
+    return false;
+}
+
+/* Where contacts of their own hold all nodes of a face outside of one plane of a convex shape, no point of the face
+   gets in. Nothing is looked for then: nearest points are what faces at rest would pay for. */
+static bool held_is_flat(const plii_rigid_faces_pass* pass) {
     const plii_rigid_contacts* nodes = pass->body->node_contacts;
     const plii_rigid_faces_candidate* candidate = pass->candidate;
-    if (candidate->held_count == 0 || nodes == NULL || candidate->held_begin + candidate->held_count > nodes->count) {
+    if (candidate->shape->triangles != NULL || nodes == NULL || nodes->def.compliance > 0.0f ||
+        nodes->def.friction < pass->state->def.friction) {
         return false;
     }
     const plii_rigid_contact* first = NULL;
     for (int k = 0; k < 3; ++k) {
-        const plii_rigid_contact* contact = flat_find(pass, pass->nodes[k]);
-        if (contact == NULL || !flat_is_outside(pass, contact)) { return false; }
+        const plii_rigid_contact* contact = held_find(pass->body, candidate, pass->nodes[k]);
+        if (contact == NULL || !held_is_outside(pass, contact)) { return false; }
         if (first == NULL) { first = contact; }
         if (!(pli_vec3_dot(plii_xyz(first->normal), plii_xyz(contact->normal)) > RIGID_FACES_FLAT)) { return false; }
     }
@@ -216,7 +227,7 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
     if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
         return PLI_OK;
     }
-    if (flat_holds(pass)) { return PLI_OK; }
+    if (held_is_flat(pass)) { return PLI_OK; }
     plii_face_sweep sweep = {.core = &pass->core, .is_link = pass->has_links};
     sweep.origin = plii_dvec3_sub(plii_dvec3_from(begin[0]), plii_dvec3_from(pass->begin.origin));
     for (int k = 0; k < 3; ++k) {
@@ -303,6 +314,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
         contact.triangle[k] = pass->triangle->corners[k];
     }
     if (!rigid_faces_drop_light_shares(body, &contact)) { return PLI_OK; }
+    if (pass->is_at_end && plii_rigid_faces_is_squeezed(body, pass->candidate, contact.nodes)) { return PLI_OK; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
     contact.given_up = rigid_faces_pinned_part(body, &contact);
     contact.target = plii_min(target_gap, contact.given_up);
@@ -506,7 +518,7 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
     plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     state->candidates[count].bounds = pass.bounds;
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
-    flat_find_held(body, state, &state->candidates[count]);
+    held_find_nodes(body, &state->candidates[count]);
     plii_shape_retain(rigid->shapes[index]);
     ++state->candidate_count;
     return plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);

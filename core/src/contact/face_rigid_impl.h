@@ -42,9 +42,9 @@ typedef struct plii_rigid_faces_candidate {
     int shape_index;
     pli_shape* shape; /* retained until the end of the step */
     pli_transform shape_pose;
-    pli_transform begin;        /* pose of the rigid body at the start of the step */
-    pli_bounds bounds;          /* of the shape on its way */
-    int held_begin, held_count; /* contacts of nodes with it, by node */
+    pli_transform begin;          /* pose of the rigid body at the start of the step */
+    pli_bounds bounds;            /* of the shape on its way */
+    int nodes_begin, nodes_count; /* contacts of nodes with it, by node */
 } plii_rigid_faces_candidate;
 
 typedef struct plii_rigid_faces {
@@ -86,6 +86,8 @@ pli_status plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid
 /* Contacts that the motion before the solve did not foresee. Returns how many there are. */
 int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
 
+/* Whether a node of a face has no room between the shape and another one, see node_rigid_squeeze.c. */
+bool plii_rigid_faces_is_squeezed(const pli_body* body, const plii_rigid_faces_candidate* candidate, const int* nodes);
 plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass);
 
 /* By the solver itself, which leaves only what its contacts do not know. */
@@ -96,6 +98,9 @@ static inline bool plii_rigid_faces_are_solved(const pli_body* body) {
 /* Lever, base and response of a contact, with the rigid body at `end` at the end of the step. */
 void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                       pli_transform end, plii_rigid_face_contact* contact);
+
+/* Once contacts of this step are all found: takes out those that nodes hold, and shares the room between two shapes. */
+void plii_rigid_faces_settle(const pli_body* body, plii_rigid_faces* state);
 
 /* Stages. */
 void plii_rigid_faces_prepare(pli_body* body, void* data);

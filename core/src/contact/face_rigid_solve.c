@@ -86,6 +86,12 @@ static void rigid_faces_share_room(const pli_body* body, plii_rigid_faces* state
     }
 }
 
+void plii_rigid_faces_settle(const pli_body* body, plii_rigid_faces* state) {
+    PLII_REMOVE_IF(plii_rigid_face_contact, contact, state->contacts, state->count,
+                   plii_rigid_faces_is_squeezed(body, &state->candidates[contact->candidate], contact->nodes));
+    rigid_faces_share_room(body, state, 0);
+}
+
 /* Contacts stand in the order of the meetings, those of reviews behind them. */
 static void rigid_faces_prepare_all(const pli_body* body, plii_rigid_faces* state) {
     int candidate = PLI_NULL_INDEX;
@@ -100,7 +106,7 @@ static void rigid_faces_prepare_all(const pli_body* body, plii_rigid_faces* stat
 }
 
 void plii_rigid_faces_prepare(pli_body* body, void* data) {
-    rigid_faces_share_room(body, data, 0);
+    if (!plii_follows_rigids(body)) { plii_rigid_faces_settle(body, data); }
     rigid_faces_prepare_all(body, data);
 }
 
