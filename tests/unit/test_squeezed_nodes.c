@@ -68,11 +68,12 @@ static float fastest_of(const pli_body* body) {
     return most;
 }
 
-static float height_of(const pli_body* body) {
+static pli_vec3 middle_of(const pli_body* body) {
     const pli_body_view view = pli_body_get_view(body);
-    float sum = 0;
+    pli_vec3 sum = {0, 0, 0};
     for (int i = 0; i < view.node_count; ++i) {
-        sum += view.positions[i].y / (float)view.node_count;
+        const pli_vec4 x = view.positions[i];
+        sum = pli_vec3_add(sum, pli_vec3_scale(pli_vec3_make(x.x, x.y, x.z), 1.0f / (float)view.node_count));
     }
     return sum;
 }
@@ -124,6 +125,37 @@ static void a_ball_slides_over_cloth(void** unused) {
     }
 }
 
+/* A capsule that touches the floor crosses it at 1.5 m/s; floor and rug have as much friction with the rug. */
+static void a_rug_stays_under_a_walker(void** unused) {
+    (void)unused;
+    for (int c = 0; c < 4 * SOLVER_COUNT; ++c) {
+        const bool has_faces = c % 2 == 1, floor_is_first = c / 2 % 2 == 0;
+        pli_shape *plane = NULL, *capsule = NULL;
+        CHECK_OK(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &plane));
+        CHECK_OK(pli_shape_create_capsule(context, pli_vec3_make(0, 0.6f, 0), 0.3f, &capsule));
+        pli_rigid *floor = NULL, *walker = NULL;
+        if (floor_is_first) { floor = make_surface(plane, PLI_RIGID_STATIC, pli_vec3_make(0, 0, 0)); }
+        walker = make_surface(capsule, PLI_RIGID_KINEMATIC, pli_vec3_make(-1.5f, 0.9f, 0.05f));
+        if (!floor_is_first) { floor = make_surface(plane, PLI_RIGID_STATIC, pli_vec3_make(0, 0, 0)); }
+        pli_body* rug = make_sheet((solver_choice)(c / 4), has_faces, pli_vec3_make(0, margin, 0), false, 0.5f);
+        float most = 0;
+        for (int step = 1; step <= 180; ++step) {
+            move_surface(walker, pli_vec3_make(fminf(-1.5f + 1.5f * dt * (float)step, 1.5f), 0.9f, 0.05f));
+            CHECK_OK(pli_world_step(world, dt));
+            most = fmaxf(most, fastest_of(rug));
+        }
+        const pli_vec3 middle = middle_of(rug);
+        print_message("solver %d, faces %d, floor first %d: %.2f m/s, moved by %.3f m, at last %.3f m/s\n", c / 4,
+                      has_faces, floor_is_first, (double)most, (double)middle.x, (double)fastest_of(rug));
+        check_at_most(most, 2);
+        check_near(middle.x, 0, 0.12);
+        check_at_most(fastest_of(rug), 0.01);
+        pli_body_destroy(rug);
+        pli_rigid_destroy(walker);
+        pli_rigid_destroy(floor);
+    }
+}
+
 /* Two fingers of 30 cm close on the upper part of a sheet in half a second, hold it for another half, lift it by 1.5 m
    in three seconds, and open. */
 static void fingers_lift_cloth(void** unused) {
@@ -149,13 +181,13 @@ static void fingers_lift_cloth(void** unused) {
             }
             CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, step <= 35 ? 0 : -10, 0)));
             CHECK_OK(pli_world_step(world, dt));
-            if (step == 60) { before = height_of(sheet); }
-            if (step == 240) { after = height_of(sheet); }
+            if (step == 60) { before = middle_of(sheet).y; }
+            if (step == 240) { after = middle_of(sheet).y; }
             if (step > 240) { continue; }
             stretch = fmaxf(stretch, pli_body_max_stretch(sheet));
             fastest = fmaxf(fastest, fastest_of(sheet));
         }
-        const float fallen = after - height_of(sheet);
+        const float fallen = after - middle_of(sheet).y;
         print_message("solver %d, faces %d, %.0f cm: lifted by %.2f m, %.2f m/s, stretch %.2f, then fallen by %.2f m\n",
                       c / 4, has_faces, (double)thickness * 100, (double)(after - before), (double)fastest,
                       (double)stretch, (double)fallen);
@@ -174,6 +206,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(cloth_rests_under_a_ball_that_stands_on_the_floor, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_ball_slides_over_cloth, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_rug_stays_under_a_walker, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(fingers_lift_cloth, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

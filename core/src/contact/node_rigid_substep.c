@@ -158,12 +158,14 @@ static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_substeps* substeps = &found->substeps;
     substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
     bool has_still = false;
-    for (int i = 0; i < found->count; ++i) { /* those without memory are left out in this step */
-        plii_rigid_contact* contact = &found->contacts[i];
-        has_still = has_still || contact->is_still;
-        const float friction = found->def.friction * contact->rigid->friction;
-        contact->place = contact->is_fixed ? rigid_groups_add(body, &substeps->groups, contact, friction)
-                                           : rigid_substep_add(body, substeps, contact, friction);
+    for (int is_still = 0; is_still <= 1; ++is_still) {
+        for (PLII_EACH(plii_rigid_contact, contact, found->contacts, found->count)) { /* without memory left out */
+            if (contact->is_still != (is_still == 1)) { continue; }
+            has_still = has_still || contact->is_still;
+            const float friction = found->def.friction * contact->rigid->friction;
+            contact->place = contact->is_fixed ? rigid_groups_add(body, &substeps->groups, contact, friction)
+                                               : rigid_substep_add(body, substeps, contact, friction);
+        }
     }
     substeps->has_fixed_nodes = has_still && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
 }

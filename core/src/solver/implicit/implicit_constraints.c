@@ -375,8 +375,20 @@ static void implicit_want_less(plii_implicit_constraint* constraint, double reco
     constraint->goal_position = plii_dvec3_add_scaled(constraint->goal_position, n, (-recovery - rest) * dt);
 }
 
+/* m/s: how the surface moves along itself, from the node. */
+static double implicit_sliding_speed(const plii_implicit_constraint* constraint) {
+    const plii_dvec3 n = constraint->normal;
+    const double along = plii_dvec3_dot(constraint->target, n);
+    return plii_dvec3_length(plii_dvec3_add_scaled(constraint->target, n, -along));
+}
+
+static bool implicit_stays_on_first(const plii_implicit_constraint* a, const plii_implicit_constraint* b) {
+    if (a->friction != b->friction) { return a->friction > b->friction; }
+    return implicit_sliding_speed(a) <= implicit_sliding_speed(b);
+}
+
 /* A node between two surfaces comes out of the one as far as the other lets it, and stays on the one that has more
-   friction. */
+   friction, or else moves less. */
 static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constraint* b, double dt) {
     const double of_a = plii_dvec3_dot(a->normal, a->recovery), of_b = plii_dvec3_dot(b->normal, b->recovery);
     const double excess = fmax(implicit_wanted_speed(a, of_a, dt) + implicit_wanted_speed(b, of_b, dt), 0.0);
@@ -384,7 +396,7 @@ static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constrai
     const double rest = 0.5 * fmax(excess - less_a - less_b, 0.0);
     implicit_want_less(a, less_a, rest, dt);
     implicit_want_less(b, less_b, rest, dt);
-    (a->friction >= b->friction ? b : a)->squeeze = 0.0;
+    (implicit_stays_on_first(a, b) ? b : a)->squeeze = 0.0;
 }
 
 static void implicit_squeeze_nodes(plii_implicit_constraints* constraints, double dt) {
