@@ -12,11 +12,17 @@ typedef struct plii_substep plii_substep;
 typedef float plii_substep_room_fn(const pli_body* body, const void* state, const plii_substep* substep, int node,
                                    pli_vec3 direction, float wanted);
 
+/* `motion`, m in the substep, of that where it does not stand still; `own`, that of the node before. True: it takes the
+   node along, and is not slid over. Else what slides away along `direction` does so. */
+typedef bool plii_substep_carry_fn(const pli_body* body, const void* state, const plii_substep* substep, int node,
+                                   pli_vec3 direction, pli_vec3 own, pli_vec3* motion);
+
 /* The features that limit it in this step. */
 enum { PLII_MAX_SUBSTEP_LIMITS = 4 };
 typedef struct plii_substep_limits {
     int count;
     plii_substep_room_fn* rooms[PLII_MAX_SUBSTEP_LIMITS];
+    plii_substep_carry_fn* carries[PLII_MAX_SUBSTEP_LIMITS]; /* or NULL */
     const void* states[PLII_MAX_SUBSTEP_LIMITS];
 } plii_substep_limits;
 
@@ -49,6 +55,7 @@ typedef struct plii_substep_class {
     plii_substep_fn* sweep;                     /* NULL: it only begins with the step */
     plii_substep_fn* finish;                    /* after a substep, velocities are those of its end; optional */
     plii_substep_room_fn* room;                 /* optional */
+    plii_substep_carry_fn* carry;               /* optional: what limits the node may move */
     bool (*is_limit)(const void* state);        /* after `begin`: to be asked for room; NULL: always */
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const void* state);
@@ -80,5 +87,8 @@ static inline void plii_substep_shift(const plii_substep* substep, int node, pli
     plii_add_xyz(&substep->start_displacements[node], shift);
 }
 
+/* Before the sweeps of a substep: how far what limits the node goes in it, m, along the normal of what presses on the
+   node. Across it, how far the node has gone before, as a cloth that is pulled over the ground. */
+pli_vec3 plii_substep_carried(const pli_body* body, const plii_substep* substep, int node, pli_vec3 normal);
 /* The least that features leave. */
 float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction, float wanted);

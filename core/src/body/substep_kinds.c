@@ -20,6 +20,7 @@ static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits*
         if (kind == NULL || kind->room == NULL) { continue; }
         if (kind->is_limit != NULL && !kind->is_limit(feature->state)) { continue; }
         limits->rooms[limits->count] = kind->room;
+        limits->carries[limits->count] = kind->carry;
         limits->states[limits->count++] = feature->state;
     }
 }

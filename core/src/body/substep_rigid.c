@@ -1,5 +1,28 @@
 #include "body/substep_rigid.h"
 
+#include "body/world_state.h"
+
+/* As the node has moved before. Damping, which acts at the end of a step, is not what holds it. */
+static pli_vec3 substep_own_motion(const pli_body* body, const plii_substep* substep, int node) {
+    const pli_vec3 motion = plii_substep_motion(substep, node);
+    if (!(substep->displacements[node].w > 0.0f)) { return motion; }
+    const pli_vec3 fall = pli_vec3_scale(body->world->def.gravity, substep->dt * substep->dt);
+    const float kept = substep->index == 0 ? plii_max(1.0f - body->solver.velocity_damping, 0.5f) : 1.0f;
+    return pli_vec3_scale(pli_vec3_sub(motion, fall), 1.0f / kept);
+}
+
+/* Along the normal the node itself is no measure: pressed hard it is thrown to and fro. */
+pli_vec3 plii_substep_carried(const pli_body* body, const plii_substep* substep, int node, pli_vec3 normal) {
+    const plii_substep_limits* limits = substep->limits;
+    const pli_vec3 own = substep_own_motion(body, substep, node);
+    pli_vec3 across = own, motion = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < limits->count; ++i) {
+        plii_substep_carry_fn* carry = limits->carries[i];
+        if (carry != NULL && carry(body, limits->states[i], substep, node, normal, own, &motion)) { across = motion; }
+    }
+    return pli_vec3_add(across, pli_vec3_scale(normal, pli_vec3_dot(normal, pli_vec3_sub(motion, across))));
+}
+
 float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction, float wanted) {
     const plii_substep_limits* limits = substep->limits;
     float room = INFINITY;

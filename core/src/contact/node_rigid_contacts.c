@@ -46,6 +46,8 @@ typedef struct rigid_contacts_candidate {
     int shape;
     bool is_fixed, is_still; /* see plii_rigid_contact */
     bool is_swept;           /* as a substep: see plii_substep_class */
+    bool is_moving;          /* as `motion` tells, m and rad, from its pose to where it ends up in the step */
+    plii_twist motion;
     float reach;             /* m, beyond the margin */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
@@ -68,9 +70,28 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     contact->slip = plii_contact_slip(motion, plii_xyz(contact->normal), state->def.friction * rigid->friction);
 }
 
-/* One node closer than the margin. */
+static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
+    return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
+}
+
+/* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: that
+   is looked at from where the rigid body is now, so far back. Zero for others, which may go past it or meet it, or lie
+   still. */
+static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
+    const pli_body* body = candidate->body;
+    const pli_vec3 none = pli_vec3_make(0, 0, 0);
+    if (!candidate->is_moving) { return none; }
+    const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[node]), candidate->rigid->state.pose.origin);
+    const pli_vec3 shift = pli_vec3_add(candidate->motion.linear, pli_vec3_cross(candidate->motion.angular, offset));
+    const pli_vec3 motion = rigid_contacts_motion(body, node), apart = pli_vec3_sub(motion, shift);
+    const bool goes_along = plii_vec3_is_within(apart, body->collision_margin) &&
+                            pli_vec3_length_squared(apart) < pli_vec3_length_squared(motion);
+    return goes_along ? shift : none;
+}
+
+/* One node closer than the margin, `shift` behind where it is. */
 static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, pli_vec3 normal,
-                                     float distance) {
+                                     float distance, pli_vec3 shift) {
     const pli_body* body = candidate->body;
     plii_rigid_contacts* state = candidate->state;
     pli_rigid* rigid = candidate->rigid;
@@ -86,30 +107,30 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     contact->shape = candidate->shape;
     contact->is_fixed = candidate->is_fixed;
     contact->is_still = candidate->is_still;
-    const pli_vec3 x = plii_xyz(body->positions[node]), surface = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
+    const pli_vec3 x = pli_vec3_sub(plii_xyz(body->positions[node]), shift);
+    const pli_vec3 surface = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
     contact->normal = (pli_vec4){normal.x, normal.y, normal.z, -pli_vec3_dot(normal, surface)};
     contact->distance = distance;
     contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
     if (rigid_contacts_is_as_in_bullet(candidate)) {
         rigid_contacts_prepare(candidate, contact, x);
     } else {
+        contact->goes_along = !plii_vec3_is_zero(shift);
+        contact->offset = pli_vec3_sub(x, rigid->state.pose.origin);
         contact->squeeze = 0.0f;
         contact->before = PLI_NULL_INDEX;
     }
     return PLI_OK;
 }
 
-static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
-    return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
-}
-
 /* Where the step leads, the nearest surface may be one that the node did not come through: at the edge of a box, the
    side. Behind that it would be pushed out sideways. Then the surface that was nearest at the start is taken, if the
    node was farther from it. */
-static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, pli_vec3* normal,
-                                     float* distance) {
+static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, pli_vec3 shift,
+                                     pli_vec3* normal, float* distance) {
     const pli_body* body = candidate->body;
-    const pli_vec3 start = plii_xyz(body->previous[node]), motion = rigid_contacts_motion(body, node);
+    const pli_vec3 start = plii_xyz(body->previous[node]);
+    const pli_vec3 motion = pli_vec3_sub(rigid_contacts_motion(body, node), shift);
     const float before = *distance - pli_vec3_dot(motion, *normal);
     if (!(before < -RIGID_CONTACTS_BEHIND * body->collision_margin)) { return; }
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
@@ -143,12 +164,13 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         if (!plii_vec3_is_finite(normals[i])) { continue; }
         pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
+        const pli_vec3 shift = is_departing ? pli_vec3_make(0, 0, 0) : rigid_contacts_shift(candidate, nodes[i]);
         if (is_departing) {
             distance += pli_vec3_dot(rigid_contacts_motion(body, nodes[i]), normal);
         } else if (body->solver_class->solves_constraints) {
-            rigid_contacts_look_back(candidate, nodes[i], &normal, &distance);
+            rigid_contacts_look_back(candidate, nodes[i], shift, &normal, &distance);
         }
-        PLII_TRY(rigid_contacts_add(candidate, nodes[i], normal, distance));
+        PLII_TRY(rigid_contacts_add(candidate, nodes[i], normal, distance, shift));
     }
     return PLI_OK;
 }
@@ -219,13 +241,23 @@ static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, con
     return reach + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
 }
 
+/* Nodes that go along may be where the shape will be. */
+static void rigid_contacts_move_along(const rigid_contacts_candidate* candidate, const plii_shape_place* place,
+                                      plii_float4* low, plii_float4* high) {
+    const float turn = pli_vec3_length(candidate->motion.angular) * place->radius;
+    const plii_float4 way = plii_lanes_from_vec3(&candidate->motion.linear), bulge = plii_float4_all(turn);
+    *low = plii_lanes_min(*low, *low + way) - bulge;
+    *high = plii_lanes_max(*high, *high + way) + bulge;
+}
+
 static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
     if (candidate->boxes != NULL) { return rigid_contacts_collide_boxes(candidate); }
     const pli_body* body = candidate->body;
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
     candidate->reach = rigid_contacts_reach(candidate, place);
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
-    const plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
+    plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
+    if (candidate->is_moving) { rigid_contacts_move_along(candidate, place, &low, &high); }
     const plii_mask4 overlaps =
         (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
     if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
@@ -240,7 +272,8 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         if (!rigid_contacts_is_within(&positions[i], low, high)) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
-        points[count++] = pli_transform_inverse_point(place->pose, plii_xyz(positions[i]));
+        const pli_vec3 x = pli_vec3_sub(plii_xyz(positions[i]), rigid_contacts_shift(candidate, i));
+        points[count++] = pli_transform_inverse_point(place->pose, x);
         if (count == RIGID_CONTACTS_BATCH) {
             PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, candidate->reach, false));
             count = 0;
@@ -263,6 +296,12 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     candidate.is_still =
         candidate.is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
     candidate.is_swept = plii_follows_rigids(body);
+    if (rigid->kind != PLI_RIGID_STATIC && !rigid_contacts_is_as_in_bullet(&candidate)) {
+        plii_rigid_begin_path(rigid);
+        candidate.motion = plii_twist_scale(plii_rigid_end_velocity(rigid, body->step.dt), body->step.dt);
+        candidate.is_moving =
+            !plii_vec3_is_zero(candidate.motion.linear) || !plii_vec3_is_zero(candidate.motion.angular);
+    }
     for (int i = 0; i < rigid->shape_count; ++i) {
         candidate.shape = i;
         const pli_status status = rigid_contacts_collide_shape(&candidate);
@@ -320,6 +359,9 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
         constraints[i].hardness = contact->hardness;
         constraints[i].recovery_speed = plii_contact_recovery_speed(state->def.recovery_speed);
         constraints[i].squeeze = contact->squeeze;
+        constraints[i].has_pivot = contact->goes_along;
+        const pli_mat3 rotation = contact->rigid->path.begin.rotation;
+        constraints[i].pivot = pli_mat3_mul_vec3(pli_mat3_transpose(rotation), contact->offset);
         constraints[i].influence = 1.0f;
         if (body->records_contacts) { constraints[i].impulse = &state->impulses.items[i]; }
     }

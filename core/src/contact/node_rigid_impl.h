@@ -23,9 +23,11 @@ typedef struct plii_rigid_contact {
             float slip;      /* share of the tangential displacement that stays. Bullet: c3 */
         };
         struct {
-            float squeeze; /* m, see node_rigid_squeeze.c */
-            int before;    /* a contact of the same node with a body that takes no impulses, if it is one */
-            int place;     /* in the lists of substeps, group by group or point by point; PLI_NULL_INDEX: no memory */
+            bool goes_along; /* the node, with the rigid body in this step */
+            pli_vec3 offset; /* m, from the rigid body's centre of mass: where the node is on it at the end, if so */
+            float squeeze;   /* m, see node_rigid_squeeze.c */
+            int before;      /* a contact of the same node with a body that takes no impulses, if it is one */
+            int place;       /* in the lists of substeps, group by group or point by point; PLI_NULL_INDEX: no memory */
         };
     };
 } plii_rigid_contact;

@@ -10,6 +10,10 @@
    node slips out from between them, and holds nothing up. */
 #define RIGID_SUBSTEP_WEDGE 0.9f
 
+/* A node that slides away before a rigid body gives way to it so many times as fast as it has: what friction takes from
+   it in a step, a push gives it back. */
+#define RIGID_SUBSTEP_GIVING_WAY 2.0f
+
 // ----------------------------------------------------------------------------------------------------------- memory
 
 static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
@@ -98,7 +102,8 @@ static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pli
         group->scaled_indices[record] = plii_scaled_index(from->node);
         if (from->is_still) { continue; }
         const pli_rigid* rigid = from->rigid;
-        const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[from->node]), rigid->state.pose.origin);
+        const pli_vec3 x = plii_xyz(body->positions[from->node]);
+        const pli_vec3 offset = from->goes_along ? from->offset : pli_vec3_sub(x, rigid->state.pose.origin);
         rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_velocity_at(rigid, offset));
     }
     return (groups->count - 1) * PLII_RIGID_GROUP_SIZE + first;
@@ -108,7 +113,8 @@ static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pli
 
 static int rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, const plii_rigid_contact* from,
                              float friction) {
-    const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[from->node]), from->rigid->path.begin.origin);
+    const pli_vec3 x = plii_xyz(body->positions[from->node]);
+    const pli_vec3 arm = from->goes_along ? from->offset : pli_vec3_sub(x, from->rigid->path.begin.origin);
     plii_point_contact* contact = plii_point_contacts_add(body, &substeps->contacts);
     if (contact == NULL) { return PLI_NULL_INDEX; }
     contact->normal = plii_xyz(from->normal);
@@ -136,7 +142,7 @@ static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found)
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
         int* of_node = &(*nearest)[contact->node];
-        if (!contact->is_still || (*of_node > 0 && !(contact->distance < found->contacts[*of_node - 1].distance))) {
+        if (!contact->is_fixed || (*of_node > 0 && !(contact->distance < found->contacts[*of_node - 1].distance))) {
             continue;
         }
         *of_node = i + 1;
@@ -157,17 +163,30 @@ static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
     substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
-    bool has_still = false;
+    bool has_fixed = false;
     for (int is_still = 0; is_still <= 1; ++is_still) {
         for (PLII_EACH(plii_rigid_contact, contact, found->contacts, found->count)) { /* without memory left out */
             if (contact->is_still != (is_still == 1)) { continue; }
-            has_still = has_still || contact->is_still;
+            has_fixed = has_fixed || contact->is_fixed;
             const float friction = found->def.friction * contact->rigid->friction;
             contact->place = contact->is_fixed ? rigid_groups_add(body, &substeps->groups, contact, friction)
                                                : rigid_substep_add(body, substeps, contact, friction);
         }
     }
-    substeps->has_fixed_nodes = has_still && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
+    substeps->has_fixed_nodes = has_fixed && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
+}
+
+static pli_vec3 rigid_groups_get(const float* components, int lane) {
+    return pli_vec3_make(components[lane], components[lane + PLII_RIGID_GROUP_SIZE],
+                         components[lane + 2 * PLII_RIGID_GROUP_SIZE]);
+}
+
+/* m/s, of the surface of a contact with a body that nothing moves. */
+static pli_vec3 rigid_groups_velocity(const plii_rigid_groups* groups, const plii_rigid_contact* contact) {
+    const int place = contact->place;
+    if (contact->is_still || place == PLI_NULL_INDEX) { return pli_vec3_make(0, 0, 0); }
+    const int surface = groups->groups[place / PLII_RIGID_GROUP_SIZE].surface;
+    return rigid_groups_get(groups->surfaces[surface].velocity, rigid_groups_lane(place % PLII_RIGID_GROUP_SIZE));
 }
 
 /* To the surfaces of bodies that nothing moves. */
@@ -180,17 +199,29 @@ static float rigid_substep_room(const pli_body* body, const void* data, const pl
     const pli_vec3 normal = plii_xyz(contact->normal);
     const float approach = -pli_vec3_dot(normal, direction);
     if (!(approach > RIGID_SUBSTEP_WEDGE)) { return INFINITY; }
-    const float gap = pli_vec3_dot(normal, plii_substep_position(body, substep, node)) + contact->normal.w;
+    const float time = (float)(substep->index + 1) * substep->dt;
+    const pli_vec3 moved = pli_vec3_scale(rigid_groups_velocity(&found->substeps.groups, contact), time);
+    const pli_vec3 apart = pli_vec3_sub(plii_substep_position(body, substep, node), moved);
+    const float gap = pli_vec3_dot(normal, apart) + contact->normal.w;
     return plii_max(gap, 0.0f) / approach;
+}
+
+static bool rigid_substep_carry(const pli_body* body, const void* data, const plii_substep* substep, int node,
+                                pli_vec3 direction, pli_vec3 own, pli_vec3* motion) {
+    const plii_rigid_contacts* found = data;
+    const int fixed = found->substeps.fixed_of_node[node];
+    if (fixed == 0) { return false; }
+    const plii_rigid_contact* contact = &found->contacts[fixed - 1];
+    const pli_vec3 surface = pli_vec3_scale(rigid_groups_velocity(&found->substeps.groups, contact), substep->dt);
+    const pli_vec3 normal = plii_xyz(contact->normal), apart = pli_vec3_sub(own, surface);
+    const pli_vec3 sliding = pli_vec3_sub(apart, pli_vec3_scale(normal, pli_vec3_dot(normal, apart)));
+    const float away = RIGID_SUBSTEP_GIVING_WAY * plii_max(pli_vec3_dot(direction, sliding), 0.0f);
+    *motion = pli_vec3_add(surface, pli_vec3_scale(direction, away));
+    return false;
 }
 
 static bool rigid_substep_is_limit(const void* data) {
     return ((const plii_rigid_contacts*)data)->substeps.has_fixed_nodes;
-}
-
-static pli_vec3 rigid_groups_get(const float* components, int lane) {
-    return pli_vec3_make(components[lane], components[lane + PLII_RIGID_GROUP_SIZE],
-                         components[lane + 2 * PLII_RIGID_GROUP_SIZE]);
 }
 
 /* What a contact of a group has pushed its node by in a substep, N s. */
@@ -255,6 +286,7 @@ const plii_substep_class plii_rigid_contacts_substepped = {
     .restart = rigid_substep_restart,
     .sweep = rigid_substep_sweep,
     .room = rigid_substep_room,
+    .carry = rigid_substep_carry,
     .is_limit = rigid_substep_is_limit,
     .is_idle = rigid_substep_is_idle,
     .leave = rigid_substeps_release,

@@ -49,6 +49,15 @@ static inline pli_vec3 point_motion(const plii_substep* substep, const plii_poin
     return sum;
 }
 
+static pli_vec3 point_carried(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
+    for (int k = 0; k < contact->node_count; ++k) {
+        const pli_vec3 motion = plii_substep_carried(body, substep, contact->nodes[k], contact->normal);
+        sum = pli_vec3_add(sum, pli_vec3_scale(motion, contact->weights[k]));
+    }
+    return sum;
+}
+
 /* How far a motion of the rigid body brings the surface along the normal, m. */
 static float point_raise(const plii_point_contact* contact, plii_twist motion) {
     return pli_vec3_dot(contact->normal, motion.linear) + pli_vec3_dot(contact->turn, motion.angular);
@@ -100,6 +109,7 @@ static void point_recover(const pli_body* body, const plii_substep* substep, pli
 void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
                                  float recovery_speed) {
     for (PLII_EACH(plii_point_contact, contact, contacts->items, contacts->count)) {
+        if (substep->limits->count > 0) { contact->carried = point_carried(body, substep, contact); }
         const float gap = point_height(body, substep, substep->start_displacements, contact) - point_raised(contact);
         point_recover(body, substep, contact, gap, recovery_speed * substep->dt);
         contact->push = contact->held_push = 0.0f;
@@ -107,12 +117,14 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
     }
 }
 
+/* Seen from what holds the point, which may come towards the rigid body and takes that with it. */
 static float point_allowance(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
-    const float gap = point_height(body, substep, substep->displacements, contact) - point_raised(contact);
-    const float free = plii_max(gap, 0.0f), approach = point_raise_of_substep(contact, substep) - free;
+    const float carried = pli_vec3_dot(contact->normal, contact->carried);
+    const float gap = point_height(body, substep, substep->displacements, contact) - point_raised(contact) - carried;
+    const float free = plii_max(gap, 0.0f), approach = point_raise_of_substep(contact, substep) - carried - free;
     const float wanted = approach > 0.0f ? plii_substep_unbraked(approach, substep) : 0.0f, deep = free - gap;
     const float room = plii_max(point_room(body, substep, contact, wanted + deep) - deep, 0.0f);
-    return free + plii_substep_braked(room, substep);
+    return carried + free + plii_substep_braked(room, substep);
 }
 
 /* The rigid body stops there, and is not thrown back. */
@@ -128,7 +140,8 @@ static bool point_hold(const plii_substep* substep, plii_point_contact* contact)
 static void point_hold_across(const plii_substep* substep, plii_point_contact* contact) {
     if (!(contact->held_push > 0.0f) && plii_vec3_is_zero(contact->held_friction)) { return; }
     const pli_vec3 n = contact->normal, motion = plii_substep_rigid_point_motion(&contact->surface, substep);
-    const pli_vec3 sliding = pli_vec3_sub(pli_vec3_scale(n, pli_vec3_dot(motion, n)), motion);
+    const pli_vec3 apart = pli_vec3_sub(contact->carried, motion);
+    const pli_vec3 sliding = pli_vec3_sub(apart, pli_vec3_scale(n, pli_vec3_dot(apart, n)));
     const float length = pli_vec3_length(sliding);
     if (!(length > 0.0f)) { return; }
     const float weight = plii_substep_rigid_point_weight(&contact->surface, pli_vec3_scale(sliding, 1.0f / length));

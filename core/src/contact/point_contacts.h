@@ -22,6 +22,7 @@ typedef struct plii_point_contact {
     /* For one substep. */
     float floor;           /* m, lowest gap that the sweeps allow */
     float allowance;       /* m, that the surface may come nearer to what holds the point */
+    pli_vec3 carried;      /* m, of what holds the point, as a cloth that is pulled over the ground */
     float push, held_push; /* kg m along the normal: between point and surface, and of what holds the point */
     pli_vec3 friction, held_friction;
 } plii_point_contact;

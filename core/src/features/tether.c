@@ -495,6 +495,13 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
     return straight + TETHER_SLIDING * plii_max(gained, 0.0f);
 }
 
+static bool tether_carry(const pli_body* body, const void* data, const plii_substep* substep, int node,
+                         pli_vec3 direction, pli_vec3 own, pli_vec3* motion) {
+    const pli_tether* tether = tether_of(body, data, node);
+    if (tether != NULL) { *motion = plii_substep_motion(substep, tether->origin); }
+    return tether != NULL;
+}
+
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
@@ -520,7 +527,8 @@ const plii_feature_class plii_tether_class = {
                                               .begin = tether_begin,
                                               .restart = tether_restart,
                                               .sweep = tether_sweep,
-                                              .room = tether_room},
+                                              .room = tether_room,
+                                              .carry = tether_carry},
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
         {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},

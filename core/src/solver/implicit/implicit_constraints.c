@@ -245,7 +245,7 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
         item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);
         item->target = item->recovery;
     } else {
-        if (from->node != PLI_NULL_INDEX) {
+        if (from->node != PLI_NULL_INDEX && !from->has_pivot) {
             local = pli_transform_inverse_point(rigid->path.begin, plii_xyz(body->positions[from->node]));
         }
         item->normal = plii_dvec3_from(from->normal);
@@ -323,8 +323,9 @@ static bool implicit_is_covered(const plii_node_constraint* listed, int count, c
     return covered > 0.99;
 }
 
-/* How far a node can go along a unit vector until it meets a surface that nothing moves. */
-static double implicit_room(const plii_implicit_constraints* constraints, int node, plii_dvec3 direction) {
+/* How far a node can go along a unit vector until it meets a surface that takes no impulses; what that does, m/s. */
+static double implicit_room(const plii_implicit_constraints* constraints, int node, plii_dvec3 direction,
+                            plii_dvec3* velocity) {
     double room = (double)INFINITY;
     const int count = constraints->node_bound_count;
     int i = plii_csr_first(constraints->items, sizeof *constraints->items, offsetof(plii_implicit_constraint, nodes),
@@ -335,27 +336,42 @@ static double implicit_room(const plii_implicit_constraints* constraints, int no
         if (constraint->is_anchor || constraints->rigids[constraint->rigid].is_dynamic || !(approach > 0.1)) {
             continue;
         }
-        room = fmin(room, fmax(constraint->gap, 0.0) / approach);
+        const double found = fmax(constraint->gap, 0.0) / approach;
+        if (!(found < room)) { continue; }
+        room = found;
+        *velocity = constraint->surface_velocity;
     }
     return room;
 }
 
-/* Nodes are light: a body that presses them against what nothing moves is held by that directly. */
+/* m/s: how the surface moves along itself, from what it touches as that came into the step. */
+static plii_dvec3 implicit_across(const plii_implicit_constraint* constraint) {
+    const double along = plii_dvec3_dot(constraint->target, constraint->normal);
+    return plii_dvec3_add_scaled(constraint->target, constraint->normal, -along);
+}
+
+/* Nodes are light: a body that presses them against what nothing moves is held by that directly, and goes along with
+   them where they are pulled on. */
 static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_constraints* constraints, int index) {
     const plii_implicit_constraint* from = &constraints->items[index];
     const plii_implicit_rigid* rigid = &constraints->rigids[from->rigid];
     if (!from->is_point || from->is_pinned || !rigid->is_dynamic) { return; }
     const double share = fmin((double)body->step.dt / IMPLICIT_HOLD_RECOVERY, 1.0);
     double way = from->gap > 0.0 ? from->gap : share * from->gap;
+    plii_dvec3 holding = {0};
     for (int k = 0; k < from->node_count; ++k) {
-        way += from->weights[k] * implicit_room(constraints, from->nodes[k], from->normal);
+        plii_dvec3 velocity = {0};
+        way += from->weights[k] * implicit_room(constraints, from->nodes[k], from->normal, &velocity);
+        holding = plii_dvec3_add_scaled(holding, velocity, from->weights[k]);
     }
     if (!isfinite(way)) { return; }
     plii_implicit_constraint* hold = &constraints->items[constraints->count++];
     *hold = *from;
     hold->is_pinned = true;
     hold->node_count = 0;
-    hold->target = plii_dvec3_add_scaled(from->surface_velocity, from->normal, -way * (double)body->step.inverse_dt);
+    const plii_dvec3 approach = plii_dvec3_sub(from->surface_velocity, holding);
+    const double speed = plii_dvec3_dot(from->normal, approach) - way * (double)body->step.inverse_dt;
+    hold->target = plii_dvec3_add_scaled(implicit_across(from), from->normal, speed);
     hold->recovery = (plii_dvec3){0};
     const double response = plii_implicit_point_response(constraints, hold, hold->normal);
     const bool is_locked = !(response > 1e-9 * (double)rigid->rigid->state.inverse_mass);
@@ -375,16 +391,9 @@ static void implicit_want_less(plii_implicit_constraint* constraint, double reco
     constraint->goal_position = plii_dvec3_add_scaled(constraint->goal_position, n, (-recovery - rest) * dt);
 }
 
-/* m/s: how the surface moves along itself, from the node. */
-static double implicit_sliding_speed(const plii_implicit_constraint* constraint) {
-    const plii_dvec3 n = constraint->normal;
-    const double along = plii_dvec3_dot(constraint->target, n);
-    return plii_dvec3_length(plii_dvec3_add_scaled(constraint->target, n, -along));
-}
-
 static bool implicit_stays_on_first(const plii_implicit_constraint* a, const plii_implicit_constraint* b) {
     if (a->friction != b->friction) { return a->friction > b->friction; }
-    return implicit_sliding_speed(a) <= implicit_sliding_speed(b);
+    return plii_dvec3_length(implicit_across(a)) <= plii_dvec3_length(implicit_across(b));
 }
 
 /* A node between two surfaces comes out of the one as far as the other lets it, and stays on the one that has more

@@ -1,0 +1,236 @@
+/* A crate on cloth that is on the move: on a rug that is pulled over the floor, on a tarpaulin that is carried by its
+   rim, on a rug on a platform. It goes along, and stays on it. */
+
+#include "solver_choice.h"
+
+#include <math.h>
+
+enum { SIDE = 15 };
+
+/* Unoptimised programs run the harder half of the cases. */
+#ifdef NDEBUG
+static const bool is_fast = true;
+#else
+static const bool is_fast = false;
+#endif
+
+static const float dt = 1.0f / 60.0f, margin = 0.03f, half_crate = 0.15f;
+
+#define CHECK_OK(call) assert_int_equal(call, PLI_OK)
+
+/* Level, at the height of the margin, with its lower side at 0; 0.5 kg. */
+static pli_body* make_cloth(solver_choice solver, bool has_faces, float size) {
+    const float h = 0.5f * size;
+    pli_patch_def patch = pli_patch_def_default();
+    patch.corner_00 = pli_vec3_make(-h, margin, -h);
+    patch.corner_10 = pli_vec3_make(h, margin, -h);
+    patch.corner_01 = pli_vec3_make(-h, margin, h);
+    patch.corner_11 = pli_vec3_make(h, margin, h);
+    patch.columns = patch.rows = SIDE;
+    patch.diagonals = true;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 0.5f));
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    def.solver.position_iterations = 4;
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    pli_rigid_contacts_def nodes = pli_rigid_contacts_def_default();
+    pli_rigid_face_contacts_def faces = pli_rigid_face_contacts_def_default();
+    nodes.friction = faces.friction = 1;
+    CHECK_OK(pli_body_enable_rigid_contacts(body, &nodes));
+    if (has_faces) { CHECK_OK(pli_body_enable_rigid_face_contacts(body, &faces)); }
+    use_solver(body, solver);
+    return body;
+}
+
+/* Friction 1 with the cloth. Mass 0: kinematic. */
+static pli_rigid* make_box(pli_vec3 half, float height, float mass) {
+    pli_shape* shape = NULL;
+    CHECK_OK(pli_shape_create_box(context, half, &shape));
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = mass > 0 ? PLI_RIGID_DYNAMIC : PLI_RIGID_KINEMATIC;
+    def.shapes = &shape;
+    def.shape_count = 1;
+    def.friction = 1;
+    def.state.pose.origin.y = height;
+    if (mass > 0) {
+        const float inverse = 1.5f / (mass * half.x * half.x);
+        def.state.inverse_mass = 1 / mass;
+        def.state.inverse_inertia_world =
+            (pli_mat3){{pli_vec3_make(inverse, 0, 0), pli_vec3_make(0, inverse, 0), pli_vec3_make(0, 0, inverse)}};
+    }
+    pli_rigid* rigid = NULL;
+    CHECK_OK(pli_rigid_create(world, &def, &rigid));
+    pli_shape_release(shape);
+    return rigid;
+}
+
+/* It lies on the cloth, as high as both margins. */
+static pli_rigid* make_crate(float mass) {
+    return make_box(pli_vec3_make(half_crate, half_crate, half_crate), 2 * margin + half_crate, mass);
+}
+
+/* To where it is at the end of the next step. */
+static void move_platform(pli_rigid* rigid, pli_vec3 to) {
+    pli_rigid_state state = pli_rigid_get_state(rigid);
+    state.pose.origin = pli_vec3_add(state.pose.origin, pli_vec3_scale(state.linear_velocity, dt));
+    state.linear_velocity = pli_vec3_scale(pli_vec3_sub(to, state.pose.origin), 1 / dt);
+    CHECK_OK(pli_rigid_set_state(rigid, &state));
+}
+
+static void step_with(pli_rigid* crate) {
+    CHECK_OK(pli_world_step(world, dt));
+    CHECK_OK(pli_rigid_integrate(crate, pli_world_def_default().gravity, dt));
+}
+
+/* Pinned nodes go with `offset` from where they were: those of the last column, or of the whole rim. */
+static bool is_led(bool rim, int node) {
+    const int column = node % SIDE, row = node / SIDE;
+    return column == SIDE - 1 || (rim && (column == 0 || row == 0 || row == SIDE - 1));
+}
+
+static void lead(pli_body* body, bool rim, pli_vec3 offset) {
+    for (int i = 0; i < SIDE * SIDE; ++i) {
+        if (!is_led(rim, i)) { continue; }
+        const float x = (float)(i % SIDE) / (SIDE - 1) - 0.5f, z = (float)(i / SIDE) / (SIDE - 1) - 0.5f;
+        CHECK_OK(pli_body_move_node(body, i, pli_vec3_add(pli_vec3_make(x, margin, z), offset)));
+    }
+}
+
+static void pin(pli_body* body, bool rim) {
+    for (int i = 0; i < SIDE * SIDE; ++i) {
+        if (is_led(rim, i)) { CHECK_OK(pli_body_set_node_mass(body, i, 0)); }
+    }
+}
+
+static float stands_upright(const pli_rigid* crate) {
+    return pli_rigid_get_state(crate).pose.rotation.rows[1].y;
+}
+
+/* By one side, at half a metre per second over a metre. */
+static void a_rug_that_is_pulled_takes_a_crate_along(void** unused) {
+    (void)unused;
+    pli_rigid* floor = make_box(pli_vec3_make(5, 0.5f, 5), -0.5f, 0);
+    for (int c = is_fast ? 0 : 1; c < 2 * SOLVER_COUNT; c += is_fast ? 1 : 2) {
+        const bool has_faces = c % 2 == 1;
+        const float mass = has_faces ? 10 : 1;
+        pli_body* rug = make_cloth((solver_choice)(c / 2), has_faces, 1);
+        pli_rigid* crate = make_crate(mass);
+        pin(rug, false);
+        for (int i = 0; i < 240; ++i) {
+            const float pulled = fminf(fmaxf(0.5f * dt * (float)(i - 59), 0), 1);
+            lead(rug, false, pli_vec3_make(pulled, 0, 0));
+            step_with(crate);
+        }
+        const pli_rigid_state state = pli_rigid_get_state(crate);
+        print_message("solver %d, faces %d, %.0f kg: taken along by %.3f m, at last %.4f m/s, height %.3f m\n", c / 2,
+                      has_faces, (double)mass, (double)state.pose.origin.x,
+                      (double)pli_vec3_length(state.linear_velocity), (double)(state.pose.origin.y - half_crate));
+        check_near(state.pose.origin.x, 1, 0.05);
+        check_near(state.pose.origin.y, half_crate + 2 * margin, 0.01);
+        check_at_most(pli_vec3_length(state.linear_velocity), 0.01);
+        check_near(stands_upright(crate), 1, 1e-3);
+        pli_rigid_destroy(crate);
+        pli_body_destroy(rug);
+    }
+    pli_rigid_destroy(floor);
+}
+
+/* With tethers, 5 kg, from rest to 2 m/s in a second, over 6 m, and to rest again. */
+static void a_tarpaulin_that_is_carried_keeps_a_crate(void** unused) {
+    (void)unused;
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* tarpaulin = make_cloth((solver_choice)solver, true, 1);
+        pli_rigid* crate = make_crate(5);
+        pin(tarpaulin, true);
+        CHECK_OK(pli_body_enable_tethers(tarpaulin, NULL));
+        float speed = 0, way = 0, most = 0;
+        for (int i = 0; i < 360; ++i) {
+            speed += i >= 60 && i < 120 ? 2 * dt : i >= 240 && i < 300 ? -2 * dt : 0;
+            way += speed * dt;
+            lead(tarpaulin, true, pli_vec3_make(way, 0, 0));
+            step_with(crate);
+            most = fmaxf(most, fabsf(pli_rigid_get_state(crate).pose.origin.x - way));
+        }
+        const pli_rigid_state state = pli_rigid_get_state(crate);
+        print_message("solver %d: off by at most %.4f m of %.2f m, height %.3f m\n", solver, (double)most, (double)way,
+                      (double)(state.pose.origin.y - half_crate));
+        check_at_most(most, 0.05);
+        assert_true(state.pose.origin.y - half_crate > -0.1f);
+        pli_rigid_destroy(crate);
+        pli_body_destroy(tarpaulin);
+    }
+}
+
+/* 5 kg. The platform goes up and down by 0.3 m, and as the tarpaulin, or neither. `speed`: m/s, of all from the start.
+ */
+typedef struct ride {
+    bool moves, lifts;
+    float speed;
+} ride;
+
+static void ride_on_platform(ride r, int steps, solver_choice solver, bool has_faces) {
+    pli_rigid* platform = make_box(pli_vec3_make(1, 0.5f, 1), -0.5f, 0);
+    pli_body* rug = make_cloth(solver, has_faces, 1);
+    pli_rigid* crate = make_crate(5);
+    pli_rigid_state state = pli_rigid_get_state(crate);
+    state.linear_velocity.x = r.speed;
+    CHECK_OK(pli_rigid_set_state(crate, &state));
+    state = pli_rigid_get_state(platform);
+    state.pose.origin.x = -r.speed * dt;
+    state.linear_velocity.x = r.speed;
+    CHECK_OK(pli_rigid_set_state(platform, &state));
+    CHECK_OK(pli_body_add_velocity(rug, pli_vec3_make(r.speed, 0, 0)));
+    float speed = r.speed, way = 0, most = 0, height = 0;
+    for (int i = 0; i < steps; ++i) {
+        if (r.moves) { speed += i >= 60 && i < 120 ? 2 * dt : i >= 240 && i < 300 ? -2 * dt : 0; }
+        way += speed * dt;
+        height = r.lifts ? 0.3f * (1 - cosf(3.0f * dt * (float)(i + 1))) : 0;
+        move_platform(platform, pli_vec3_make(way, height - 0.5f, 0));
+        step_with(crate);
+        most = fmaxf(most, fabsf(pli_rigid_get_state(crate).pose.origin.x - way));
+    }
+    const float above = pli_rigid_get_state(crate).pose.origin.y - half_crate - height;
+    print_message("solver %d, faces %d, moves %d, lifts %d, %g m/s: off by at most %.4f m of %.2f m, %.3f m above\n",
+                  solver, has_faces, r.moves, r.lifts, (double)r.speed, (double)most, (double)way, (double)above);
+    check_at_most(most, r.moves ? 0.05 : 0.002);
+    check_near(above, 2 * margin, r.lifts ? 0.02 : 1e-3);
+    check_near(stands_upright(crate), 1, 1e-3);
+    pli_rigid_destroy(crate);
+    pli_body_destroy(rug);
+    pli_rigid_destroy(platform);
+}
+
+static void a_rug_on_a_platform_keeps_a_crate(void** unused) {
+    (void)unused;
+    for (int c = 0; c < 2 * SOLVER_COUNT; ++c) {
+        const bool has_faces = c % 2 == 1;
+        if (is_fast) { ride_on_platform((ride){.moves = true}, 360, (solver_choice)(c / 2), has_faces); }
+        if (is_fast || has_faces) {
+            ride_on_platform((ride){.moves = true, .lifts = true}, 360, (solver_choice)(c / 2), has_faces);
+        }
+    }
+}
+
+/* As it lies on one that stands still. */
+static void a_crate_on_a_rug_rides_at_any_speed(void** unused) {
+    (void)unused;
+    static const float speeds[] = {5, 50, 1, 20};
+    for (int c = 0; c < (is_fast ? 4 : 1) * SOLVER_COUNT; ++c) {
+        ride_on_platform((ride){.speed = speeds[c / SOLVER_COUNT]}, 120, (solver_choice)(c % SOLVER_COUNT),
+                         c / SOLVER_COUNT % 2 == 0);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_rug_that_is_pulled_takes_a_crate_along, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_tarpaulin_that_is_carried_keeps_a_crate, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_rug_on_a_platform_keeps_a_crate, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_crate_on_a_rug_rides_at_any_speed, setup_world, teardown_world),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
