@@ -31,6 +31,9 @@
    a ball that falls into it, until it is through. */
 #define RIGID_CONTACTS_TOUCHING 0.1f
 
+/* Of the margin, what a rigid body moves in a step before it matters where on it a node is that goes along. */
+#define RIGID_CONTACTS_MOVING 0.05f
+
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
     return (pli_rigid_contacts_def){
         .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
@@ -80,7 +83,6 @@ static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
 static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
     const pli_body* body = candidate->body;
     const pli_vec3 none = pli_vec3_make(0, 0, 0);
-    if (!candidate->is_moving) { return none; }
     const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[node]), candidate->rigid->state.pose.origin);
     const pli_vec3 shift = pli_vec3_add(candidate->motion.linear, pli_vec3_cross(candidate->motion.angular, offset));
     const pli_vec3 motion = rigid_contacts_motion(body, node), apart = pli_vec3_sub(motion, shift);
@@ -164,7 +166,8 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         if (!plii_vec3_is_finite(normals[i])) { continue; }
         pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
-        const pli_vec3 shift = is_departing ? pli_vec3_make(0, 0, 0) : rigid_contacts_shift(candidate, nodes[i]);
+        const bool may_go_along = candidate->is_moving && !is_departing;
+        const pli_vec3 shift = may_go_along ? rigid_contacts_shift(candidate, nodes[i]) : pli_vec3_make(0, 0, 0);
         if (is_departing) {
             distance += pli_vec3_dot(rigid_contacts_motion(body, nodes[i]), normal);
         } else if (body->solver_class->solves_constraints) {
@@ -257,6 +260,7 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     candidate->reach = rigid_contacts_reach(candidate, place);
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
     plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
+    const pli_bounds near = {plii_lanes_vec3(low), plii_lanes_vec3(high)};
     if (candidate->is_moving) { rigid_contacts_move_along(candidate, place, &low, &high); }
     const plii_mask4 overlaps =
         (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
@@ -272,7 +276,11 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         if (!rigid_contacts_is_within(&positions[i], low, high)) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
-        const pli_vec3 x = pli_vec3_sub(plii_xyz(positions[i]), rigid_contacts_shift(candidate, i));
+        pli_vec3 x = plii_xyz(positions[i]);
+        if (candidate->is_moving) {
+            x = pli_vec3_sub(x, rigid_contacts_shift(candidate, i));
+            if (!plii_bounds_overlap(near, (pli_bounds){x, x})) { continue; }
+        }
         points[count++] = pli_transform_inverse_point(place->pose, x);
         if (count == RIGID_CONTACTS_BATCH) {
             PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, candidate->reach, false));
@@ -296,14 +304,16 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     candidate.is_still =
         candidate.is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
     candidate.is_swept = plii_follows_rigids(body);
-    if (rigid->kind != PLI_RIGID_STATIC && !rigid_contacts_is_as_in_bullet(&candidate)) {
+    const bool may_move = rigid->kind != PLI_RIGID_STATIC && candidate.boxes == NULL;
+    if (may_move && !rigid_contacts_is_as_in_bullet(&candidate)) {
         plii_rigid_begin_path(rigid);
         candidate.motion = plii_twist_scale(plii_rigid_end_velocity(rigid, body->step.dt), body->step.dt);
-        candidate.is_moving =
-            !plii_vec3_is_zero(candidate.motion.linear) || !plii_vec3_is_zero(candidate.motion.angular);
     }
     for (int i = 0; i < rigid->shape_count; ++i) {
         candidate.shape = i;
+        const float way = pli_vec3_length(candidate.motion.linear) +
+                          pli_vec3_length(candidate.motion.angular) * rigid->shape_places[i].radius;
+        candidate.is_moving = way > RIGID_CONTACTS_MOVING * body->collision_margin;
         const pli_status status = rigid_contacts_collide_shape(&candidate);
         if (status != PLI_OK) {
             state->count = before;
