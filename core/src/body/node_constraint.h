@@ -15,7 +15,7 @@ typedef struct plii_node_constraint {
        a node is that goes along with it. */
     pli_vec3 pivot;
     bool has_pivot; /* of a node that is not anchored */
-    bool leads; /* anchors: the node goes from `start` to `end` in this step, whatever else pulls at it */
+    bool leads;     /* anchors: the node goes from `start` to `end` in this step, whatever else pulls at it */
     pli_vec3 start, end;
     pli_vec3 normal; /* contacts, and what follows: out of the rigid body, unit */
     float offset;    /* gap = dot(normal, x) + offset, with the rigid body where it was when the contact was found */
