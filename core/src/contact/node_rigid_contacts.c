@@ -369,10 +369,12 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
         constraints[i].hardness = contact->hardness;
         constraints[i].recovery_speed = plii_contact_recovery_speed(state->def.recovery_speed);
         constraints[i].squeeze = contact->squeeze;
-        constraints[i].has_pivot = contact->goes_along;
-        const pli_mat3 rotation = contact->rigid->path.begin.rotation;
-        constraints[i].pivot = pli_mat3_mul_vec3(pli_mat3_transpose(rotation), contact->offset);
         constraints[i].influence = 1.0f;
+        constraints[i].has_pivot = contact->goes_along;
+        if (contact->goes_along) {
+            const pli_mat3 rotation = contact->rigid->path.begin.rotation;
+            constraints[i].pivot = pli_mat3_mul_vec3(pli_mat3_transpose(rotation), contact->offset);
+        }
         if (body->records_contacts) { constraints[i].impulse = &state->impulses.items[i]; }
     }
     return state->count;
