@@ -1,5 +1,5 @@
 /* A crate on cloth that is on the move: on a rug that is pulled over the floor, on a tarpaulin that is carried by its
-   rim, on a rug on a platform. It goes along, and stays on it. */
+   rim, on a rug on a platform. It goes along, and stays on it. And cloth on a body that moves. */
 
 #include "solver_choice.h"
 
@@ -225,12 +225,70 @@ static void a_crate_on_a_rug_rides_at_any_speed(void** unused) {
     }
 }
 
+/* Where a cloth comes to lie on a body, against its centre, after three seconds at `speed`. */
+static pli_vec3 drape_over(bool is_dynamic, float speed, solver_choice solver) {
+    pli_shape* shape = NULL;
+    if (is_dynamic) {
+        CHECK_OK(pli_shape_create_sphere(context, 0.3f, &shape));
+    } else {
+        CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.25f, 0.3f, 0.25f), &shape));
+    }
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = is_dynamic ? PLI_RIGID_DYNAMIC : PLI_RIGID_KINEMATIC;
+    def.shapes = &shape;
+    def.shape_count = 1;
+    def.friction = 1;
+    def.state.pose.origin.y = -0.3f;
+    def.state.linear_velocity.x = speed;
+    if (is_dynamic) { def.state.inverse_mass = 1e-3f; } /* nor does it turn */
+    pli_rigid* rigid = NULL;
+    CHECK_OK(pli_rigid_create(world, &def, &rigid));
+    pli_shape_release(shape);
+    pli_body* cloth = make_cloth(solver, !is_dynamic, 1);
+    CHECK_OK(pli_body_add_velocity(cloth, pli_vec3_make(speed, 0, 0)));
+    for (int i = 0; i < 180; ++i) {
+        CHECK_OK(pli_world_step(world, dt));
+        if (is_dynamic) {
+            CHECK_OK(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), dt));
+        } else {
+            pli_rigid_state state = pli_rigid_get_state(rigid);
+            state.pose.origin.x = speed * dt * (float)(i + 1);
+            CHECK_OK(pli_rigid_set_state(rigid, &state));
+        }
+    }
+    const pli_body_view view = pli_body_get_view(cloth);
+    pli_vec3 sum = {0, 0, 0};
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i];
+        sum = pli_vec3_add(sum, pli_vec3_scale(pli_vec3_make(x.x, x.y, x.z), 1.0f / (float)view.node_count));
+    }
+    const pli_vec3 place = pli_vec3_sub(sum, pli_rigid_get_state(rigid).pose.origin);
+    pli_body_destroy(cloth);
+    pli_rigid_destroy(rigid);
+    return place;
+}
+
+static void cloth_lies_over_a_body_at_any_speed(void** unused) {
+    (void)unused;
+    for (int c = 0; c < (is_fast ? 2 : 1) * SOLVER_COUNT; ++c) {
+        const bool is_dynamic = c / SOLVER_COUNT == 0;
+        const solver_choice solver = (solver_choice)(c % SOLVER_COUNT);
+        const pli_vec3 still = drape_over(is_dynamic, 0, solver), fast = drape_over(is_dynamic, 20, solver);
+        print_message("solver %d, dynamic %d: at (%.3f, %.3f) still, at (%.3f, %.3f) at 20 m/s\n", solver, is_dynamic,
+                      (double)still.x, (double)still.y, (double)fast.x, (double)fast.y);
+        assert_true(still.y > 0);
+        check_near(fast.x, still.x, 0.02);
+        check_near(fast.y, still.y, 0.01);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_rug_that_is_pulled_takes_a_crate_along, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_tarpaulin_that_is_carried_keeps_a_crate, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_rug_on_a_platform_keeps_a_crate, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_crate_on_a_rug_rides_at_any_speed, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(cloth_lies_over_a_body_at_any_speed, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
