@@ -4,6 +4,7 @@
 
 #include "base/scratch.h"
 #include "body/pipeline.h"
+#include "body/substep.h"
 #include "cluster/cluster_impl.h"
 #include "math/bounds.h"
 #include "math/polar.h"
@@ -228,20 +229,23 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
     }
 }
 
-static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
+/* `rate`: 1/s, of velocities; XPBD starts from them, not from where nodes were predicted to be. */
+static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float rate) {
     const plii_float4 zero = plii_float4_all(0.0f);
     for (int i = 0; i < body->node_count; ++i) {
         pli_vec4* sum = &clusters->node_sums[i];
         if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.reference_mode)) {
             const plii_float4 moved = plii_float4_from(sum) * (1.0f / sum->w);
             plii_float4_to(&body->positions[i], plii_float4_from(&body->positions[i]) + plii_lanes_xyz(moved));
+            const plii_float4 velocity = plii_float4_from(&body->velocities[i]);
+            if (rate > 0.0f) { plii_float4_to(&body->velocities[i], velocity + plii_lanes_xyz(moved) * rate); }
         }
         plii_float4_to(sum, zero);
     }
 }
 
 /* Changes of velocity are summed, corrections averaged. */
-static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bool is_drift) {
+static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bool is_drift, float rate) {
     bool any = false;
     for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         plii_cluster_impulse sum = is_drift ? cluster->drift : cluster->impulse;
@@ -253,11 +257,15 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
         }
         cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt));
     }
-    if (any) { clusters_move_nodes(body, clusters); }
+    if (any) { clusters_move_nodes(body, clusters, rate); }
 }
 
 static void clusters_prepare(pli_body* body, void* state) {
-    clusters_apply(body, state, body->step.dt, false);
+    clusters_apply(body, state, body->step.dt, false, 0.0f);
+}
+
+static void clusters_begin_substeps(pli_body* body, void* state) {
+    clusters_apply(body, state, body->step.dt, false, body->step.inverse_dt);
 }
 
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
@@ -281,7 +289,7 @@ static void clusters_finish(pli_body* body, void* state) {
             cluster_damp_nodes(body, clusters, cluster);
         }
     }
-    clusters_apply(body, clusters, body->step.dt, true);
+    clusters_apply(body, clusters, body->step.dt, true, 0.0f);
 }
 
 void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
@@ -388,6 +396,7 @@ const plii_feature_class plii_clusters_class = {
         {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
          .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
         {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),
+    .substepped = &(const plii_substep_class){.order = CLUSTERS_APPLY_ORDER, .begin = clusters_begin_substeps},
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,

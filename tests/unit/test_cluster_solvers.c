@@ -1,0 +1,90 @@
+/* Bodies of clusters under each solver: they lie on what they touch, and hang from their joints. */
+
+#include "solver_choice.h"
+
+#include <math.h>
+
+static const float dt = 1.0f / 60.0f;
+
+#define CHECK_OK(call) assert_int_equal(call, PLI_OK)
+
+/* A ball of 0.5 m, 1 kg, of four clusters. */
+static pli_body* make_ball(solver_choice solver, float height) {
+    pli_mesh* mesh = NULL;
+    CHECK_OK(
+        pli_mesh_create_ellipsoid(context, pli_vec3_make(0, height, 0), pli_vec3_make(0.5f, 0.5f, 0.5f), 60, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.03f;
+    def.solver.position_iterations = 4;
+    def.solver.velocity_damping = 0.01f;
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    use_solver(body, solver);
+    CHECK_OK(pli_body_generate_clusters(body, 4, 100, NULL));
+    return body;
+}
+
+static pli_vec3 middle_of(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    pli_vec3 sum = {0, 0, 0};
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i];
+        sum = pli_vec3_add(sum, pli_vec3_scale(pli_vec3_make(x.x, x.y, x.z), 1.0f / (float)view.node_count));
+    }
+    return sum;
+}
+
+static void a_ball_of_clusters_lies_on_a_box(void** unused) {
+    (void)unused;
+    pli_shape* shape = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(3, 0.5f, 3), &shape));
+    pli_rigid_def def = pli_rigid_def_default();
+    def.shapes = &shape;
+    def.shape_count = 1;
+    def.state.pose.origin.y = -0.5f;
+    pli_rigid* rigid = NULL;
+    CHECK_OK(pli_rigid_create(world, &def, &rigid));
+    pli_shape_release(shape);
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* ball = make_ball((solver_choice)solver, 0.6f);
+        CHECK_OK(pli_body_enable_cluster_contacts(ball, NULL));
+        float lowest = 1;
+        for (int i = 0; i < 180; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+            lowest = fminf(lowest, middle_of(ball).y);
+        }
+        print_message("solver %d: lies at %.3f m, was at %.3f m\n", solver, (double)middle_of(ball).y, (double)lowest);
+        assert_true(lowest > 0.45f);
+        check_near(middle_of(ball).y, 0.5, 0.05);
+        pli_body_destroy(ball);
+    }
+    pli_rigid_destroy(rigid);
+}
+
+static void a_ball_of_clusters_hangs_from_a_joint(void** unused) {
+    (void)unused;
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* ball = make_ball((solver_choice)solver, 0);
+        pli_linear_joint_def joint = pli_linear_joint_def_default();
+        joint.position = pli_vec3_make(0, 0.5f, 0);
+        CHECK_OK(pli_body_add_linear_joint(ball, &joint, NULL));
+        float lowest = 1;
+        for (int i = 0; i < 180; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+            lowest = fminf(lowest, middle_of(ball).y);
+        }
+        print_message("solver %d: hangs at %.3f m, was at %.3f m\n", solver, (double)middle_of(ball).y, (double)lowest);
+        assert_true(lowest > -0.1f);
+        pli_body_destroy(ball);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_ball_of_clusters_lies_on_a_box, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_ball_of_clusters_hangs_from_a_joint, setup_world, teardown_world),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
