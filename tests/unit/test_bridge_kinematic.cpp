@@ -123,7 +123,7 @@ void test_a_crate_on_cloth_rides_on_a_lift(void**) {
         assert_int_equal(lift.bridge.step_status(), PLI_OK);
     }
     print_message("at most %.2g m off, upright to %.2g\n", most, 1 - upright);
-    check_at_most(most, 0.02);
+    check_at_most(most, 0.003);
     check_near(upright, 1, 1e-3);
 }
 

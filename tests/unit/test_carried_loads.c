@@ -129,8 +129,8 @@ static void a_rug_that_is_pulled_takes_a_crate_along(void** unused) {
         print_message("solver %d, faces %d, %.0f kg: taken along by %.3f m, at last %.4f m/s, height %.3f m\n", c / 2,
                       has_faces, (double)mass, (double)state.pose.origin.x,
                       (double)pli_vec3_length(state.linear_velocity), (double)(state.pose.origin.y - half_crate));
-        check_near(state.pose.origin.x, 1, 0.05);
-        check_near(state.pose.origin.y, half_crate + 2 * margin, 0.01);
+        check_near(state.pose.origin.x, 1, 0.04);
+        check_near(state.pose.origin.y, half_crate + 2 * margin, 0.002);
         check_at_most(pli_vec3_length(state.linear_velocity), 0.01);
         check_near(stands_upright(crate), 1, 1e-3);
         pli_rigid_destroy(crate);
@@ -158,8 +158,8 @@ static void a_tarpaulin_that_is_carried_keeps_a_crate(void** unused) {
         const pli_rigid_state state = pli_rigid_get_state(crate);
         print_message("solver %d: off by at most %.4f m of %.2f m, height %.3f m\n", solver, (double)most, (double)way,
                       (double)(state.pose.origin.y - half_crate));
-        check_at_most(most, 0.05);
-        assert_true(state.pose.origin.y - half_crate > -0.1f);
+        check_at_most(most, 0.015);
+        assert_true(state.pose.origin.y - half_crate > -0.04f);
         pli_rigid_destroy(crate);
         pli_body_destroy(tarpaulin);
     }
@@ -196,8 +196,8 @@ static void ride_on_platform(ride r, int steps, solver_choice solver, bool has_f
     const float above = pli_rigid_get_state(crate).pose.origin.y - half_crate - height;
     print_message("solver %d, faces %d, moves %d, lifts %d, %g m/s: off by at most %.4f m of %.2f m, %.3f m above\n",
                   solver, has_faces, r.moves, r.lifts, (double)r.speed, (double)most, (double)way, (double)above);
-    check_at_most(most, r.moves ? 0.05 : 0.002);
-    check_near(above, 2 * margin, r.lifts ? 0.02 : 1e-3);
+    check_at_most(most, r.moves ? 0.04 : 0.001);
+    check_near(above, 2 * margin, 0.002);
     check_near(stands_upright(crate), 1, 1e-3);
     pli_rigid_destroy(crate);
     pli_body_destroy(rug);
@@ -256,13 +256,7 @@ static pli_vec3 drape_over(bool is_dynamic, float speed, solver_choice solver) {
             CHECK_OK(pli_rigid_set_state(rigid, &state));
         }
     }
-    const pli_body_view view = pli_body_get_view(cloth);
-    pli_vec3 sum = {0, 0, 0};
-    for (int i = 0; i < view.node_count; ++i) {
-        const pli_vec4 x = view.positions[i];
-        sum = pli_vec3_add(sum, pli_vec3_scale(pli_vec3_make(x.x, x.y, x.z), 1.0f / (float)view.node_count));
-    }
-    const pli_vec3 place = pli_vec3_sub(sum, pli_rigid_get_state(rigid).pose.origin);
+    const pli_vec3 place = pli_vec3_sub(middle_of(cloth), pli_rigid_get_state(rigid).pose.origin);
     pli_body_destroy(cloth);
     pli_rigid_destroy(rigid);
     return place;

@@ -68,16 +68,6 @@ static float fastest_of(const pli_body* body) {
     return most;
 }
 
-static pli_vec3 middle_of(const pli_body* body) {
-    const pli_body_view view = pli_body_get_view(body);
-    pli_vec3 sum = {0, 0, 0};
-    for (int i = 0; i < view.node_count; ++i) {
-        const pli_vec4 x = view.positions[i];
-        sum = pli_vec3_add(sum, pli_vec3_scale(pli_vec3_make(x.x, x.y, x.z), 1.0f / (float)view.node_count));
-    }
-    return sum;
-}
-
 /* Three seconds, with contacts of nodes, and of faces if they are there; `speed` of the ball, m/s, `late` the fastest
  * node after the first second. */
 static void lie_under_ball(solver_choice solver, bool has_faces, float speed, float* most, float* late,

@@ -34,6 +34,17 @@ static inline int teardown_world(void** unused) {
     return is_empty ? 0 : -1;
 }
 
+/* Mean of the nodes' positions. */
+static inline pli_vec3 middle_of(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    pli_vec3 sum = {0, 0, 0};
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i];
+        sum = pli_vec3_add(sum, pli_vec3_scale(pli_vec3_make(x.x, x.y, x.z), 1.0f / (float)view.node_count));
+    }
+    return sum;
+}
+
 /* A call that fails with a message, and takes no memory. */
 #define check_refused(call, expected_status, expected_text)                                                            \
     do {                                                                                                               \
