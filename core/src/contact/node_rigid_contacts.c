@@ -34,6 +34,9 @@
 /* Of the margin, what a rigid body moves in a step before it matters where on it a node is that goes along. */
 #define RIGID_CONTACTS_MOVING 0.05f
 
+/* Of its motion, what a node moves at most against a rigid body that it goes along with; or the margin. */
+#define RIGID_CONTACTS_ALONG 0.33f
+
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
     return (pli_rigid_contacts_def){
         .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
@@ -83,12 +86,14 @@ static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
 static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
     const pli_body* body = candidate->body;
     const pli_vec3 none = pli_vec3_make(0, 0, 0);
+    if (!candidate->is_moving) { return none; }
     const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[node]), candidate->rigid->state.pose.origin);
     const pli_vec3 shift = pli_vec3_add(candidate->motion.linear, pli_vec3_cross(candidate->motion.angular, offset));
     const pli_vec3 motion = rigid_contacts_motion(body, node), apart = pli_vec3_sub(motion, shift);
-    const bool goes_along = plii_vec3_is_within(apart, body->collision_margin) &&
-                            pli_vec3_length_squared(apart) < pli_vec3_length_squared(motion);
-    return goes_along ? shift : none;
+    const float way = pli_vec3_length(motion), beside = pli_vec3_length(apart);
+    const float half = 0.5f * candidate->rigid->shape_places[candidate->shape].least_extent;
+    const float most = plii_max(body->collision_margin, plii_min(RIGID_CONTACTS_ALONG * way, half));
+    return beside < way && beside < most ? shift : none;
 }
 
 /* One node closer than the margin, `shift` behind where it is. */
@@ -166,10 +171,9 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         if (!plii_vec3_is_finite(normals[i])) { continue; }
         pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
-        const bool may_go_along = candidate->is_moving && !is_departing;
-        const pli_vec3 shift = may_go_along ? rigid_contacts_shift(candidate, nodes[i]) : pli_vec3_make(0, 0, 0);
+        const pli_vec3 shift = rigid_contacts_shift(candidate, nodes[i]);
         if (is_departing) {
-            distance += pli_vec3_dot(rigid_contacts_motion(body, nodes[i]), normal);
+            distance += pli_vec3_dot(pli_vec3_sub(rigid_contacts_motion(body, nodes[i]), shift), normal);
         } else if (body->solver_class->solves_constraints) {
             rigid_contacts_look_back(candidate, nodes[i], shift, &normal, &distance);
         }
@@ -203,7 +207,8 @@ static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* 
             ++first;
         }
         if (first < end && state->contacts[first].node == i) { continue; }
-        if (plii_vec3_is_within(rigid_contacts_motion(body, i), body->collision_margin)) { continue; }
+        const pli_vec3 apart = pli_vec3_sub(rigid_contacts_motion(body, i), rigid_contacts_shift(candidate, i));
+        if (plii_vec3_is_within(apart, body->collision_margin)) { continue; }
         nodes[count] = i;
         points[count++] = pli_transform_inverse_point(place->pose, plii_xyz(body->previous[i]));
         if (count == RIGID_CONTACTS_BATCH) {

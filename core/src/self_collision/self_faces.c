@@ -70,11 +70,25 @@ static void self_faces_solve(plii_self_faces_state* state, const plii_self_nodes
     state->report.contacts = contacts;
 }
 
-/* Motions of the nodes of a pair end where they would come too near to its plane. True when one did. */
-static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, bool is_forced) {
+/* What nodes that nothing stops have in common, or else all: that is not cut short. */
+static pli_vec3 self_faces_common_motion(const pli_body* body, const plii_self_nodes* nodes) {
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
+    int count = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (nodes->offsets[i].w > 0.0f) { continue; }
+        sum = pli_vec3_add(sum, plii_self_motion(nodes, i));
+        count += 1;
+    }
+    return count > 0 ? pli_vec3_scale(sum, 1.0f / (float)count) : plii_self_common_motion(body, nodes, NULL);
+}
+
+/* Motions of the nodes of a pair beside the common one end where they would come too near to its plane, which goes with
+   that. True when one did. */
+static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, pli_vec3 common,
+                               bool is_forced) {
     /* Levels of the nodes along the normal, about the middle; positive on the first side. The lowest of each side. */
     float sign[4], level[4], lowest[2] = {FLT_MAX, FLT_MAX};
-    const pli_vec3 origin = plii_self_start(nodes, pair->nodes[0]);
+    const pli_vec3 origin = pli_vec3_add(plii_self_start(nodes, pair->nodes[0]), common);
     for (int k = 0; k < 4; ++k) {
         const bool is_first = k == 0 || (k == 1 && pair->is_edges);
         const pli_vec3 x = pli_vec3_sub(plii_self_position(nodes, pair->nodes[k]), origin);
@@ -88,7 +102,8 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_fac
     for (int k = 0; k < 4; ++k) {
         if (!(level[k] < kept)) { continue; }
         const int node = pair->nodes[k];
-        const pli_vec3 motion = plii_self_motion(nodes, node);
+        if (!(nodes->offsets[node].w > 0.0f)) { continue; }
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, node), common);
         const float change = sign[k] * pli_vec3_dot(pair->normal, motion);
         /* A little more than needed, lest rounding brings the pair back in the next pass. */
         const float share = change < 0.0f ? plii_clamp((level[k] - 1.01f * kept) / change, 0.0f, 1.0f) : 0.0f;
@@ -103,11 +118,13 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_fac
 /* After all constraints of a step or substep: cuts motions short. */
 static void self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
     state->report.shortened += plii_self_limit_motions(body, nodes, state->motion);
+    const pli_vec3 common = self_faces_common_motion(body, nodes);
     bool is_done = false;
     for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {
         is_done = true;
         for (int i = 0; i < state->active_count; ++i) {
-            if (self_faces_shorten(nodes, &state->pairs[state->active[i]], pass == SELF_FACES_MAX_PASSES)) {
+            const bool is_forced = pass == SELF_FACES_MAX_PASSES;
+            if (self_faces_shorten(nodes, &state->pairs[state->active[i]], common, is_forced)) {
                 is_done = false;
                 state->report.shortened += 1;
             }
