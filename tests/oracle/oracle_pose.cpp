@@ -86,7 +86,9 @@ struct fixture {
 
     fixture(int pinned_node, float matching) {
         assert_int_equal(pli_context_create(nullptr, &context), PLI_OK);
-        assert_int_equal(pli_world_create(context, nullptr, &world), PLI_OK);
+        pli_world_def def = pli_world_def_default();
+        def.reference_mode = true; // pinned bodies keep no shape
+        assert_int_equal(pli_world_create(context, &def, &world), PLI_OK);
         pli_mesh* mesh = nullptr;
         assert_int_equal(sample_create_ellipsoid(context, pli_vec3_make(1.0f, 1.3f, 0.8f), &mesh), PLI_OK);
         twin::random_source random(23);

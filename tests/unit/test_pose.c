@@ -16,9 +16,9 @@ static pli_body* make_body(pli_mesh* mesh) {
     return body;
 }
 
-static pli_body* make_ball(void) {
+static pli_body* make_ball(float size) {
     pli_mesh* mesh = NULL;
-    assert_int_equal(sample_create_ellipsoid(context, pli_vec3_make(1, 1.4f, 0.7f), &mesh), PLI_OK);
+    assert_int_equal(sample_create_ellipsoid(context, pli_vec3_make(size, 1.4f * size, 0.7f * size), &mesh), PLI_OK);
     return make_body(mesh);
 }
 
@@ -43,7 +43,7 @@ static float random_float(float size) {
 
 static void test_the_pose_of_a_moved_body_is_the_motion(void** unused) {
     (void)unused;
-    pli_body* body = make_ball();
+    pli_body* body = make_ball(1);
     assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
     pli_transform pose;
     assert_int_equal(pli_body_get_pose(body, &pose), PLI_OK);
@@ -72,7 +72,7 @@ static void test_matching_is_the_share_of_the_distance_removed(void** unused) {
     (void)unused;
     for (int k = 1; k <= 2; ++k) {
         const float matching = 0.5f * (float)k;
-        pli_body* body = make_ball();
+        pli_body* body = make_ball(1);
         pli_solver_settings settings = pli_body_get_solver_settings(body);
         settings.position_iterations = 0;
         assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
@@ -97,7 +97,7 @@ static void test_matching_is_the_share_of_the_distance_removed(void** unused) {
 
 static void test_matching_keeps_the_momentum(void** unused) {
     (void)unused;
-    pli_body* body = make_ball();
+    pli_body* body = make_ball(1);
     assert_int_equal(pli_body_enable_pose_matching(body, 0.3f), PLI_OK);
     pli_vec3 velocities[SAMPLE_SPHERE_NODES], positions[SAMPLE_SPHERE_NODES];
     for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
@@ -111,6 +111,26 @@ static void test_matching_keeps_the_momentum(void** unused) {
     }
     const pli_vec3 after = pli_body_momentum(body);
     check_at_most(pli_vec3_length(pli_vec3_sub(after, before)) / pli_vec3_length(before), 1e-4);
+}
+
+/* From 2 cm to 200 m, hung up by a node. */
+static void test_a_pinned_body_of_any_size_keeps_its_shape(void** unused) {
+    (void)unused;
+    for (float size = 0.01f; size < 150; size *= 10) {
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10 * size, 0)), PLI_OK);
+        pli_body* body = make_ball(size);
+        const float volume = pli_body_volume(body);
+        assert_int_equal(pli_body_set_node_mass(body, 0, 0), PLI_OK);
+        assert_int_equal(pli_body_enable_pose_matching(body, 0.3f), PLI_OK);
+        for (int i = 0; i < 120; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        const float left = pli_body_volume(body) / volume, stretch = pli_body_max_stretch(body);
+        print_message("%g m: volume %.4f of that at rest, stretch %.4f\n", (double)size, (double)left, (double)stretch);
+        check_near(left, 1, 0.01);
+        check_at_most(stretch, 0.05);
+        pli_body_destroy(body);
+    }
 }
 
 /* A flat body may be taken out of the world, where it freezes. */
@@ -192,7 +212,7 @@ static void test_a_shape_squashed_flat_stays_finite(void** unused) {
 
 static void test_enabling_again_takes_a_new_rest_shape(void** unused) {
     (void)unused;
-    pli_body* body = make_ball();
+    pli_body* body = make_ball(1);
     assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
     const size_t bytes = pli_body_bytes(body);
     pli_vec3 stretched[SAMPLE_SPHERE_NODES];
@@ -214,7 +234,7 @@ static void test_enabling_again_takes_a_new_rest_shape(void** unused) {
 
 static void test_memory_is_counted_and_given_back(void** unused) {
     (void)unused;
-    pli_body* body = make_ball();
+    pli_body* body = make_ball(1);
     assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
     assert_int_equal(pli_body_disable_pose_matching(body), PLI_OK);
     const size_t allocated = pli_context_allocated_bytes(context), bytes = pli_body_bytes(body);
@@ -251,7 +271,7 @@ static void test_running_out_of_memory_leaves_nothing(void** unused) {
 
 static void test_bad_input_is_refused(void** unused) {
     (void)unused;
-    pli_body* body = make_ball();
+    pli_body* body = make_ball(1);
     const size_t bytes = pli_context_allocated_bytes(context);
     pli_transform pose;
     memset(&pose, 1, sizeof pose);
@@ -280,6 +300,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_distance_removed, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_matching_keeps_the_momentum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_pinned_body_of_any_size_keeps_its_shape, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_degenerate_shapes_stay_finite, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_shape_squashed_flat_stays_finite, setup_weightless_world,
                                         teardown_world),

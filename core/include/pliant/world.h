@@ -22,8 +22,8 @@ typedef struct pli_world_def {
     /// False: lists grow when they are full.
     bool preallocates;
     /// Reference mode only: as btSoftBody does it, default false. Bounds of predicted bodies are those from before pose
-    /// matching, the forces of air, pressure and volume conservation have no limit, and nodes lag behind kinematic
-    /// bodies that they are anchored to.
+    /// matching, which does not work for small and pinned ones, the forces of air, pressure and volume conservation
+    /// have no limit, and nodes lag behind kinematic bodies that they are anchored to.
     bool reference_mode;
     /// Default false. True: bodies fall asleep by pli_body_set_asleep alone, and rigid bodies wake those alone that are
     /// anchored to them; the host does the rest, as the bridge to Bullet does.

@@ -7,6 +7,7 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/polar.h"
+#include "math/rotation_fit.h"
 
 typedef struct pose_state {
     float matching;
@@ -24,9 +25,7 @@ static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
     return centre;
 }
 
-static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
-    /* Starting from a small diagonal keeps a mesh in a coordinate plane from being singular. */
-    pli_mat3 covariance = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
+static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_mat3 covariance) {
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
         const pli_vec3 now = pli_vec3_scale(arm, pose->weights[i]), rest = pose->rest[i];
@@ -37,14 +36,33 @@ static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
     return covariance;
 }
 
+static void pose_fit_as_in_bullet(const pli_body* body, pose_state* pose) {
+    /* A small diagonal keeps a mesh in a coordinate plane from being singular. */
+    const pli_mat3 small = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
+    pose->rotation = plii_polar_factor(pose_covariance(body, pose, small), pose->rotation);
+}
+
+/* Of any size, pinned, flat or inverted. */
+static void pose_fit(const pli_body* body, pose_state* pose) {
+    const pli_mat3 covariance = pose_covariance(body, pose, plii_mat3_diagonal(0, 0, 0)), *last = &pose->rotation;
+    const float xx = last->rows[0].x, yy = last->rows[1].y, zz = last->rows[2].z;
+    pli_quat start = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
+                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
+                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), last->rows[1].x - last->rows[0].y),
+                      sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
+    pose->rotation = plii_rotation_fit_warm(&covariance, &start);
+}
+
 static void pose_run(pli_body* body, void* state) {
     pose_state* pose = state;
+    pose->centre = pose_centre(body, pose);
     if (body->world->def.reference_mode) {
         plii_body_update_bounds(body);
         body->has_early_bounds = true;
+        pose_fit_as_in_bullet(body, pose);
+    } else {
+        pose_fit(body, pose);
     }
-    pose->centre = pose_centre(body, pose);
-    pose->rotation = plii_polar_factor(pose_covariance(body, pose), pose->rotation);
     const pli_transform frame = {pose->rotation, pose->centre};
     for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
         pli_vec4* position = &body->positions[i];
