@@ -1,8 +1,7 @@
 #pragma once
 
-/* Hooks, memory and error messages. Everything that can fail ends in plii_fail. Several threads may be here at once:
-   the parts of a parallel range, and steps of different worlds. Hooks of the user are called by one of them at a time.
- */
+/* Hooks, memory and error messages. Several threads may be here at once: the parts of a parallel range, and steps of
+   different worlds. Hooks of the user are called by one of them at a time. */
 
 #include "pliant/base.h"
 
@@ -45,14 +44,18 @@ struct pli_context {
 #define PLII_COLD
 #endif
 
-/* Keeps "function: message", logs it, returns `status`. Call through PLII_FAIL. Without a context nothing is kept, in a
-   checked build for pli_last_error(NULL). */
+/* Keeps "function: message", logs it, returns `status`. Without a context only a checked build keeps it. */
 PLII_COLD pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
     PLI_PRINTF_LIKE(4, 5);
 /* Of calls that no context could keep the message of; empty but in a checked build. */
 const char* plii_lost_error(void);
 
 #define PLII_FAIL(context, status, ...) plii_fail(context, status, __func__, __VA_ARGS__)
+/* Returns early with an error where something is wrong and nothing is owned. */
+#define PLII_FAIL_IF(is_wrong, context, status, function, ...)                                                         \
+    do {                                                                                                               \
+        if (is_wrong) { return plii_fail(context, status, function, __VA_ARGS__); }                                    \
+    } while (0)
 
 /* Returns early where nothing is owned. */
 #define PLII_TRY(expression)                                                                                           \
@@ -60,6 +63,12 @@ const char* plii_lost_error(void);
         const pli_status plii_try_status = (expression);                                                               \
         if (plii_try_status != PLI_OK) { return plii_try_status; }                                                     \
     } while (0)
+
+/* A public call that only looks at a handle: `value`, or `otherwise` where it is not one. */
+#define PLII_DEFINE_GET(type, function, kind, value, otherwise)                                                        \
+    type function(const pli_##kind* kind) {                                                                            \
+        return plii_check_##kind(kind, __func__) == PLI_OK ? (value) : (otherwise);                                    \
+    }
 
 #ifdef __cplusplus
 #define PLII_THREAD_LOCAL thread_local
@@ -176,8 +185,30 @@ bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, 
 /* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
 void* plii_duplicate(pli_context* context, const void* block, size_t size);
 
-/* Of what threads change in the context and its rigid bodies: for a short time, or for a hook. False: an outer hook of
-   this thread has it, and plii_context_unlock does nothing. */
+/* Memory that a function needs for a while: several blocks that go together, and one answer to whether all are there.
+
+       plii_scratch scratch = {.context = context};
+       int* stamps = PLII_TAKE(&scratch, int, node_count);
+       int* queue = PLII_TAKE(&scratch, int, node_count);
+       if (!scratch.is_short) { ... }
+       plii_scratch_free(&scratch); */
+enum { PLII_SCRATCH_BLOCKS = 16 };
+typedef struct plii_scratch {
+    pli_context* context;
+    bool is_short; /* of memory, for one block at least */
+    int count;
+    struct {
+        void* memory;
+        size_t size;
+    } blocks[PLII_SCRATCH_BLOCKS];
+} plii_scratch;
+
+/* Zeroed; NULL when out of memory, which is kept in `is_short`, or when `size` is 0. At most PLII_SCRATCH_BLOCKS. */
+void* plii_scratch_take(plii_scratch* scratch, size_t size);
+#define PLII_TAKE(scratch, type, count) plii_scratch_take(scratch, (size_t)(count) * sizeof(type))
+void plii_scratch_free(plii_scratch* scratch);
+
+/* Of what threads change in the context and its rigid bodies. False: an outer hook of this thread has it already. */
 bool plii_context_lock(pli_context* context);
 void plii_context_unlock(pli_context* context, bool was_locked);
 

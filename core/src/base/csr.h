@@ -26,8 +26,7 @@ typedef struct plii_half_link {
     int neighbour, link;
 } plii_half_link;
 
-/* The half links [2 * link_count] of each node, in the order of links, which are structs of `link_size` bytes that
-   begin with their two nodes. `begin` is zeroed. */
+/* The half links [2 * link_count] of each node; links are structs that begin with their nodes. `begin` is zeroed. */
 static inline void plii_csr_half_links(int node_count, int link_count, const void* links, size_t link_size, int* begin,
                                        plii_half_link* halves) {
     for (int i = 0; i < link_count; ++i) {

@@ -1,7 +1,6 @@
 #pragma once
 
-/* Disjoint sets of indices, as a forest in an array of parents. The root of a set is its smallest index, so the order
-   of joining does not matter. */
+/* Disjoint sets of indices, as a forest of parents. The root is the smallest index, whatever the order of joins. */
 
 static inline void plii_union_start(int count, int* parents) {
     for (int i = 0; i < count; ++i) {

@@ -1,6 +1,6 @@
 /* Features of bodies in files. The one file that names them all. */
 
-#include "file/file_parts.h"
+#include "file/file_impl.h"
 
 #include "body/all_features.h"
 #include "body/feature_arrays.h"

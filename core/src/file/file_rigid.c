@@ -1,8 +1,7 @@
 /* Rigid bodies in files, with their shapes. */
 
-#include "file/file_parts.h"
+#include "file/file_impl.h"
 
-#include "math/vec.h"
 #include "shape/shape_impl.h"
 
 #include <string.h>
@@ -98,8 +97,7 @@ static pli_shape* file_shape(plii_file* file, const pli_world_file_def* def, con
     return file->status == PLI_OK ? file_make_shape(file, (plii_shape_kind)kind, numbers) : NULL;
 }
 
-/* Shape `slot` of rigid body `index`, which has its first `slot` shapes already in READ: where it was first, and if
-   that is here, what it is. */
+/* Shape `slot` of rigid body `index`, after those before it: where it was first, and if that is here, what it is. */
 static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, const pli_world* world, int index,
                                 int slot, pli_shape* const* shapes, bool is_wanted) {
     int place[2] = {0, 0};

@@ -1,6 +1,6 @@
 /* Numbers of files, and structs by the letters of their members. */
 
-#include "file/file_stream.h"
+#include "file/file_impl.h"
 
 #include "cluster/joint_impl.h"
 

@@ -153,8 +153,7 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
     return is_found && plii_dvec3_unit(plii_dvec3_from(found.normal), &normal) && convex_measure(search, normal, &axis);
 }
 
-/* Along a known axis, or that between the centres when it is shorter. False when the known one has become too
-   deep for that. */
+/* Along a known axis, or that between the centres when it is shorter. False when the known one is too deep by now. */
 static bool convex_search_cached_axis(convex_search* search, const plii_convex_cache* cache) {
     convex_axis known, between;
     pli_vec3 normal;

@@ -5,9 +5,8 @@
 #include "math/dvec3.h"
 #include "math/vec.h"
 
-/* A convex set as the collision queries see it is a core, known by its farthest points, grown by a radius. Both sets of
-   a pair are given in one frame. Results are as accurate as float coordinates in that frame, so its origin should not
-   lie far away. */
+/* A convex set is a core, known by its farthest points, grown by a radius. Both sets of a pair are given in one frame,
+   whose origin should not lie far away: results are as accurate as float coordinates there. */
 
 /* A point of the core that lies farthest along `direction`, a unit vector. Finite; the same for the same direction. */
 typedef pli_vec3 plii_support_fn(const void* user, pli_vec3 direction);
@@ -26,8 +25,7 @@ typedef enum plii_convex_relation {
     PLII_CONVEX_UNDEFINED    /* a support point is not finite */
 } plii_convex_relation;
 
-/* What one pair remembers from query to query; all zero at first. Support directions instead of points, so that it
-   stays of use while both sets move and deform. */
+/* What a pair remembers from query to query, zero at first. Directions stay of use while both sets move and deform. */
 enum { PLII_CONVEX_CACHE_POINTS = 4 };
 
 typedef struct plii_convex_cache {

@@ -46,8 +46,7 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
     cache->present_capacity = capacity;
     cache->present_count = 0;
 
-    /* Both have the same size, so that a step like the last one needs nothing. Doubling would have each overtake the
-       other. */
+    /* Of the same size, so that a step like the last one needs nothing. Doubling would have each overtake the other. */
     if (cache->present_capacity < cache->before_capacity) {
         PLII_RELEASE(context, cache->present, cache->present_capacity);
         cache->present = plii_allocate(context, (size_t)cache->before_capacity * sizeof *cache->present);

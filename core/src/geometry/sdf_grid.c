@@ -6,16 +6,14 @@
 
 #include "geometry/sdf_grid.h"
 
-#include "base/scratch.h"
 #include "math/bounds.h"
 
 // -------------------------------------------------------------------------------------------------- the winding number
 
 /* How often the surface goes round a point: 1 inside of a closed surface that faces outward and 0 outside; with holes
-   or doubled parts something in between that changes gradually. Generalised winding numbers (Jacobson, Kavan,
-   Sorkine-Hornung, Robust inside-outside segmentation using generalized winding numbers, 2013), far triangles taken
-   together as one dipole (Barill, Dickson, Schmidt, Levin, Jacobson, Fast winding numbers for soups and clouds, 2018).
- */
+   or doubled parts something in between that changes gradually. Jacobson and others, Robust inside-outside segmentation
+   using generalized winding numbers, 2013; far triangles are taken together as one dipole: Barill and others, Fast
+   winding numbers for soups and clouds, 2018. */
 
 /* A cluster is far when it is this many of its radii away: errors of some hundredths. */
 #define WINDING_FAR 3.0f
@@ -137,8 +135,7 @@ static float winding_at(const winding_field* winding, pli_vec3 point) {
 
 /* Samples along the edge of a block. */
 #define SAMPLING_BLOCK 4
-/* A block whose centre is farther than this from the surface, in cells, lies on one side of it; its samples are within
-   2.6. */
+/* Cells: a block whose centre is farther from the surface lies on one side of it; its samples are within 2.6. */
 #define SAMPLING_NEAR 4.1f
 /* Winding numbers farther than this from one half hold for the whole of such a block. */
 #define SAMPLING_CLEAR 0.25f
@@ -256,9 +253,8 @@ static bool sampling_find_holes(sampling_grid* grid) {
     return has_holes;
 }
 
-/* No distance may exceed that of a neighbour by more than the distance between them: half of the 26 neighbours in the
-   order of the samples, the other half in the opposite order (Borgefors, Distance transformations in digital images,
-   1986). */
+/* No distance may exceed that of a neighbour by more than the way there: half of the 26 neighbours in the order of the
+   samples, the others in the opposite order (Borgefors, Distance transformations in digital images, 1986). */
 static void sampling_lower(sampling_grid* grid, bool is_backward) {
     const float lengths[4] = {0.0f, 1.0f, 1.41421356f, 1.73205081f};
     const int sign = is_backward ? -1 : 1;

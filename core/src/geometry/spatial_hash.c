@@ -150,8 +150,7 @@ static plii_float4 spatial_hash_squared_distances(const plii_spatial_hash* hash,
     return plii_vec3x4_dot(apart, apart);
 }
 
-/* Without a branch that depends on positions: every point of the run is written, those too far are written over. False
-   when there were more than `most`. */
+/* Without branches by positions: every point is written, those too far are written over. False: more than `most`. */
 PLII_SIMD_INLINE bool spatial_hash_scan(const spatial_hash_search* search, const spatial_hash_run* run, plii_vec3x4 p,
                                         int most, bool is_grid) {
     static const unsigned lanes_left[PLII_LANES] = {0, 1, 3, 7};

@@ -1,5 +1,4 @@
-/* Triangles without connections: repeated and empty ones are sorted out, distances go through a bounding volume
-   tree. */
+/* Triangles without connections: repeated and empty ones are sorted out, distances go through a tree. */
 
 #include "geometry/triangle_soup.h"
 

@@ -2,9 +2,7 @@
 
 /* Triangles without connections, for questions that do not need any, with a tree over them. */
 
-#include "base/context.h"
 #include "geometry/bvh.h"
-#include "math/vec.h"
 
 typedef struct plii_soup_triangle {
     pli_vec3 corners[3];

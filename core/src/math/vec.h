@@ -1,7 +1,6 @@
 #pragma once
 
-/* Vector and matrix helpers of the core. Where Bullet's float results are to be met bit for bit, the order of the
-   operations is part of the contract. */
+/* Vectors and matrices. Where Bullet's bits are to be met the order of operations is part of the contract. */
 
 #include "pliant/body.h"
 #include "pliant/math.h"
@@ -14,18 +13,15 @@
 static inline pli_vec3 plii_xyz(pli_vec4 v) {
     return pli_vec3_make(v.x, v.y, v.z);
 }
-
 /* Keeps w. */
 static inline void plii_set_xyz(pli_vec4* target, pli_vec3 v) {
     target->x = v.x;
     target->y = v.y;
     target->z = v.z;
 }
-
 static inline void plii_add_xyz(pli_vec4* target, pli_vec3 v) {
     plii_set_xyz(target, pli_vec3_add(plii_xyz(*target), v));
 }
-
 static inline bool plii_is_finite(float value) {
     return isfinite(value) != 0;
 }
@@ -43,7 +39,6 @@ static inline bool plii_transform_is_finite(pli_transform t) {
 static inline pli_vec3 plii_vec3_divide(pli_vec3 a, float s) {
     return pli_vec3_scale(a, 1.0f / s);
 }
-
 /* btVector3::safeNormalize: (1, 0, 0) when too short. */
 static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
     const float length_squared = pli_vec3_length_squared(a);

@@ -1,9 +1,7 @@
-/* Bending links: a link between every two nodes at a given distance in the graph of the present links. Gives the links
-   of btSoftBody::generateBendingConstraints in the same order, from breadth-first searches, two per node, instead of a
-   table of all pairs. */
+/* Bending links: a link between every two nodes at a given distance in the graph of the present links, in the order of
+   btSoftBody::generateBendingConstraints. Two breadth-first searches per node in place of a table of all pairs. */
 
 #include "base/csr.h"
-#include "base/scratch.h"
 #include "mesh/mesh_impl.h"
 
 #include <limits.h>
@@ -91,9 +89,7 @@ static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int
 pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int material, int* added) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
-    if (distance < 2) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "the distance is %d, it must be 2 or more", distance);
-    }
+    PLII_TRY(plii_check_int(mesh->context, distance, 2, INT_MAX, "the distance", __func__));
     const int old_count = mesh->link_count;
     if (old_count > 0) {
         bending_work work = {0};
@@ -104,10 +100,8 @@ pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int mater
         }
         if (has_room) { bending_append(&work, mesh, distance, material); }
         plii_scratch_free(&work.scratch);
-        if (!has_room) {
-            return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY,
-                             "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);
-        }
+        PLII_FAIL_IF(!has_room, mesh->context, PLI_ERROR_OUT_OF_MEMORY, __func__,
+                     "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);
     }
     if (added != NULL) { *added = mesh->link_count - old_count; }
     return PLI_OK;

@@ -152,8 +152,7 @@ static void groups_range(int begin, int end, void* data) {
     }
 }
 
-/* One item that has more than half of all nodes runs before the others, and parts its own ranges. False: there are too
-   few nodes, nothing was done. */
+/* An item of more than half of all nodes runs before the others, and parts its ranges. False: too few, nothing done. */
 static bool groups_run(groups_task* task, int count, int64_t least, int worth) {
     const pli_world* world = task->world;
     int64_t nodes = 0, largest = -1;

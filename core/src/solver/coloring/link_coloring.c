@@ -3,8 +3,6 @@
 
 #include "solver/coloring/link_coloring.h"
 
-#include "base/csr.h"
-#include "base/scratch.h"
 #include "body/pipeline.h"
 
 #include <string.h>

@@ -5,7 +5,6 @@
    burst sideways, the absolute value of the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation:
    Absolute Eigenvalue Filtering". */
 
-#include "base/csr.h"
 #include "math/simd_float4.h"
 #include "solver/implicit/implicit_system.h"
 

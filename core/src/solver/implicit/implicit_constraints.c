@@ -6,7 +6,6 @@
 
 #include "base/csr.h"
 #include "body/pipeline.h"
-#include "body/rigid_impl.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -171,8 +170,7 @@ static bool implicit_constraint_is_after(const plii_node_constraint* a, const pl
     return (unsigned)a->node > (unsigned)b->node;
 }
 
-/* Merges neighbouring sorted runs until there is one; constraints of a node keep their order. `to` is as long as
- * `from`. */
+/* Merges sorted runs until there is one; constraints of a node keep their order. `to` is as long as `from`. */
 static void implicit_constraints_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
     for (int width = 1; width < count; width *= 2) {
         for (int begin = 0; begin < count; begin += 2 * width) {
@@ -206,8 +204,7 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
                : constraints->capacity / 2;
 }
 
-/* Velocity with which a point that moves with the rigid body leaves where it was at the start of the step, as far as it
-   is known yet. */
+/* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet. */
 static plii_dvec3 implicit_point_velocity(const pli_rigid* rigid, pli_vec3 local, float dt) {
     const pli_transform begin = rigid->path.begin;
     const plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
@@ -346,12 +343,10 @@ static double implicit_room(const plii_implicit_constraints* constraints, int no
 
 /* m/s: how the surface moves along itself, from what it touches as that came into the step. */
 static plii_dvec3 implicit_across(const plii_implicit_constraint* constraint) {
-    const double along = plii_dvec3_dot(constraint->target, constraint->normal);
-    return plii_dvec3_add_scaled(constraint->target, constraint->normal, -along);
+    return plii_dvec3_across(constraint->target, constraint->normal);
 }
 
-/* Nodes are light: a body that presses them against what nothing moves is held by that directly, and goes along with
-   them where they are pulled on. */
+/* Nodes are light: a body that presses them against what nothing moves is held by that directly. */
 static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_constraints* constraints, int index) {
     const plii_implicit_constraint* from = &constraints->items[index];
     const plii_implicit_rigid* rigid = &constraints->rigids[from->rigid];

@@ -79,8 +79,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
 }
 
-/* m s^2 / 2 + U of the solution that lies `share` of the way from the one before, with what the impulses of constraints
-   give to it; the body is there. */
+/* m s^2 / 2 + U, less what constraints give, of the solution `share` of the way from that before, where the body is. */
 static double energy_potential(const plii_implicit_system* system, double share) {
     const pli_body* body = system->body;
     const plii_dvec3* before = system->before;

@@ -178,8 +178,7 @@ static double implicit_noise(uint32_t seed) {
     return (double)(x ^ (x >> 16)) / 2147483648.0 - 1.0;
 }
 
-/* In the product x^T D y the iteration matrix is symmetric, so the growth of a vector never exceeds the radius and
-   never falls from one iteration to the next. */
+/* In the product x^T D y the iteration matrix is symmetric, so the growth of a vector rises up to the radius. */
 double plii_implicit_spectral_radius(plii_implicit_system* system) {
     for (int i = 0; i < system->body->node_count; ++i) {
         const uint32_t seed = 3 * (uint32_t)i;

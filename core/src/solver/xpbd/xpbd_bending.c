@@ -1,9 +1,7 @@
 /* XPBD: dihedral angles, C = angle between the normals of two faces with a common edge - rest angle. The gradient is
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
-#include "base/csr.h"
 #include "body/all_features.h"
-#include "math/definition.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 

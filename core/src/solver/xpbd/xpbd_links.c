@@ -1,7 +1,6 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
 #include "body/all_features.h"
-#include "math/definition.h"
 #include "solver/coloring/links_kernel.h"
 #include "solver/xpbd/xpbd_impl.h"
 

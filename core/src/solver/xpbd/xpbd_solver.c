@@ -5,13 +5,9 @@
 #include "math/simd_float4.h"
 
 #include "body/all_features.h"
-#include "body/pipeline.h"
 #include "body/substep_kinds.h"
 #include "body/substep_rigid.h"
-#include "body/world_state.h"
-#include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
-#include "solver/xpbd/xpbd_nodes.h"
 
 enum {
     XPBD_NODES_GRAIN = 2048,
@@ -65,9 +61,7 @@ static void xpbd_integrate_free(int begin, int end, void* data) {
 }
 
 static void xpbd_predict(pli_body* body, float dt) {
-    plii_step* step = &body->step;
-    step->dt = dt * body->solver.time_scale;
-    step->inverse_dt = 1.0f / step->dt;
+    plii_solver_set_step(body, dt);
     body->gas = NULL;
     plii_run_stage(body, PLII_STAGE_FORCES);
     plii_parallel_for(body->context, xpbd_integrate_free, body, body->node_count, XPBD_NODES_GRAIN);
@@ -78,7 +72,6 @@ static void xpbd_predict(pli_body* body, float dt) {
 static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* range) {
     plii_parallel_for(body->context, range, nodes, body->node_count, XPBD_NODES_GRAIN);
 }
-
 static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
     return PLII_KERNEL(body->context, &plii_xpbd_nodes);
 }
@@ -193,10 +186,8 @@ const plii_feature_class plii_xpbd_class = {
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
-    if (!plii_feature_is_enabled(body, &plii_xpbd_class)) {
-        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
-                         "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
-    }
+    PLII_FAIL_IF(!plii_feature_is_enabled(body, &plii_xpbd_class), body->context, PLI_ERROR_WRONG_STATE, function,
+                 "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     return plii_feature_enable_with(body, klass, given, size, state);
 }
 

@@ -4,7 +4,6 @@
 #include "body/all_features.h"
 #include "math/simd_float4.h"
 
-#include "base/scratch.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -206,9 +205,8 @@ const plii_feature_class plii_xpbd_tetras_class = {
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_limits(body->context, &compliance, &plii_xpbd_tetras_class.settings, __func__));
-    if (body->topology->tetra_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
-    }
+    PLII_FAIL_IF(body->topology->tetra_count == 0, body->context, PLI_ERROR_INVALID_MESH, __func__,
+                 "the body has no tetrahedra");
     return plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, &compliance, sizeof compliance, __func__, NULL);
 }
 

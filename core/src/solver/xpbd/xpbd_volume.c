@@ -1,10 +1,8 @@
-/* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all nodes of the
-   surface. */
+/* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all their nodes. */
 
 #include "body/all_features.h"
 #include "math/simd_float4.h"
 
-#include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 #include <string.h>
@@ -31,7 +29,6 @@ typedef struct xpbd_volume_nodes {
 PLII_SIMD_INLINE plii_float4 xpbd_volume_corner(const xpbd_volume_nodes* nodes, int node) {
     return plii_float4_from(&nodes->positions[node]) - nodes->origin + plii_float4_from(&nodes->displacements[node]);
 }
-
 PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
     plii_float4_to(sum, plii_float4_from(sum) + cross);
 }
