@@ -3,7 +3,6 @@
 #include "base/context.h"
 
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <threads.h>

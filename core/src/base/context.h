@@ -124,21 +124,12 @@ static inline const plii_walk* plii_walk_find(const pli_context* context) {
 pli_status plii_check_context(const pli_context* context, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
-/* Around queries of shapes, which each thread counts for itself: no walks, as several may ask shapes of one context. */
+/* Queries of shapes that this thread is in: no walks, as several may ask shapes of one context. */
 extern PLII_THREAD_LOCAL int plii_shape_queries;
-static inline void plii_shape_query_begin(void) {
-    ++plii_shape_queries;
-}
-static inline void plii_shape_query_end(void) {
-    --plii_shape_queries;
-}
-static inline bool plii_is_in_shape_query(void) {
-    return plii_shape_queries > 0;
-}
 PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {
-    const bool is_free = plii_walk_find(context) == NULL && !plii_is_in_shape_query();
+    const bool is_free = plii_walk_find(context) == NULL && plii_shape_queries == 0;
     return is_free ? PLI_OK : plii_refuse_change(context, function);
 }
 
@@ -160,7 +151,6 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
     type* item = (items);                                                                                              \
     item != NULL && (item) < (items) + (count);                                                                        \
     ++item
-
 /* The same of an array of pointers: what each leads to. */
 #define PLII_EACH_AT(type, item, items, count)                                                                         \
     type *const *plii_at_##item = (items), *item = NULL;                                                               \
@@ -176,11 +166,13 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
         }                                                                                                              \
         (count) = plii_kept;                                                                                           \
     } while (0)
-
 /* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
 #define PLII_RESERVE(context, data, capacity, needed)                                                                  \
     plii_reserve(context, (void**)(data), capacity, needed, sizeof **(data))
+/* The same for one element more than `count`. */
+#define PLII_GROW(context, data, capacity, count)                                                                      \
+    ((count) < INT32_MAX && PLII_RESERVE(context, data, capacity, (count) + 1))
 
 /* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
 void* plii_duplicate(pli_context* context, const void* block, size_t size);
@@ -218,10 +210,8 @@ void plii_context_unlock(pli_context* context, bool was_locked);
 
 /* Whether a range would be parted: there is a hook, and the thread is in no part of another range. */
 bool plii_has_threads(const pli_context* context);
-
 /* Through the hook. Within a part of another range everything is one part. */
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain);
-
 static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
     if (count > grain && context->parallel_for != NULL) {
         plii_parallel_run(context, range, task, count, grain);

@@ -2,12 +2,10 @@
 
 #include "base/handle.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Zeroed: of large blocks the system gives pages only as they are first written, which for some never comes. What
-   calloc gave stands in front of the block. */
+/* Zeroed: of large blocks the system gives pages only when written. What calloc gave stands in front of the block. */
 static void* context_default_allocate(size_t size, size_t alignment, void* user) {
     const size_t front = sizeof(void*) + alignment - 1;
     char* base = size <= SIZE_MAX - front ? calloc(1, front + size) : NULL;
@@ -25,22 +23,11 @@ static void context_default_release(void* block, size_t size, void* user) {
 }
 
 static bool context_has_simd(pli_simd simd) {
-    switch (simd) {
-    case PLI_SIMD_PORTABLE:
-        return true;
 #if PLIANT_SIMD_X86
-    case PLI_SIMD_SSE2:
-        return true;
-    case PLI_SIMD_AVX2:
-        return __builtin_cpu_supports("avx2") != 0;
+    if (simd == PLI_SIMD_AVX2) { return __builtin_cpu_supports("avx2") != 0; }
 #endif
-#if PLIANT_SIMD_NEON
-    case PLI_SIMD_NEON:
-        return true;
-#endif
-    default:
-        return false;
-    }
+    return simd == PLI_SIMD_PORTABLE || (PLIANT_SIMD_X86 && simd == PLI_SIMD_SSE2) ||
+           (PLIANT_SIMD_NEON && simd == PLI_SIMD_NEON);
 }
 
 static pli_simd context_best_simd(void) {

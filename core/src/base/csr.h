@@ -56,8 +56,8 @@ static inline void plii_csr_sort(int key_count, int item_count, const int* keys,
     }
 }
 
-/* Of items of `size` bytes in the order of an int, `offset` bytes into each: the first that is not below `key`. Without
-   signs: PLI_NULL_INDEX is the last. */
+/* Of items of `size` bytes in the order of an unsigned at `offset`: the first not below `key`. PLI_NULL_INDEX is last.
+ */
 static inline int plii_csr_first(const void* items, size_t size, size_t offset, int count, int key) {
     int begin = 0, end = count;
     while (begin < end) {

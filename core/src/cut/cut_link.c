@@ -1,5 +1,4 @@
-/* Cutting one link in two. Nodes, links and faces come in the order of btSoftBody::cutLink; masses are taken from the
-   ends of the link, and the halves share its rest length. */
+/* Cutting one link in two, in the order of btSoftBody::cutLink; its ends give mass, and the halves share its length. */
 
 #include "pliant/cut.h"
 

@@ -6,7 +6,6 @@
 #include "body/feature_arrays.h"
 #include "body/pipeline.h"
 
-#include <limits.h>
 #include <string.h>
 
 // ----------------------------------------------------------------------------------------------------- life
@@ -102,8 +101,7 @@ static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share, float limit) {
 
 /* Room for one more node, link or face. */
 #define EDIT_GROW(edit, element)                                                                                       \
-    ((edit)->element##_count < INT_MAX &&                                                                              \
-     PLII_RESERVE((edit)->context, &(edit)->element##s, &(edit)->element##_capacity, (edit)->element##_count + 1))
+    PLII_GROW((edit)->context, &(edit)->element##s, &(edit)->element##_capacity, (edit)->element##_count)
 
 int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
     if (!EDIT_GROW(edit, node)) { return PLI_NULL_INDEX; }
@@ -233,14 +231,12 @@ static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, i
     const plii_edit_face face = edit->faces[i];
     const int from = face.nodes[j], to = face.nodes[k], opposite = face.nodes[(k + 1) % 3];
     const float share = from == edge.a ? edge.share : 1.0f - edge.share;
-
     const plii_edit_face first = {
         {opposite, from, edge.node}, face.material, {face.origin.parent, face.origin.share * share}};
     const plii_edit_face second = {
         {edge.node, to, opposite}, face.material, {face.origin.parent, face.origin.share * (1.0f - share)}};
     edit->faces[i] = first;
     if (!plii_edit_add_face(edit, second)) { return false; }
-
     const float edge_squared = edit_rest_squared(edit, map, from, to);
     const float rest_squared = plii_edit_median_squared(edit, map, opposite, from, to, share);
     const plii_edit_link link = {{edge.node, opposite}, rest_squared, (plii_link_tag)face.material};
@@ -403,7 +399,6 @@ static pli_status edit_commit(plii_edit* edit) {
         plii_scratch_free(&product.scratch);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-
     edit_replace(body, &product.body);
     body->world->needs_reserve = true;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {

@@ -40,6 +40,8 @@ typedef struct plii_file {
 void plii_file_begin_part(plii_file* file, const char* part);
 /* The first error stays. */
 PLII_COLD void plii_file_refuse(plii_file* file, const char* problem);
+/* What a call gave, which is an error of the file unless it is the lack of memory; whether it is none. */
+bool plii_file_is_made(plii_file* file, pli_status status, const char* problem);
 /* Another error, with its message; returns it. */
 #define PLII_FILE_FAIL(file, error, ...)                                                                               \
     ((file)->status = plii_fail((file)->context, error, (file)->function, __VA_ARGS__))

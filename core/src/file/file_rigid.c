@@ -26,8 +26,6 @@ static const plii_state_part file_rigid_parts[] = {
     {0},
 };
 
-// ---------------------------------------------------------------------------------------------------------- shapes
-
 /* Shapes may be shared: where one was first. */
 static void file_first_place(const pli_world* world, const pli_shape* shape, int place[2]) {
     for (int i = 0; i < world->rigid_count; ++i) {
@@ -53,11 +51,7 @@ static pli_shape* file_make_shape(plii_file* file, plii_shape_kind kind, const f
     if (kind == PLII_SHAPE_CYLINDER) {
         status = pli_shape_create_cylinder(file->context, pli_vec3_scale(v, d[3]), d[4], &shape);
     }
-    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
-    if (status != PLI_OK) {
-        plii_file_refuse(file, "a shape cannot be made of its numbers");
-        return NULL;
-    }
+    if (!plii_file_is_made(file, status, "a shape cannot be made of its numbers")) { return NULL; }
     memcpy(shape->def.user, d, shape->data_size);
     return shape;
 }
@@ -119,8 +113,6 @@ static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, 
     return shape;
 }
 
-// -------------------------------------------------------------------------------------------------------- rigid bodies
-
 static void file_copy_parts(const plii_state_part* parts, pli_rigid* to, const pli_rigid* from) {
     for (const plii_state_part* part = parts; part->size > 0; ++part) {
         memcpy((unsigned char*)to + part->offset, (const unsigned char*)from + part->offset, part->size);
@@ -141,11 +133,7 @@ static pli_rigid* file_make_rigid(plii_file* file, pli_world* world, const pli_r
     def.shape_poses = read->shape_poses;
     pli_rigid* made = NULL;
     const pli_status status = pli_rigid_create(world, &def, &made);
-    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
-    if (status != PLI_OK) {
-        plii_file_refuse(file, "a rigid body cannot be made of its numbers");
-        return NULL;
-    }
+    if (!plii_file_is_made(file, status, "a rigid body cannot be made of its numbers")) { return NULL; }
     file_copy_parts(file_rigid_first_parts, made, read);
     return made;
 }

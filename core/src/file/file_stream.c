@@ -17,6 +17,12 @@ void plii_file_refuse(plii_file* file, const char* problem) {
                                    "body %d: %s: %s, before byte %zu", file->body_index, what, problem, file->at);
 }
 
+bool plii_file_is_made(plii_file* file, pli_status status, const char* problem) {
+    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
+    if (status != PLI_OK) { plii_file_refuse(file, problem); }
+    return status == PLI_OK;
+}
+
 void plii_file_begin_part(plii_file* file, const char* part) {
     file->what = part;
     if (file->begin_part != NULL) { file->begin_part(part, file->body_index, file->at, file->begin_user); }

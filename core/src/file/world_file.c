@@ -271,8 +271,7 @@ static void file_make_world(file_walk* walk) {
     file_world_settings(file, &def);
     if (file->status != PLI_OK) { return; }
     const pli_status status = pli_world_create(file->context, &def, &walk->world);
-    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
-    if (status != PLI_OK) { plii_file_refuse(file, "a setting is out of range"); }
+    (void)plii_file_is_made(file, status, "a setting is out of range");
 }
 
 static void file_settle(file_walk* walk) {

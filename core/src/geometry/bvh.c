@@ -92,8 +92,7 @@ PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const pli
            bvh4_outside(point.z, group->low.z, group->high.z);
 }
 
-/* Visits boxes of the lowest level that counts, depth first, ascending or backwards: of the groups on the path down,
-   what is left to be looked at. */
+/* Visits boxes of the lowest level that counts, depth first, ascending or backwards; `bits`: what is left of groups. */
 PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, bool backwards,
                                 plii_bvh_visit_fn* visit, void* user) {
     const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);

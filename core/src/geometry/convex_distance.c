@@ -26,8 +26,7 @@ typedef struct convex_axis {
 typedef struct convex_search {
     double gap;      /* of the queries that follow */
     double progress; /* of the depth: a descent ends with a smaller one */
-    const plii_convex* a;
-    const plii_convex* b;
+    const plii_convex *a, *b;
     convex_axis starts[CONVEX_MAX_STARTS];
     int start_count;
     convex_axis best;

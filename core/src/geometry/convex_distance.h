@@ -6,8 +6,7 @@
 
 /* Looks for the shortest translation of `a` that ends an overlap. */
 typedef struct plii_penetration_query {
-    const plii_convex* a;
-    const plii_convex* b;
+    const plii_convex *a, *b;
     double size; /* reach of a - b from the origin, as far as seen; > 0 */
     int max_support_calls;
 } plii_penetration_query;

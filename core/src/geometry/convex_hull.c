@@ -9,7 +9,6 @@
 #include "math/dvec3.h"
 #include "math/range.h"
 
-#include <limits.h>
 #include <string.h>
 
 typedef struct hull_face {
@@ -102,10 +101,7 @@ static int hull_add_face(hull_work* work, int a, int b, int c) {
     if (face >= 0) {
         work->free_face = work->faces[face].next_free;
     } else {
-        if (work->face_count == INT_MAX ||
-            !PLII_RESERVE(work->context, &work->faces, &work->face_capacity, work->face_count + 1)) {
-            return -1;
-        }
+        if (!PLII_GROW(work->context, &work->faces, &work->face_capacity, work->face_count)) { return -1; }
         face = work->face_count++;
     }
     work->faces[face] = (hull_face){.corners = {a, b, c}, .outside = -1, .visited_by = -1, .is_alive = true};
@@ -114,10 +110,7 @@ static int hull_add_face(hull_work* work, int a, int b, int c) {
 
 static bool hull_enqueue(hull_work* work, int face) {
     if (work->faces[face].outside < 0) { return true; }
-    if (work->queue_count == INT_MAX ||
-        !PLII_RESERVE(work->context, &work->queue, &work->queue_capacity, work->queue_count + 1)) {
-        return false;
-    }
+    if (!PLII_GROW(work->context, &work->queue, &work->queue_capacity, work->queue_count)) { return false; }
     work->queue[work->queue_count++] = face;
     return true;
 }

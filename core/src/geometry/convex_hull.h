@@ -16,7 +16,6 @@ typedef struct plii_convex_hull {
    PLI_ERROR_INVALID_MESH (points in a plane), PLI_ERROR_OUT_OF_MEMORY. */
 pli_status plii_convex_hull_create(pli_context* context, int point_count, const pli_vec3* points, float tolerance,
                                    const char* function, plii_convex_hull* hull);
-/* The points that are corners, in their order: `corners` [point_count] receives the number of each, PLI_NULL_INDEX of
-   the others. Returns how many there are. */
+/* The points that are corners: `corners` [point_count] gets the number of each, or PLI_NULL_INDEX; how many. */
 int plii_convex_hull_corners(const plii_convex_hull* hull, int point_count, int* corners);
 void plii_convex_hull_destroy(pli_context* context, plii_convex_hull* hull);

@@ -243,7 +243,6 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
         gjk_reduce(&state, &nearest);
     }
     if (!state.is_finite) { relation = PLII_CONVEX_UNDEFINED; }
-
     *result = (plii_gjk_result){.relation = relation, .support_calls = state.support_calls};
     if (relation == PLII_CONVEX_UNDEFINED) { return; }
     for (int i = 0; i < nearest.count; ++i) {

@@ -39,13 +39,11 @@ typedef struct plii_convex_cache {
 } plii_convex_cache;
 
 typedef struct plii_gjk_query {
-    const plii_convex* a;
-    const plii_convex* b;
+    const plii_convex *a, *b;
     plii_dvec3 offset;   /* added to every point of a */
     double max_distance; /* farther pairs end as PLII_CONVEX_BEYOND; HUGE_VAL: none do */
     double enough;       /* ends, as PLII_CONVEX_SEPARATED, once a smaller distance is known; 0: exact */
-    /* Ends when lower and upper bound agree to this share of the distance; 0: 1e-7, the normal then is right to 0.03
-       degrees. It goes with the root: to 0.8 degrees at 1e-4. */
+    /* Ends when the bounds agree to this share of the distance; 0: 1e-7, the normal is right to 0.03 degrees then. */
     double gap;
     int max_support_calls; /* of both callbacks together, at least 4 */
 } plii_gjk_query;

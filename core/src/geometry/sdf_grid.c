@@ -82,11 +82,6 @@ static bool winding_build(winding_field* winding, const plii_soup* soup) {
     return true;
 }
 
-static void winding_free(winding_field* winding) {
-    if (winding->soup == NULL) { return; }
-    PLII_RELEASE(winding->soup->context, winding->clusters, winding->begin[winding->level_count]);
-}
-
 /* Van Oosterom and Strackee, The solid angle of a plane triangle, 1983. */
 static float winding_solid_angle(const pli_vec3* corners, pli_vec3 point) {
     const pli_vec3 a = pli_vec3_sub(corners[0], point), b = pli_vec3_sub(corners[1], point);
@@ -161,10 +156,6 @@ static bool sampling_is_solid(float winding) {
     return fabsf(winding) > 0.5f;
 }
 
-static pli_vec3 sampling_point(int i, int j, int k) {
-    return pli_vec3_make((float)i, (float)j, (float)k);
-}
-
 /* Coordinates of a sample along the axes. */
 static void sampling_locate(const sampling_grid* grid, size_t sample, int at[3]) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -203,7 +194,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
             first[axis] + SAMPLING_BLOCK < grid->counts[axis] ? first[axis] + SAMPLING_BLOCK : grid->counts[axis];
     }
     const float half = 0.5f * (float)(SAMPLING_BLOCK - 1);
-    const pli_vec3 centre = pli_vec3_add(sampling_point(first[0], first[1], first[2]), pli_vec3_make(half, half, half));
+    const pli_vec3 centre = pli_vec3_make((float)first[0] + half, (float)first[1] + half, (float)first[2] + half);
     float centre_distance;
     int nearest = plii_soup_nearest(grid->soup, centre, PLI_NULL_INDEX, &centre_distance);
     const bool is_near = centre_distance <= SAMPLING_NEAR;
@@ -213,7 +204,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
         for (int j = first[1]; j < end[1]; ++j) {
             for (int i = first[0]; i < end[0]; ++i) {
                 const size_t at = (size_t)i + grid->strides[1] * (size_t)j + grid->strides[2] * (size_t)k;
-                const pli_vec3 p = sampling_point(i, j, k);
+                const pli_vec3 p = pli_vec3_make((float)i, (float)j, (float)k);
                 nearest = plii_soup_nearest(grid->soup, p, nearest, &grid->distances[at]);
                 if (!is_clear) { winding = fabsf(winding_at(&grid->winding, p)); }
                 grid->is_inside[at] = sampling_is_solid(winding);
@@ -306,7 +297,7 @@ pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling) {
         status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid) ? PLI_OK
                                                                                             : PLI_ERROR_INVALID_MESH;
     }
-    winding_free(&grid.winding);
+    PLII_RELEASE(soup->context, grid.winding.clusters, grid.winding.begin[grid.winding.level_count]);
     PLII_RELEASE(soup->context, grid.is_inside, grid.count);
     return status;
 }

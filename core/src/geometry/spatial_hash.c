@@ -106,7 +106,6 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
     spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
-
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {
         hash->starts[i] = 0;

@@ -33,8 +33,7 @@ static int patch_node(const pli_patch_def* def, int x, int y) {
     return y * def->columns + x;
 }
 
-/* A mesh with the nodes of the patch, pinned as asked, and room for its links and faces. `allowed_pins` are the bits
-   that the generator `function` knows. */
+/* A mesh with the nodes of the patch, pinned by the bits that the generator knows, and room for links and faces. */
 static pli_status patch_begin(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function,
                               pli_mesh** mesh) {
     PLII_TRY(plii_check_mesh_create(context, mesh, function));

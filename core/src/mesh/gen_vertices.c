@@ -1,10 +1,8 @@
 /* A mesh from a renderer's vertices, of which several are at a place where textures end: they become one node. */
 
-#include "geometry/weld.h"
+#include "geometry/triangle_soup.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
-
-#include <string.h>
 
 static pli_status vertices_check(pli_context* context, int vertex_count, const pli_vec3* vertices, int triangle_count,
                                  const int* triangles, const int* vertex_nodes, const char* function) {

@@ -5,8 +5,6 @@
 #include "pliant/generate.h"
 #include "pliant/io.h"
 
-#include <limits.h>
-
 typedef struct obj_reader {
     plii_text text;
     int point_count, point_capacity;
@@ -31,8 +29,7 @@ static pli_status obj_read_point(obj_reader* reader) {
     if (!plii_text_is_line_done(&reader->text)) {
         return plii_text_fail(&reader->text, "a vertex has more than 7 numbers");
     }
-    if (reader->point_count == INT_MAX ||
-        !PLII_RESERVE(reader->text.context, &reader->points, &reader->point_capacity, reader->point_count + 1)) {
+    if (!PLII_GROW(reader->text.context, &reader->points, &reader->point_capacity, reader->point_count)) {
         return obj_out_of_memory(reader);
     }
     reader->points[reader->point_count++] = pli_vec3_make(values[0], values[1], values[2]);
@@ -111,8 +108,7 @@ static pli_status obj_read_lines(obj_reader* reader) {
 
 static void obj_release(const pli_triangles* triangles) {
     PLII_RELEASE(triangles->context, triangles->points, triangles->point_count);
-    plii_release(triangles->context, triangles->indices,
-                 (size_t)triangles->triangle_count * 3 * sizeof *triangles->indices);
+    PLII_RELEASE(triangles->context, triangles->indices, 3 * (size_t)triangles->triangle_count);
 }
 
 /* Blocks of exactly the size that obj_release gives back. */

@@ -7,7 +7,6 @@
 #include "pliant/generate.h"
 #include "pliant/io.h"
 
-#include <limits.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -10,8 +10,7 @@ typedef struct plii_text {
     const char* path;
     char* data;
     size_t size;
-    const char* at;
-    const char* end;
+    const char *at, *end;
     int line;
     bool joins_lines; /* a backslash at the end of a line continues it */
 } plii_text;

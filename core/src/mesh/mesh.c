@@ -4,7 +4,6 @@
 
 #include "base/handle.h"
 
-#include <limits.h>
 #include <string.h>
 
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {

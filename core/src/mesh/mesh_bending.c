@@ -4,7 +4,6 @@
 #include "base/csr.h"
 #include "mesh/mesh_impl.h"
 
-#include <limits.h>
 #include <stdlib.h>
 
 typedef struct bending_work {
@@ -35,14 +34,9 @@ static int bending_compare(const void* a, const void* b) {
     return (*first > *second) - (*first < *second);
 }
 
-/* Nodes in the queue. */
-typedef struct bending_found {
-    int* nodes;
-    int count;
-} bending_found;
-
-/* All nodes at `distance` links from `source` that are larger, in any order. Each search has its own stamp, not 0. */
-static bending_found bending_search(bending_work* work, int source, int distance, int stamp) {
+/* All nodes at `distance` links from `source` that are larger, in any order: how many, and where in the queue. Each
+   search has its own stamp, not 0. */
+static int bending_search(bending_work* work, int source, int distance, int stamp, int** found) {
     int first = 0, last = 1; /* nodes of the present depth in the queue */
     work->queue[0] = source;
     work->stamps[source] = stamp;
@@ -58,30 +52,33 @@ static bending_found bending_search(bending_work* work, int source, int distance
             }
         }
     }
-    bending_found found = {&work->queue[first], 0};
+    int count = 0;
+    *found = &work->queue[first];
     for (; first < last; ++first) {
         const int other = work->queue[first];
-        if (other > source) { found.nodes[found.count++] = other; }
+        if (other > source) { (*found)[count++] = other; }
     }
-    return found;
+    return count;
 }
 
 /* Links that there will be: counted first, so that they need no memory but their own. More than INT_MAX: too many. */
 static int64_t bending_count(bending_work* work, int distance) {
     int64_t count = 0;
+    int* found = NULL;
     for (int i = 0; i < work->node_count && count <= INT_MAX; ++i) {
-        count += bending_search(work, i, distance, i + 1).count;
+        count += bending_search(work, i, distance, i + 1, &found);
     }
     return count;
 }
 
 static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int material) {
+    int* found = NULL;
     for (int i = 0; i < work->node_count; ++i) {
-        const bending_found found = bending_search(work, i, distance, -i - 1);
-        qsort(found.nodes, (size_t)found.count, sizeof *found.nodes, bending_compare);
-        for (int k = 0; k < found.count; ++k) {
+        const int count = bending_search(work, i, distance, -i - 1, &found);
+        qsort(found, (size_t)count, sizeof *found, bending_compare);
+        for (int k = 0; k < count; ++k) {
             mesh->links[mesh->link_count++] =
-                (pli_link){.nodes = {found.nodes[k], i}, .material = material, .is_bending = true};
+                (pli_link){.nodes = {found[k], i}, .material = material, .is_bending = true};
         }
     }
 }

@@ -3,7 +3,6 @@
 #include "mesh/mesh_impl.h"
 #include "pliant/bullet_reference.h"
 
-#include <limits.h>
 #include <string.h>
 
 /* The linear congruential generator of Numerical Recipes. */

@@ -9,7 +9,7 @@
 #include "base/union_find.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
-#include "geometry/weld.h"
+#include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"

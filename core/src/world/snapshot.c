@@ -9,9 +9,6 @@
 #include "body/world_state.h"
 #include "world/checksum.h"
 
-#include <stddef.h>
-#include <string.h>
-
 typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
 typedef struct snapshot_walk {

@@ -3,8 +3,6 @@
 
 #include "body/pipeline.h"
 
-#include <math.h>
-
 enum { UPDATE_INTERVAL_MOST = 60 };
 
 static void update_interval_note_rigid(pli_body* other, pli_rigid* rigid, void* user) {

@@ -72,7 +72,9 @@ void pli_world_destroy(pli_world* world) {
     PLII_RELEASE(context, world->pairs, world->pair_capacity);
     PLII_RELEASE(context, world->pair_orders, world->pair_order_capacity);
     PLII_RELEASE(context, world->islands, world->island_capacity);
-    plii_groups_release(world);
+    PLII_RELEASE(context, world->group_roots, world->group_root_capacity);
+    PLII_RELEASE(context, world->group_begin, world->group_begin_capacity);
+    PLII_RELEASE(context, world->group_bodies, world->group_body_capacity);
     PLII_RELEASE(context, world->rigids, world->rigid_capacity);
     PLII_RELEASE(context, world->events, world->event_capacity);
     plii_handle_release(context, world, PLII_HANDLE_WORLD, sizeof *world);

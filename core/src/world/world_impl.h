@@ -20,7 +20,6 @@ void plii_islands_solve(pli_body* const* bodies, int count);
 
 /* Room for one more body. False when out of memory. */
 bool plii_groups_reserve(pli_world* world, int body_count);
-void plii_groups_release(pli_world* world);
 
 /* At the start of a step: every body is alone. Nothing, here and below, where there are no threads. */
 void plii_groups_start(pli_world* world);

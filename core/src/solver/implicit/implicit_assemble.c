@@ -8,8 +8,6 @@
 #include "math/simd_float4.h"
 #include "solver/implicit/implicit_system.h"
 
-#include <stddef.h>
-
 /* Springs shorter than this share of their rest length have no direction. */
 #define IMPLICIT_MIN_LENGTH 1e-6
 

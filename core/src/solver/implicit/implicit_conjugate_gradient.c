@@ -421,10 +421,10 @@ static bool gradient_judge(plii_implicit_system* system) {
     const int count = constraints->node_bound_count;
     double change = 0.0, scale = 0.0;
     bool is_same = true;
-    for (int i = 0; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    const plii_implicit_constraint* const points = &constraints->items[count]; /* of faces */
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const int node = constraint->nodes[0];
-        if (!constraint->is_pinned && i < count) { system->spare[node] = plii_implicit_swept(system, node); }
+        if (!constraint->is_pinned && constraint < points) { system->spare[node] = plii_implicit_swept(system, node); }
         constraint->rows_before = constraint->rows;
         constraint->impulse_before = constraint->impulse;
     }
@@ -461,7 +461,7 @@ static bool gradient_judge(plii_implicit_system* system) {
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         is_same = is_same && constraint->rows == constraint->rows_before;
         const plii_dvec3 more = plii_dvec3_sub(constraint->impulse, constraint->impulse_before);
-        change += constraint->rows == 1 || constraint >= &constraints->items[count] ? plii_dvec3_dot(more, more) : 0.0;
+        change += constraint->rows == 1 || constraint >= points ? plii_dvec3_dot(more, more) : 0.0;
         scale += plii_dvec3_dot(constraint->impulse, constraint->impulse);
     }
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;

@@ -7,7 +7,6 @@
 #include "base/csr.h"
 #include "body/pipeline.h"
 
-#include <stddef.h>
 #include <string.h>
 
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
@@ -391,8 +390,7 @@ static bool implicit_stays_on_first(const plii_implicit_constraint* a, const pli
     return plii_dvec3_length(implicit_across(a)) <= plii_dvec3_length(implicit_across(b));
 }
 
-/* A node between two surfaces comes out of the one as far as the other lets it, and stays on the one that has more
-   friction, or else moves less. */
+/* A node between two surfaces comes out of one as far as the other lets it, and stays on that of more friction. */
 static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constraint* b, double dt) {
     const double of_a = plii_dvec3_dot(a->normal, a->recovery), of_b = plii_dvec3_dot(b->normal, b->recovery);
     const double excess = fmax(implicit_wanted_speed(a, of_a, dt) + implicit_wanted_speed(b, of_b, dt), 0.0);
@@ -465,15 +463,15 @@ double plii_implicit_point_response(const plii_implicit_constraints* constraints
 
 void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
     const int first = constraints->node_bound_count;
+    plii_implicit_constraint* const points = constraints->items + first; /* of faces */
     double* loads = constraints->loads;
     if (constraints->count == first) { return; }
-    for (int i = 0; i < constraints->count; ++i) {
-        for (int k = 0; k < constraints->items[i].node_count; ++k) {
-            loads[constraints->items[i].nodes[k]] = 0.0;
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
+        for (int k = 0; k < constraint->node_count; ++k) {
+            loads[constraint->nodes[k]] = 0.0;
         }
     }
-    for (int i = first; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, points, constraints->count - first)) {
         for (int k = 0; k < constraint->node_count && constraint->rows > 0; ++k) {
             loads[constraint->nodes[k]] += constraint->weights[k];
         }
@@ -484,8 +482,7 @@ void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
     for (int i = 0; i < first; ++i) {
         loads[constraints->items[i].nodes[0]] += constraints->items[i].rows > 0 ? 1.0 : 0.0;
     }
-    for (int i = first; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, points, constraints->count - first)) {
         const plii_dvec3 n = constraint->normal;
         const double along = plii_implicit_point_response(constraints, constraint, n);
         const plii_dvec3 a = plii_dvec3_perpendicular(n), c = plii_dvec3_cross(n, a);

@@ -116,8 +116,7 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
 }
 
 /* Two runs of half the length, because the square of a residual polynomial is never negative: no mode gets more than
-   the exact answer, which would make stiff springs unstable. One run would be more accurate by a factor of 2 only,
-   since T_2m = 2 T_m^2 - 1. */
+   the exact answer, which would make stiff springs unstable. One run would be more accurate by a factor of 2 only. */
 void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm) {
     const double radius_squared = spectral_radius * spectral_radius;
     const int restart = (sweeps + 1) / 2;

@@ -226,7 +226,6 @@ static void implicit_predict(pli_body* body, float dt) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     plii_solver_set_step(body, dt);
     plii_run_stage(body, PLII_STAGE_FORCES);
-
     plii_implicit_system* system = &state->system;
     system->body = body;
     system->graph = plii_feature_state(body, &plii_link_graph_class);
@@ -247,7 +246,6 @@ static void implicit_predict(pli_body* body, float dt) {
     implicit_iterate(state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
     plii_implicit_run(system, implicit_solution_range, system, IMPLICIT_NODE_NS);
-
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
     body->bounds =
@@ -333,7 +331,6 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         implicit_follow_solution(body, system);
     }
     double excess = (double)INFINITY, share = 1.0;
-
     for (int round = 0; is_improved && round < IMPLICIT_MAX_LINEARISATIONS; ++round) {
         const double excess_before = excess;
         excess = plii_implicit_excess(system);

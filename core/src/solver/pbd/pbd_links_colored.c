@@ -5,8 +5,6 @@
 #include "body/pipeline.h"
 #include "solver/coloring/links_kernel.h"
 
-#include <float.h>
-
 enum {
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
     COLORED_LINKS_LEAST = 3 /* links per row on the average; a row of fewer costs more than they do one by one */

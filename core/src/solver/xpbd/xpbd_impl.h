@@ -11,9 +11,8 @@
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state);
 
-/* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26).
-   c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. 0 where the
-   constraint has nothing to act on. */
+/* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26), 0 where it cannot act.
+   c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. */
 static inline float plii_xpbd_multiplier(float c, float weight, float compliance, float damping, float multiplier,
                                          float c_motion, const plii_substep* substep) {
     const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;

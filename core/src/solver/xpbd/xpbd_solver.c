@@ -29,8 +29,6 @@ typedef struct xpbd_state {
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
 
-// -------------------------------------------------------------------------------------------------------- the step
-
 /* Consumes the forces; `limit` of accelerations by them, m/s^2. */
 static pli_vec3 xpbd_acceleration(const pli_body* body, int node, float limit) {
     const float inverse_mass = body->positions[node].w;
@@ -110,8 +108,7 @@ static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
     const int count = state->def.substeps, done = run->substep.index + 1;
     run->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
     xpbd_run_pass(body, &run->nodes, done < count && !run->has_finish ? pass->finish_and_move : pass->finish);
-    for (int k = 0; k < run->kinds.count; ++k) {
-        const plii_feature* feature = run->kinds.at[k];
+    for (PLII_EACH_AT(const plii_feature, feature, run->kinds.at, run->kinds.count)) {
         plii_substep_fn* finish = feature->klass->substepped->finish;
         if (finish != NULL) { finish(body, feature->state, &run->substep); }
     }
@@ -164,8 +161,6 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
                                               .end = xpbd_end,
                                               .has_substeps = true};
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
@@ -181,8 +176,6 @@ const plii_feature_class plii_xpbd_class = {
     .solver = &xpbd_solver,
 };
 
-// -------------------------------------------------------------------------------------------- kinds of constraints
-
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
@@ -190,8 +183,6 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass
                  "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     return plii_feature_enable_with(body, klass, given, size, state);
 }
-
-// --------------------------------------------------------------------------------------------------------- settings
 
 pli_xpbd_def pli_xpbd_def_default(void) {
     return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};

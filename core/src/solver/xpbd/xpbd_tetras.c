@@ -120,8 +120,6 @@ static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_substep* su
     xpbd_tetras_range(state->color_begin[PLII_CONSTRAINT_COLORS - 1], state->group_count, &task);
 }
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 static float xpbd_tetra_volume(const pli_body* body, const int* nodes) {
     const pli_vec3 a = plii_xyz(body->positions[nodes[0]]);
     const pli_vec3 b = pli_vec3_sub(plii_xyz(body->positions[nodes[1]]), a);

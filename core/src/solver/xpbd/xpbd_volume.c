@@ -5,8 +5,6 @@
 
 #include "solver/xpbd/xpbd_impl.h"
 
-#include <string.h>
-
 typedef struct xpbd_volume_state {
     pli_xpbd_volume_def def;
     double rest_volume; /* m^3 */
@@ -109,16 +107,12 @@ static void xpbd_volume_ask_for_gas(pli_body* body, void* data) {
     body->gas = &state->gas;
 }
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 static pli_status xpbd_volume_enable(pli_body* body, void* data) {
     ((xpbd_volume_state*)data)->rest_volume = (double)plii_body_volume(body);
     return PLI_OK;
 }
 
-enum { XPBD_VOLUME_GAS_ORDER = 15 }; /* before pressure */
-
-enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
+enum { XPBD_VOLUME_GAS_ORDER = 15, XPBD_VOLUME_ORDER = 30 }; /* before pressure; after tetrahedra, before links */
 
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
