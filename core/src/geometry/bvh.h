@@ -55,8 +55,7 @@ void plii_bvh4_free(pli_context* context, plii_bvh4* boxes);
 /* Around all, of which there is one at least. */
 pli_bounds plii_bvh4_bounds(const plii_bvh4* boxes);
 
-/* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
-   numbers are infinite or NaN. `items` has room for all. */
+/* Writes the boxes that touch `bounds`, ascending, to `items`, which has room for all; returns their number. */
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
 /* The same for groups of level 0, for points that lie close together. */
 int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups);

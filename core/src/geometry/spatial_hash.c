@@ -1,6 +1,5 @@
 /* Dense hashing of an unbounded grid: count, prefix sum, fill. Teschner and others, "Optimized Spatial Hashing for
-   Collision Detection of Deformable Objects"; Mueller, "Ten Minute Physics" 11 for the dense layout. Columns of cells
-   are hashed, cells of a column follow each other. */
+   Collision Detection of Deformable Objects". Columns of cells are hashed, cells of a column follow each other. */
 
 #include "geometry/spatial_hash.h"
 

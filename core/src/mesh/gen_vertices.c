@@ -6,11 +6,10 @@
 
 static pli_status vertices_check(pli_context* context, int vertex_count, const pli_vec3* vertices, int triangle_count,
                                  const int* triangles, const int* vertex_nodes, const char* function) {
-    PLII_FAIL_IF(vertices == NULL || vertex_nodes == NULL || (triangles == NULL && triangle_count > 0), context,
-                 PLI_ERROR_NULL_ARGUMENT, function, "%s is null",
-                 vertices == NULL       ? "vertices"
-                 : vertex_nodes == NULL ? "vertex_nodes"
-                                        : "triangles");
+    PLII_FAIL_IF(vertices == NULL, context, PLI_ERROR_NULL_ARGUMENT, function, "vertices is null");
+    PLII_FAIL_IF(vertex_nodes == NULL, context, PLI_ERROR_NULL_ARGUMENT, function, "vertex_nodes is null");
+    PLII_FAIL_IF(triangles == NULL && triangle_count > 0, context, PLI_ERROR_NULL_ARGUMENT, function,
+                 "triangles is null");
     PLII_FAIL_IF(vertex_count < 1 || triangle_count < 0, context, PLI_ERROR_INVALID_VALUE, function,
                  "%d vertices and %d triangles are no mesh", vertex_count, triangle_count);
     for (ptrdiff_t i = 0; i < (ptrdiff_t)3 * triangle_count; ++i) {

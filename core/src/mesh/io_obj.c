@@ -26,9 +26,7 @@ static pli_status obj_read_point(obj_reader* reader) {
     for (int i = 0; i < 3 || (i < 7 && !plii_text_is_line_done(&reader->text)); ++i) {
         PLII_TRY(plii_text_read_float(&reader->text, names[i], &values[i]));
     }
-    if (!plii_text_is_line_done(&reader->text)) {
-        return plii_text_fail(&reader->text, "a vertex has more than 7 numbers");
-    }
+    PLII_TEXT_FAIL_IF(!plii_text_is_line_done(&reader->text), &reader->text, "a vertex has more than 7 numbers");
     if (!PLII_GROW(reader->text.context, &reader->points, &reader->point_capacity, reader->point_count)) {
         return obj_out_of_memory(reader);
     }
@@ -40,9 +38,8 @@ static pli_status obj_read_point(obj_reader* reader) {
 static pli_status obj_read_corner(obj_reader* reader, int* index) {
     const char* word = NULL;
     int length = 0, number_length = 0, number = 0;
-    if (!plii_text_read_word(&reader->text, &word, &length)) {
-        return plii_text_fail(&reader->text, "a face has less than 3 corners");
-    }
+    PLII_TEXT_FAIL_IF(!plii_text_read_word(&reader->text, &word, &length), &reader->text,
+                      "a face has less than 3 corners");
     while (number_length < length && word[number_length] != '/') {
         ++number_length;
     }
@@ -52,13 +49,10 @@ static pli_status obj_read_corner(obj_reader* reader, int* index) {
         slash_count += word[i] == '/';
         ok = ok && (word[i] == '/' || word[i] == '-' || (word[i] >= '0' && word[i] <= '9'));
     }
-    if (!ok || slash_count > 2) {
-        return plii_text_fail(&reader->text, "'%s' is no corner of a face", plii_text_quote(word, length).text);
-    }
-    if (number == 0 || number < -reader->point_count) {
-        return plii_text_fail(&reader->text, "a face names vertex %d, there are %d so far", number,
-                              reader->point_count);
-    }
+    PLII_TEXT_FAIL_IF(!ok || slash_count > 2, &reader->text, "'%s' is no corner of a face",
+                      plii_text_quote(word, length).text);
+    PLII_TEXT_FAIL_IF(number == 0 || number < -reader->point_count, &reader->text,
+                      "a face names vertex %d, there are %d so far", number, reader->point_count);
     *index = number > 0 ? number - 1 : reader->point_count + number;
     if (*index > reader->largest_index) {
         reader->largest_index = *index;
@@ -95,9 +89,8 @@ static pli_status obj_read_lines(obj_reader* reader) {
         if (length == 1 && *word == 'f') { PLII_TRY(obj_read_face(reader)); }
         if (!plii_text_next_line(&reader->text)) { break; }
     }
-    if (reader->index_count == 0) {
-        return plii_text_fail(&reader->text, "the file ends after %d vertices without a face", reader->point_count);
-    }
+    PLII_TEXT_FAIL_IF(reader->index_count == 0, &reader->text, "the file ends after %d vertices without a face",
+                      reader->point_count);
     if (reader->largest_index >= reader->point_count) {
         reader->text.line = reader->largest_line;
         return plii_text_fail(&reader->text, "a face names vertex %d, the file has %d", reader->largest_index + 1,

@@ -51,9 +51,8 @@ static pli_status tetgen_begin_records(tetgen_file* file, int numbers_per_record
 
 /* Goes to record `done` and checks its number. */
 static pli_status tetgen_begin_record(tetgen_file* file, int done) {
-    if (!plii_text_find_content(&file->text)) {
-        return plii_text_fail(&file->text, "the file ends after %d of %d %s", done, file->record_count, file->what);
-    }
+    PLII_TEXT_FAIL_IF(!plii_text_find_content(&file->text), &file->text, "the file ends after %d of %d %s", done,
+                      file->record_count, file->what);
     int index = 0;
     PLII_TRY(plii_text_read_int(&file->text, "the index", &index));
     if (done == 0 && (index == 0 || index == 1)) { file->first_index = index; }
@@ -108,10 +107,9 @@ static pli_status tetgen_read_corners(tetgen_file* file, const tetgen_mesh* mesh
     for (int i = 0; i < count; ++i) {
         int number = 0;
         PLII_TRY(plii_text_read_int(&file->text, "a corner", &number));
-        if (number < mesh->first_point || number - mesh->first_point >= mesh->point_count) {
-            return plii_text_fail(&file->text, "a corner is point %d, points run from %d to %d", number,
-                                  mesh->first_point, mesh->first_point + mesh->point_count - 1);
-        }
+        PLII_TEXT_FAIL_IF(number < mesh->first_point || number - mesh->first_point >= mesh->point_count, &file->text,
+                          "a corner is point %d, points run from %d to %d", number, mesh->first_point,
+                          mesh->first_point + mesh->point_count - 1);
         corners[i] = number - mesh->first_point;
         for (int k = 0; k < i; ++k) {
             if (corners[k] == corners[i]) { return plii_text_fail(&file->text, "point %d is named twice", number); }
@@ -137,10 +135,9 @@ static pli_status tetgen_read_elements(tetgen_file* file, const tetgen_mesh* mes
 static pli_status tetgen_read_tetras(tetgen_file* file, tetgen_mesh* mesh) {
     int values[2] = {4, 0}; /* corners, attributes */
     PLII_TRY(tetgen_read_header(file, 2, values));
-    if (file->record_count == 0 || (values[0] != 4 && values[0] != 10) || values[1] < 0 || values[1] > 1000) {
-        return plii_text_fail(&file->text, "%d tetrahedra of %d corners with %d attributes", file->record_count,
-                              values[0], values[1]);
-    }
+    PLII_TEXT_FAIL_IF(
+        file->record_count == 0 || (values[0] != 4 && values[0] != 10) || values[1] < 0 || values[1] > 1000,
+        &file->text, "%d tetrahedra of %d corners with %d attributes", file->record_count, values[0], values[1]);
     file->trailing_count = values[0] - 4 + values[1]; /* nodes on the edges are not used */
     mesh->tetra_count = file->record_count;
     return tetgen_read_elements(file, mesh, 4, &mesh->tetras);

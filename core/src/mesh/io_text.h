@@ -22,6 +22,12 @@ void plii_text_close(plii_text* text);
 /* "path:line: message"; gives PLI_ERROR_FILE_FORMAT. */
 pli_status plii_text_fail(const plii_text* text, const char* format, ...) PLI_PRINTF_LIKE(2, 3);
 
+/* Returns early with such an error where something is wrong. */
+#define PLII_TEXT_FAIL_IF(is_wrong, ...)                                                                               \
+    do {                                                                                                               \
+        if (is_wrong) { return plii_text_fail(__VA_ARGS__); }                                                          \
+    } while (0)
+
 /* The beginning of a word for a message: a terminal must not get what a binary file holds. */
 enum { PLII_QUOTE_LENGTH = 40 };
 typedef struct plii_quote {

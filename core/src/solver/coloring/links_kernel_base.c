@@ -26,8 +26,7 @@ PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
 }
 
 /* plii_xpbd_multiplier over the length. `motion`: along the difference in this substep, where it is damped. What is not
-   finite does not move: rigid links without length or mass to move, and lanes without a link, whose value is infinite.
-   Multipliers are kept between the sweeps of a substep. */
+   finite does not move: rigid links without length or mass, and lanes without a link, whose value is infinite. */
 PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, plii_float8 motion, plii_float8 mass,
                                                  plii_float8 rest_length, const plii_links_task* task, int kind,
                                                  ptrdiff_t slot) {

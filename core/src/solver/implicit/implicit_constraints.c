@@ -1,6 +1,5 @@
-/* Anchors and contacts for the implicit system: what they ask of the velocities at the end of the step, and the rigid
-   bodies behind them. Baraff and Witkin, "Large Steps in Cloth Simulation", section 5, prescribe velocities likewise;
-   here the rigid body's are unknown too. */
+/* Anchors and contacts for the implicit system: what they ask of velocities at the end of the step, as in Baraff and
+   Witkin, "Large Steps in Cloth Simulation", section 5; here those of the rigid bodies behind them are unknown too. */
 
 #include "solver/implicit/implicit_constraints.h"
 

@@ -1,6 +1,5 @@
 /* The energy of a step. Backward Euler minimises m (v - v*)^2 / 2 + U(x0 + h v), v* being the velocities of free
-   flight. Where U is convex, m (v - v*) v + U(x0 + h v) - U(x0) <= 0 follows: the impulses of springs and of what holds
-   nodes do no more work than the springs give. */
+   flight. Where U is convex, impulses of springs and holds do no more work than the springs give. */
 
 #include "body/rigid_impl.h"
 #include "solver/implicit/implicit_system.h"

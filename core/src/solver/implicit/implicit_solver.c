@@ -298,10 +298,8 @@ static void implicit_linearise_again(const pli_body* body, implicit_state* state
     plii_implicit_system* system = &state->system;
     plii_dvec3* leads = system->spare;
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_dvec3 moved =
-            plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), plii_implicit_xyz(&body->previous[i]));
         const plii_dvec3 free = plii_dvec3_sub(plii_implicit_xyz(&body->velocities[i]), system->solution[i]);
-        leads[i] = plii_dvec3_add_scaled(free, moved, -(double)body->step.inverse_dt);
+        leads[i] = plii_dvec3_add_scaled(free, plii_implicit_moved(body, i), -(double)body->step.inverse_dt);
         system->rhs[i] = (plii_dvec3){0};
     }
     for (PLII_EACH(plii_implicit_rigid, rigid, state->constraints.rigids, state->constraints.rigid_count)) {

@@ -85,6 +85,11 @@ static inline double plii_implicit_sum(const plii_implicit_system* system, plii_
     return plii_sum_blocks(system->body->context, system->body->node_count, PLII_IMPLICIT_SUM_NODES, value, task);
 }
 
+/* m, since the start of the step. */
+static inline plii_dvec3 plii_implicit_moved(const pli_body* body, int node) {
+    return plii_dvec3_sub(plii_implicit_xyz(&body->positions[node]), plii_implicit_xyz(&body->previous[node]));
+}
+
 static inline plii_dvec3 plii_implicit_hold_mul(const plii_implicit_hold* hold, plii_dvec3 x) {
     const double along = plii_dvec3_dot(hold->along, x);
     return plii_dvec3_dot(hold->along, hold->along) > 0.0 ? plii_dvec3_scale(hold->along, hold->hardness * along)
