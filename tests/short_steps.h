@@ -5,7 +5,7 @@
 
 #include "body/all_features.h"
 #include "body/body_impl.h"
-#include "file/file_parts.h"
+#include "file/file_impl.h"
 
 #include <pliant/pliant.h>
 

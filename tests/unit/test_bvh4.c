@@ -48,7 +48,7 @@ static void test_finds_what_is_near(void** state) {
             bounds[i].min = random_vector(&seed, 10);
             bounds[i].max = pli_vec3_add(bounds[i].min, random_vector(&seed, 1));
         }
-        assert_true(plii_bvh4_build(context, &boxes, counts[c], bounds));
+        assert_true(plii_bvh4_build(context, &boxes, counts[c], bounds, NULL));
         for (int k = 0; k < 200; ++k) {
             const pli_vec3 point = random_vector(&seed, 11);
             const float radius = random_below(&seed, 2);
@@ -88,10 +88,10 @@ static void test_memory_is_kept(void** state) {
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
     plii_bvh4 boxes = {0};
-    assert_true(plii_bvh4_build(context, &boxes, 9, bounds));
+    assert_true(plii_bvh4_build(context, &boxes, 9, bounds, NULL));
     const uint64_t count = pli_context_allocation_count(context);
-    assert_true(plii_bvh4_build(context, &boxes, 9, bounds));
-    assert_true(plii_bvh4_build(context, &boxes, 2, bounds));
+    assert_true(plii_bvh4_build(context, &boxes, 9, bounds, NULL));
+    assert_true(plii_bvh4_build(context, &boxes, 2, bounds, NULL));
     assert_int_equal(pli_context_allocation_count(context), count);
     plii_bvh4_free(context, &boxes);
     pli_context_destroy(context);
@@ -115,7 +115,7 @@ static void test_finds_no_more_than_there_are(void** state) {
             bounds[i].min = random_vector(&seed, 10);
             bounds[i].max = pli_vec3_add(bounds[i].min, random_vector(&seed, 1));
         }
-        assert_true(plii_bvh4_build(context, &boxes, count, bounds));
+        assert_true(plii_bvh4_build(context, &boxes, count, bounds, NULL));
         for (size_t r = 0; r < sizeof radii / sizeof *radii; ++r) {
             for (size_t p = 0; p < sizeof points / sizeof *points; ++p) {
                 const int near = find(&boxes, everything, points[p], radii[r], found);
@@ -134,7 +134,7 @@ static void test_finds_no_more_than_there_are(void** state) {
         bounds[count / 2].min.x = bounds[0].max.y = NAN;
         bounds[count - 1].max = pli_vec3_make(INFINITY, INFINITY, INFINITY);
         bounds[count / 3].min.z = INFINITY;
-        assert_true(plii_bvh4_build(context, &boxes, count, bounds));
+        assert_true(plii_bvh4_build(context, &boxes, count, bounds, NULL));
         assert_in_range(find(&boxes, everything, points[0], INFINITY, found), 0, count);
         assert_in_range(plii_bvh4_overlaps(&boxes, &everything, found), 0, count);
     }

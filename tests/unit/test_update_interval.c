@@ -156,7 +156,8 @@ static void test_a_frozen_body_stands_still(void** state) {
 static void test_bad_intervals_are_refused(void** state) {
     (void)state;
     pli_body* sheet = make_sheet(0, 0, POSITION);
-    check_refused(pli_body_set_update_interval(sheet, 0), PLI_ERROR_INVALID_VALUE, "steps is 0, the range is 1 to 60");
+    check_refused(pli_body_set_update_interval(sheet, 0), PLI_ERROR_INVALID_VALUE,
+                  "steps is 0, the limits are 1 and 60");
     check_refused(pli_body_set_update_interval(sheet, 61), PLI_ERROR_INVALID_VALUE, "steps is 61");
     assert_int_equal(pli_body_set_update_interval(NULL, 1), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_body_get_update_interval(NULL), 1);

@@ -4,7 +4,7 @@
 #include "body/all_features.h"
 #include "body/body_impl.h"
 #include "body/feature_arrays.h"
-#include "file/file_parts.h"
+#include "file/file_impl.h"
 
 #include "failing_allocator.h"
 #include "short_steps.h"

@@ -3,9 +3,7 @@
 #include "base/context.h"
 
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <threads.h>
 
@@ -89,15 +87,6 @@ void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, in
     plii_walk_end(&walk);
 }
 
-/* With the lock. */
-static void context_log(pli_context* context, pli_log_level level, const char* message) {
-    if (context->log == NULL) { return; }
-    plii_walk walk;
-    plii_walk_begin(&walk, context, PLII_WALK_LOG);
-    context->log(level, message, context->log_user);
-    plii_walk_end(&walk);
-}
-
 pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...) {
     if (context == NULL && !PLIANT_CHECKED) { return status; }
     char message[sizeof context->last_error];
@@ -117,8 +106,12 @@ pli_status plii_fail(pli_context* context, pli_status status, const char* functi
     const bool is_logging = context_is_in(context, PLII_WALK_LOG);
     const bool was_locked = plii_context_lock(context);
     memcpy(context->last_error, message, strlen(message) + 1);
-    if (!is_logging) { /* a call that fails inside of the log function is not logged, and its message does not stay */
-        context_log(context, PLI_LOG_ERROR, message);
+    /* A call that fails inside of the log function is not logged, and its message does not stay. */
+    if (context->log != NULL && !is_logging) {
+        plii_walk walk;
+        plii_walk_begin(&walk, context, PLII_WALK_LOG);
+        context->log(PLI_LOG_ERROR, message, context->log_user);
+        plii_walk_end(&walk);
         memcpy(context->last_error, message, strlen(message) + 1);
     }
     plii_context_unlock(context, was_locked);
@@ -184,4 +177,22 @@ void* plii_duplicate(pli_context* context, const void* block, size_t size) {
     void* copy = plii_allocate(context, size);
     if (copy != NULL) { memcpy(copy, block, size); }
     return copy;
+}
+
+void* plii_scratch_take(plii_scratch* scratch, size_t size) {
+    void* memory = plii_allocate(scratch->context, size);
+    if (memory == NULL) {
+        scratch->is_short = scratch->is_short || size > 0;
+        return NULL;
+    }
+    scratch->blocks[scratch->count].memory = memory;
+    scratch->blocks[scratch->count++].size = size;
+    return memory;
+}
+
+void plii_scratch_free(plii_scratch* scratch) {
+    while (scratch->count > 0) {
+        scratch->count -= 1;
+        plii_release(scratch->context, scratch->blocks[scratch->count].memory, scratch->blocks[scratch->count].size);
+    }
 }

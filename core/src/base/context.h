@@ -1,8 +1,7 @@
 #pragma once
 
-/* Hooks, memory and error messages. Everything that can fail ends in plii_fail. Several threads may be here at once:
-   the parts of a parallel range, and steps of different worlds. Hooks of the user are called by one of them at a time.
- */
+/* Hooks, memory and error messages. Several threads may be here at once: the parts of a parallel range, and steps of
+   different worlds. Hooks of the user are called by one of them at a time. */
 
 #include "pliant/base.h"
 
@@ -45,14 +44,18 @@ struct pli_context {
 #define PLII_COLD
 #endif
 
-/* Keeps "function: message", logs it, returns `status`. Call through PLII_FAIL. Without a context nothing is kept, in a
-   checked build for pli_last_error(NULL). */
+/* Keeps "function: message", logs it, returns `status`. Without a context only a checked build keeps it. */
 PLII_COLD pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
     PLI_PRINTF_LIKE(4, 5);
 /* Of calls that no context could keep the message of; empty but in a checked build. */
 const char* plii_lost_error(void);
 
 #define PLII_FAIL(context, status, ...) plii_fail(context, status, __func__, __VA_ARGS__)
+/* Returns early with an error where something is wrong and nothing is owned. */
+#define PLII_FAIL_IF(is_wrong, context, status, function, ...)                                                         \
+    do {                                                                                                               \
+        if (is_wrong) { return plii_fail(context, status, function, __VA_ARGS__); }                                    \
+    } while (0)
 
 /* Returns early where nothing is owned. */
 #define PLII_TRY(expression)                                                                                           \
@@ -60,6 +63,12 @@ const char* plii_lost_error(void);
         const pli_status plii_try_status = (expression);                                                               \
         if (plii_try_status != PLI_OK) { return plii_try_status; }                                                     \
     } while (0)
+
+/* A public call that only looks at a handle: `value`, or `otherwise` where it is not one. */
+#define PLII_DEFINE_GET(type, function, kind, value, otherwise)                                                        \
+    type function(const pli_##kind* kind) {                                                                            \
+        return plii_check_##kind(kind, __func__) == PLI_OK ? (value) : (otherwise);                                    \
+    }
 
 #ifdef __cplusplus
 #define PLII_THREAD_LOCAL thread_local
@@ -115,21 +124,12 @@ static inline const plii_walk* plii_walk_find(const pli_context* context) {
 pli_status plii_check_context(const pli_context* context, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
-/* Around queries of shapes, which each thread counts for itself: no walks, as several may ask shapes of one context. */
+/* Queries of shapes that this thread is in: no walks, as several may ask shapes of one context. */
 extern PLII_THREAD_LOCAL int plii_shape_queries;
-static inline void plii_shape_query_begin(void) {
-    ++plii_shape_queries;
-}
-static inline void plii_shape_query_end(void) {
-    --plii_shape_queries;
-}
-static inline bool plii_is_in_shape_query(void) {
-    return plii_shape_queries > 0;
-}
 PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {
-    const bool is_free = plii_walk_find(context) == NULL && !plii_is_in_shape_query();
+    const bool is_free = plii_walk_find(context) == NULL && plii_shape_queries == 0;
     return is_free ? PLI_OK : plii_refuse_change(context, function);
 }
 
@@ -151,7 +151,6 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
     type* item = (items);                                                                                              \
     item != NULL && (item) < (items) + (count);                                                                        \
     ++item
-
 /* The same of an array of pointers: what each leads to. */
 #define PLII_EACH_AT(type, item, items, count)                                                                         \
     type *const *plii_at_##item = (items), *item = NULL;                                                               \
@@ -167,17 +166,41 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
         }                                                                                                              \
         (count) = plii_kept;                                                                                           \
     } while (0)
-
 /* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
 #define PLII_RESERVE(context, data, capacity, needed)                                                                  \
     plii_reserve(context, (void**)(data), capacity, needed, sizeof **(data))
+/* The same for one element more than `count`. */
+#define PLII_GROW(context, data, capacity, count)                                                                      \
+    ((count) < INT32_MAX && PLII_RESERVE(context, data, capacity, (count) + 1))
 
 /* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
 void* plii_duplicate(pli_context* context, const void* block, size_t size);
 
-/* Of what threads change in the context and its rigid bodies: for a short time, or for a hook. False: an outer hook of
-   this thread has it, and plii_context_unlock does nothing. */
+/* Memory that a function needs for a while: several blocks that go together, and one answer to whether all are there.
+
+       plii_scratch scratch = {.context = context};
+       int* stamps = PLII_TAKE(&scratch, int, node_count);
+       int* queue = PLII_TAKE(&scratch, int, node_count);
+       if (!scratch.is_short) { ... }
+       plii_scratch_free(&scratch); */
+enum { PLII_SCRATCH_BLOCKS = 16 };
+typedef struct plii_scratch {
+    pli_context* context;
+    bool is_short; /* of memory, for one block at least */
+    int count;
+    struct {
+        void* memory;
+        size_t size;
+    } blocks[PLII_SCRATCH_BLOCKS];
+} plii_scratch;
+
+/* Zeroed; NULL when out of memory, which is kept in `is_short`, or when `size` is 0. At most PLII_SCRATCH_BLOCKS. */
+void* plii_scratch_take(plii_scratch* scratch, size_t size);
+#define PLII_TAKE(scratch, type, count) plii_scratch_take(scratch, (size_t)(count) * sizeof(type))
+void plii_scratch_free(plii_scratch* scratch);
+
+/* Of what threads change in the context and its rigid bodies. False: an outer hook of this thread has it already. */
 bool plii_context_lock(pli_context* context);
 void plii_context_unlock(pli_context* context, bool was_locked);
 
@@ -187,10 +210,8 @@ void plii_context_unlock(pli_context* context, bool was_locked);
 
 /* Whether a range would be parted: there is a hook, and the thread is in no part of another range. */
 bool plii_has_threads(const pli_context* context);
-
 /* Through the hook. Within a part of another range everything is one part. */
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain);
-
 static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
     if (count > grain && context->parallel_for != NULL) {
         plii_parallel_run(context, range, task, count, grain);

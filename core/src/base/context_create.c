@@ -2,12 +2,10 @@
 
 #include "base/handle.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Zeroed: of large blocks the system gives pages only as they are first written, which for some never comes. What
-   calloc gave stands in front of the block. */
+/* Zeroed: of large blocks the system gives pages only when written. What calloc gave stands in front of the block. */
 static void* context_default_allocate(size_t size, size_t alignment, void* user) {
     const size_t front = sizeof(void*) + alignment - 1;
     char* base = size <= SIZE_MAX - front ? calloc(1, front + size) : NULL;
@@ -25,22 +23,11 @@ static void context_default_release(void* block, size_t size, void* user) {
 }
 
 static bool context_has_simd(pli_simd simd) {
-    switch (simd) {
-    case PLI_SIMD_PORTABLE:
-        return true;
 #if PLIANT_SIMD_X86
-    case PLI_SIMD_SSE2:
-        return true;
-    case PLI_SIMD_AVX2:
-        return __builtin_cpu_supports("avx2") != 0;
+    if (simd == PLI_SIMD_AVX2) { return __builtin_cpu_supports("avx2") != 0; }
 #endif
-#if PLIANT_SIMD_NEON
-    case PLI_SIMD_NEON:
-        return true;
-#endif
-    default:
-        return false;
-    }
+    return simd == PLI_SIMD_PORTABLE || (PLIANT_SIMD_X86 && simd == PLI_SIMD_SSE2) ||
+           (PLIANT_SIMD_NEON && simd == PLI_SIMD_NEON);
 }
 
 static pli_simd context_best_simd(void) {
@@ -87,11 +74,10 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
 pli_status pli_context_destroy(pli_context* context) {
     if (context == NULL) { return PLI_OK; }
     PLII_TRY(plii_check_context_change(context, __func__));
-    if (context->world_count + context->mesh_count + context->shape_count + context->triangles_count > 0) {
-        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE,
-                         "still alive are worlds: %d, meshes: %d, shapes: %d, sets of triangles: %d",
-                         context->world_count, context->mesh_count, context->shape_count, context->triangles_count);
-    }
+    PLII_FAIL_IF(context->world_count + context->mesh_count + context->shape_count + context->triangles_count > 0,
+                 context, PLI_ERROR_WRONG_STATE, __func__,
+                 "still alive are worlds: %d, meshes: %d, shapes: %d, sets of triangles: %d", context->world_count,
+                 context->mesh_count, context->shape_count, context->triangles_count);
     plii_handle_retire(context);
     context->allocator.release(context, sizeof *context, context->allocator.user);
     return PLI_OK;
@@ -100,12 +86,8 @@ pli_status pli_context_destroy(pli_context* context) {
 const char* pli_last_error(const pli_context* context) {
     return plii_handle_is_alive(context, PLII_HANDLE_CONTEXT) ? context->last_error : plii_lost_error();
 }
-size_t pli_context_allocated_bytes(const pli_context* context) {
-    return plii_check_context(context, __func__) == PLI_OK ? PLII_LOAD(&context->allocated_bytes) : 0;
-}
-uint64_t pli_context_allocation_count(const pli_context* context) {
-    return plii_check_context(context, __func__) == PLI_OK ? PLII_LOAD(&context->allocation_count) : 0;
-}
+PLII_DEFINE_GET(size_t, pli_context_allocated_bytes, context, PLII_LOAD(&context->allocated_bytes), 0)
+PLII_DEFINE_GET(uint64_t, pli_context_allocation_count, context, PLII_LOAD(&context->allocation_count), 0)
 
 pli_status plii_check_context(const pli_context* context, const char* function) {
     return plii_check_handle(context, PLII_HANDLE_CONTEXT, NULL, NULL, function);

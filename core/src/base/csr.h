@@ -26,8 +26,7 @@ typedef struct plii_half_link {
     int neighbour, link;
 } plii_half_link;
 
-/* The half links [2 * link_count] of each node, in the order of links, which are structs of `link_size` bytes that
-   begin with their two nodes. `begin` is zeroed. */
+/* The half links [2 * link_count] of each node; links are structs that begin with their nodes. `begin` is zeroed. */
 static inline void plii_csr_half_links(int node_count, int link_count, const void* links, size_t link_size, int* begin,
                                        plii_half_link* halves) {
     for (int i = 0; i < link_count; ++i) {
@@ -57,8 +56,8 @@ static inline void plii_csr_sort(int key_count, int item_count, const int* keys,
     }
 }
 
-/* Of items of `size` bytes in the order of an int, `offset` bytes into each: the first that is not below `key`. Without
-   signs: PLI_NULL_INDEX is the last. */
+/* Of items of `size` bytes in the order of an unsigned at `offset`: the first not below `key`. PLI_NULL_INDEX is last.
+ */
 static inline int plii_csr_first(const void* items, size_t size, size_t offset, int count, int key) {
     int begin = 0, end = count;
     while (begin < end) {

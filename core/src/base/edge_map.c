@@ -4,12 +4,8 @@
 
 #include "base/csr.h"
 
-#include <limits.h>
-
 plii_edge* plii_edge_map_add(plii_edge_map* map, int a, int b) {
-    if (map->count == INT_MAX || !PLII_RESERVE(map->table.context, &map->edges, &map->capacity, map->count + 1)) {
-        return NULL;
-    }
+    if (!PLII_GROW(map->table.context, &map->edges, &map->capacity, map->count)) { return NULL; }
     const int index = plii_key_table_add(&map->table, plii_edge_key(a, b), map->count);
     if (index == PLI_NULL_INDEX) { return NULL; }
     if (index == map->count) {

@@ -3,7 +3,6 @@
 /* What is known of undirected edges, by hashing, so that a change of topology takes linear time. */
 
 #include "base/key_table.h"
-#include "base/scratch.h"
 
 typedef struct plii_edge {
     int a, b;           /* nodes, a < b */
@@ -20,8 +19,7 @@ typedef struct plii_edge_map {
     int count, capacity;
 } plii_edge_map;
 
-/* The map starts as {.table.context = ...}. An edge, added when it is new; NULL when out of memory. It moves when
-   another is added. */
+/* The map starts as {.table.context = ...}. An edge, until another is added; NULL when out of memory. */
 plii_edge* plii_edge_map_add(plii_edge_map* map, int a, int b);
 /* NULL when the edge is not there. */
 static inline plii_edge* plii_edge_map_find(const plii_edge_map* map, int a, int b) {
@@ -33,7 +31,6 @@ static inline int plii_edge_map_node(const plii_edge_map* map, int a, int b) {
     const plii_edge* edge = plii_edge_map_find(map, a, b);
     return edge != NULL ? edge->node : PLI_NULL_INDEX;
 }
-/* [count] indices of all edges ordered by a, then b; node indices are below `node_count`. NULL when out of memory, or
-   when there are no edges. */
+/* [count] indices of all edges ordered by a, then b; NULL when out of memory, or when there are no edges. */
 const int* plii_edge_map_order(const plii_edge_map* map, int node_count, plii_scratch* scratch);
 void plii_edge_map_free(plii_edge_map* map);

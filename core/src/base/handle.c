@@ -3,7 +3,6 @@
 #include "base/handle.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static const char* const handle_names[] = {
     [PLII_HANDLE_CONTEXT] = "context",  [PLII_HANDLE_WORLD] = "world", [PLII_HANDLE_BODY] = "body",
@@ -139,12 +138,6 @@ static pli_context* handles_living_owner(const handle_record* record) {
     return lives ? (pli_context*)record->owner : NULL;
 }
 
-/* Since when what was at an address is gone; 0: nothing is known. */
-static uint64_t handles_gone_since(const void* address) {
-    handle_record record;
-    return handles_copy(address, &record) ? record.number : 0;
-}
-
 /* Where nothing was, as far as is remembered and a few tries find it, else where it is gone for longest. */
 static void* handle_allocate(pli_context* context, size_t size) {
     enum { MOST_TRIES = 16 };
@@ -154,7 +147,8 @@ static void* handle_allocate(pli_context* context, size_t size) {
     do {
         tries[count] = plii_allocate(context, size);
         if (tries[count] == NULL) { break; }
-        const uint64_t since = handles_gone_since(tries[count]);
+        handle_record gone;
+        const uint64_t since = handles_copy(tries[count], &gone) ? gone.number : 0; /* 0: nothing is known */
         if (since < oldest_since) {
             oldest_since = since;
             oldest = count;
@@ -189,9 +183,7 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
     handle_record record;
     if (handles_copy(handle, &record)) {
         if (context == NULL) { context = handles_living_owner(&record); }
-        if (record.kind == kind) {
-            return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s was destroyed before", what);
-        }
+
         return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is a %s", what, handle_names[record.kind]);
     }
 #endif
@@ -199,12 +191,8 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
                      handle_names[kind]);
 }
 
-static void handle_set_magic(void* handle, uint32_t magic) {
-    memcpy(handle, &magic, sizeof magic);
-}
-
 bool plii_handle_add_context(pli_context* context) {
-    handle_set_magic(context, plii_handle_magic(PLII_HANDLE_CONTEXT));
+    context->magic = plii_handle_magic(PLII_HANDLE_CONTEXT);
     return handles_add(context, PLII_HANDLE_CONTEXT, context);
 }
 
@@ -224,13 +212,13 @@ void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t siz
         plii_release(context, handle, size);
         return NULL;
     }
-    handle_set_magic(handle, plii_handle_magic(kind));
+    *(uint32_t*)handle = plii_handle_magic(kind);
     handle_count(context, kind, 1);
     return handle;
 }
 
 void plii_handle_retire(void* handle) {
-    handle_set_magic(handle, 0);
+    *(uint32_t*)handle = 0;
     handles_retire(handle);
 }
 

@@ -32,12 +32,6 @@ int plii_key_table_add(plii_key_table* table, uint64_t key, int index) {
     return slot->index;
 }
 
-bool plii_key_table_insert(plii_key_table* table, uint64_t key) {
-    const int count = table->count;
-    (void)plii_key_table_add(table, key, 0);
-    return table->count > count;
-}
-
 void plii_key_table_clear(plii_key_table* table) {
     if (table->count > 0) { memset(table->slots, 0, plii_key_table_bytes(table)); }
     table->count = 0;

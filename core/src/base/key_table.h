@@ -1,6 +1,6 @@
 #pragma once
 
-/* Indices by 64-bit keys, or a set of keys: open addressing with linear probing, half of the slots stay free. */
+/* Indices by 64-bit keys: open addressing with linear probing, half of the slots stay free. */
 
 #include "base/context.h"
 
@@ -41,11 +41,8 @@ static inline int plii_key_table_find(const plii_key_table* table, uint64_t key)
 
 /* The table starts as {.context = ...}. Room for so many keys; false when out of memory. */
 bool plii_key_table_reserve(plii_key_table* table, int count);
-/* Adds a key that is not there yet. Returns its index: `index` or the one that it has; PLI_NULL_INDEX when out of
-   memory. */
+/* Adds a key that is not there yet. Returns its index, `index` or the one that it has; out of memory PLI_NULL_INDEX. */
 int plii_key_table_add(plii_key_table* table, uint64_t key, int index);
-/* Of a set, for which there is room: true when the key was not there before. */
-bool plii_key_table_insert(plii_key_table* table, uint64_t key);
 /* Slots stay. */
 void plii_key_table_clear(plii_key_table* table);
 void plii_key_table_free(plii_key_table* table);

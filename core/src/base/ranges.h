@@ -1,13 +1,11 @@
 #pragma once
 
-/* Ranges over the nodes, faces, links or pairs of one large body. Bits do not depend on how a range is parted: what a
-   part writes belongs to its items, and sums and lists are made in blocks, which depend on the number of items alone,
-   and put together in the order of blocks. */
+/* Ranges over the nodes, faces, links or pairs of one large body. Bits do not depend on how they are parted: a part
+   writes what belongs to its items; sums and lists are made in blocks, which depend on the number of items alone. */
 
 #include "base/context.h"
 
-/* What a part is to take at least: to hand one over takes a microsecond or two. This is the one place that says from
-   which size on a body is worth more than one thread. */
+/* What a part is to take at least, that it is worth a thread: to hand one over takes a microsecond or two. */
 enum { PLII_PART_NANOSECONDS = 8000 };
 
 /* Of items that take so long each: how many make a part. */

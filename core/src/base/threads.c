@@ -33,8 +33,7 @@ typedef struct threads_shared_work {
 } threads_shared_work;
 
 typedef struct threads_member {
-    /* Of its stretch: the job in the upper half, the next part in the lower one. That of an earlier job stands for the
-       first part: only who takes parts writes it. */
+    /* Of its stretch: the job in the upper half, the next part in the lower one, that of an earlier job: the first. */
     _Alignas(LINE) _Atomic uint64_t next;
     _Alignas(LINE) _Atomic uint32_t finished; /* parts, by this thread since the pool was made */
     pli_threads* pool;

@@ -200,6 +200,8 @@ plii_solver_pace plii_solver_iterations(const pli_body* body);
 /* POSITION, and COUPLE. */
 void plii_solver_sweep(pli_body* body);
 void plii_solver_couple(pli_body* body);
+/* Of one in which the world goes on by `dt`. */
+void plii_solver_set_step(pli_body* body, float dt);
 
 /* PLI_OK when an idle body may start or stop to be stepped by `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);

@@ -158,7 +158,7 @@ typedef struct plii_feature_array {
 typedef struct plii_state_part {
     size_t offset, size; /* 0: the end */
     plii_snapshot_share snapshot;
-    /* For files, of what they hold (file/file_stream.h): letters for the numbers in a struct, in the order of its
+    /* For files, of what they hold (file/file_impl.h): letters for the numbers in a struct, in the order of its
        members, each with how often it comes:
        f float, d double, i int, u unsigned, U uint64_t, h uint16_t, B bool, eN enum from 0 to N; g as f, may be not a
        number; n N node, F H face, L link; N, H, L -1 for none; R rigid body or NULL, S the same, not NULL, P body or

@@ -2,7 +2,6 @@
    "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
    dampClusters, in their order of operations. */
 
-#include "base/scratch.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
 #include "cluster/cluster_impl.h"

@@ -21,7 +21,7 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
         const pli_bounds nothing = {body->bounds.min, body->bounds.min};
         state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
     }
-    state->has_tree = plii_bvh4_build(body->context, &state->tree, clusters->count, state->boxes);
+    state->has_tree = plii_bvh4_build(body->context, &state->tree, clusters->count, state->boxes, NULL);
     return state->has_tree;
 }
 

@@ -1,7 +1,6 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
 #include "base/csr.h"
-#include "base/scratch.h"
 #include "body/world_state.h"
 #include "cluster/cluster_impl.h"
 

@@ -228,7 +228,7 @@ static bool soft_contacts_collect(const plii_soft_contacts_pass* pass) {
         if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
         soft_contacts_collect_near(pass);
     }
-    return plii_bvh4_build(context, &search->near, search->face_count, search->boxes);
+    return plii_bvh4_build(context, &search->near, search->face_count, search->boxes, NULL);
 }
 
 static pli_status soft_contacts_run_boxes(const plii_soft_contacts_pass* pass) {

@@ -1,5 +1,4 @@
-/* Cutting one link in two. Nodes, links and faces come in the order of btSoftBody::cutLink; masses are taken from the
-   ends of the link, and the halves share its rest length. */
+/* Cutting one link in two, in the order of btSoftBody::cutLink; its ends give mass, and the halves share its length. */
 
 #include "pliant/cut.h"
 
@@ -38,14 +37,9 @@ static pli_status link_cut_check(const link_cut* cut) {
 
 /* What the rest lengths of the new links follow from. */
 static bool link_cut_learn(link_cut* cut) {
-    for (int i = 0; i < cut->edit.face_count; ++i) {
-        const int* nodes = cut->edit.faces[i].nodes;
+    for (PLII_EACH(const plii_edit_face, face, cut->edit.faces, cut->edit.face_count)) {
         for (int j = 2, k = 0; k < 3; j = k++) {
-            if (!link_cut_matches(cut, nodes[j], nodes[k])) { continue; }
-            const int opposite = nodes[(k + 1) % 3];
-            if (plii_edge_map_add(&cut->edges, nodes[j], nodes[k]) == NULL ||
-                plii_edge_map_add(&cut->edges, nodes[j], opposite) == NULL ||
-                plii_edge_map_add(&cut->edges, nodes[k], opposite) == NULL) {
+            if (link_cut_matches(cut, face->nodes[j], face->nodes[k]) && !plii_edit_add_edges(face, &cut->edges)) {
                 return false;
             }
         }
@@ -112,10 +106,8 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node_a, __func__));
     PLII_TRY(plii_check_node(body, node_b, __func__));
-    if (!(position > 0.0f && position < 1.0f)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "position %g is not between 0 and 1",
-                         (double)position);
-    }
+    PLII_FAIL_IF(!(position > 0.0f && position < 1.0f), body->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "position %g is not between 0 and 1", (double)position);
     link_cut cut = {.ends = {node_a, node_b}, .share = position, .edges.table.context = body->context};
     PLII_TRY(plii_edit_open(body, __func__, &cut.edit));
     pli_status status = link_cut_check(&cut);

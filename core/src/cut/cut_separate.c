@@ -5,8 +5,7 @@
 #include "base/csr.h"
 #include "base/union_find.h"
 
-/* Corners are numbered by faces, three for each. Those at one end of a cut edge fall into groups, named by their first
-   corner. */
+/* Corners are numbered by faces. Those at one end of a cut edge fall into groups, named by their first corner. */
 typedef struct separate_group {
     int node;    /* that it gets */
     double side; /* sum of the heights around */

@@ -11,7 +11,6 @@
 #include "body/pipeline.h"
 #include "cut/cut_swept_impl.h"
 #include "math/bounds.h"
-#include "math/range.h"
 #include "pliant/cut.h"
 
 #include <string.h>

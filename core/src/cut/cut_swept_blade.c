@@ -1,5 +1,4 @@
-/* One blade of a swept cut: what it meets, links without faces that it parts, nodes on the edges of faces, the edges
-   that are opened, and the ends of the cut that stay closed. */
+/* One blade of a swept cut: what it meets and parts, the edges that are opened, the ends that stay closed. */
 
 #include "cut/cut_swept_impl.h"
 #include "math/dvec3.h"
@@ -73,15 +72,12 @@ typedef struct swept_pass {
 static plii_dvec3 swept_point(const swept_pass* pass, int node) {
     return plii_dvec3_from(plii_edit_position(pass->edit, node));
 }
-
 static bool swept_is_on_blade(const swept_pass* pass, int node) {
     return node < pass->node_count && (pass->marks[node] & SWEPT_ON_BLADE) != 0;
 }
-
 static bool swept_is_tip(const swept_pass* pass, int node) {
     return node < pass->node_count && (pass->marks[node] & SWEPT_IS_TIP) != 0;
 }
-
 static void swept_mark(const swept_pass* pass, int node, unsigned mark) {
     pass->marks[node] = (uint8_t)(pass->marks[node] | mark);
 }
@@ -126,11 +122,10 @@ static bool swept_find_edges(swept_pass* pass) {
             return false;
         }
     }
-    for (int i = 0; i < edit->face_count; ++i) {
-        const int* nodes = edit->faces[i].nodes;
+    for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
         for (int j = 2, k = 0; k < 3; j = k++) {
-            swept_mark(pass, nodes[k], SWEPT_HAS_FACE);
-            if (!swept_meet_edge(pass, nodes[j], nodes[k], SWEPT_OF_FACE)) { return false; }
+            swept_mark(pass, face->nodes[k], SWEPT_HAS_FACE);
+            if (!swept_meet_edge(pass, face->nodes[j], face->nodes[k], SWEPT_OF_FACE)) { return false; }
         }
     }
     /* An edge with an end on the blade is met there. */
@@ -141,8 +136,8 @@ static bool swept_find_edges(swept_pass* pass) {
 }
 
 static bool swept_meets_something(const swept_pass* pass) {
-    for (int i = 0; i < pass->edges.count; ++i) {
-        if (pass->edges.edges[i].flags != 0) { return true; }
+    for (PLII_EACH(const plii_edge, edge, pass->edges.edges, pass->edges.count)) {
+        if (edge->flags != 0) { return true; }
     }
     for (int i = 0; i < pass->node_count; ++i) {
         if (swept_is_on_blade(pass, i)) { return true; }
@@ -209,11 +204,10 @@ static int swept_rope_side(const swept_pass* pass, int other) {
 
 static bool swept_part_rope_nodes(swept_pass* pass) {
     plii_edit* edit = pass->edit;
-    for (int i = 0; i < edit->link_count; ++i) {
-        const int* nodes = edit->links[i].nodes;
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         for (int k = 0; k < 2; ++k) {
-            if (!swept_is_on_blade(pass, nodes[k])) { continue; }
-            swept_mark(pass, nodes[k], (unsigned)swept_rope_side(pass, nodes[1 - k]));
+            if (!swept_is_on_blade(pass, link->nodes[k])) { continue; }
+            swept_mark(pass, link->nodes[k], (unsigned)swept_rope_side(pass, link->nodes[1 - k]));
         }
     }
     /* Copies of the nodes, by node; 0 is none, since copies come last. */

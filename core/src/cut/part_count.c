@@ -16,10 +16,8 @@ pli_status pli_body_count_parts(const pli_body* body, int* count) {
     if (count == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "count is null"); }
     const plii_topology* topology = body->topology;
     int* parents = NULL;
-    if (!PLII_ALLOCATE(body->context, &parents, body->node_count)) {
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to count the parts of %d nodes",
-                         body->node_count);
-    }
+    PLII_FAIL_IF(!PLII_ALLOCATE(body->context, &parents, body->node_count), body->context, PLI_ERROR_OUT_OF_MEMORY,
+                 __func__, "no memory to count the parts of %d nodes", body->node_count);
     plii_union_start(body->node_count, parents);
     for (int i = 0; i < body->link_count; ++i) {
         parts_join(parents, body->links[i].nodes, 2);

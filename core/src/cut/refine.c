@@ -9,7 +9,6 @@
 #include "pliant/cut.h"
 
 #include "cut/topology_edit.h"
-#include "math/definition.h"
 
 typedef struct refine_work {
     plii_edit edit;
@@ -107,16 +106,15 @@ static bool refine_add_edge(refine_work* work, int a, int b) {
 
 static bool refine_find_edges(refine_work* work) {
     const plii_edit* edit = &work->edit;
-    bool ok = true;
-    for (int i = 0; ok && i < edit->link_count; ++i) {
-        ok = refine_add_edge(work, edit->links[i].nodes[0], edit->links[i].nodes[1]);
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
+        if (!refine_add_edge(work, link->nodes[0], link->nodes[1])) { return false; }
     }
-    for (int i = 0; ok && i < edit->face_count; ++i) {
-        const int* nodes = edit->faces[i].nodes;
-        ok = refine_add_edge(work, nodes[0], nodes[1]) && refine_add_edge(work, nodes[1], nodes[2]) &&
-             refine_add_edge(work, nodes[2], nodes[0]);
+    for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
+        for (int k = 0; k < 3; ++k) {
+            if (!refine_add_edge(work, face->nodes[k], face->nodes[(k + 1) % 3])) { return false; }
+        }
     }
-    return ok;
+    return true;
 }
 
 static bool refine_crosses_tetra(const int nodes[4], const void* work) {
@@ -150,7 +148,6 @@ static bool refine_add_nodes(refine_work* work) {
 static bool refine_is_on_surface(const refine_work* work, int node) {
     return node >= work->edit.old_node_count || fabsf(work->values[node]) < work->def.accuracy;
 }
-
 static bool refine_is_inside_or_on(const refine_work* work, int node) {
     return node >= work->edit.old_node_count || work->values[node] < work->def.accuracy;
 }
@@ -161,8 +158,7 @@ static void refine_replace(int* nodes, int count, const int* copies) {
     }
 }
 
-/* Nodes on the surface get a copy, which the inside uses; with `sides` only where something lies on both sides. Node 0
-   is no copy, so 0 stands for none. */
+/* Nodes on the surface get a copy for the inside; with `sides` only those with something on both. 0 stands for none. */
 static bool refine_copy_nodes(refine_work* work, const uint8_t* sides, int* copies, int node_count) {
     for (int i = 0; i < node_count; ++i) {
         if (!refine_is_on_surface(work, i)) { continue; }

@@ -1,15 +1,11 @@
 /* The common part of all cuts: the working copy of a body, splitting of links and faces in the order of
-   btSoftBody::refine, and the commit that replaces the body's arrays and lets its features follow. Everything that can
-   fail comes before the first change of the body. */
+   btSoftBody::refine, and the commit, in which everything that can fail comes before the first change of the body. */
 
 #include "cut/topology_edit.h"
 
-#include "base/scratch.h"
 #include "body/feature_arrays.h"
 #include "body/pipeline.h"
-#include "math/range.h"
 
-#include <limits.h>
 #include <string.h>
 
 // ----------------------------------------------------------------------------------------------------- life
@@ -82,8 +78,7 @@ static float edit_inverse_mass(float mass) {
     return mass > 0.0f ? 1.0f / mass : 0.0f;
 }
 
-/* Both parents give the new node what makes it as heavy as the point between them; of a pinned and a free one, the free
-   one gives half. */
+/* Both parents make the new node as heavy as the point between them; next to a pinned one the other gives half. */
 static float edit_split_mass(float* a, float* b, float share) {
     if (*a > 0.0f && *b > 0.0f) {
         const float mass_a = 1.0f / *a, mass_b = 1.0f / *b;
@@ -106,8 +101,7 @@ static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share, float limit) {
 
 /* Room for one more node, link or face. */
 #define EDIT_GROW(edit, element)                                                                                       \
-    ((edit)->element##_count < INT_MAX &&                                                                              \
-     PLII_RESERVE((edit)->context, &(edit)->element##s, &(edit)->element##_capacity, (edit)->element##_count + 1))
+    PLII_GROW((edit)->context, &(edit)->element##s, &(edit)->element##_capacity, (edit)->element##_count)
 
 int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
     if (!EDIT_GROW(edit, node)) { return PLI_NULL_INDEX; }
@@ -193,18 +187,21 @@ void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map) {
     }
 }
 
+bool plii_edit_add_edges(const plii_edit_face* face, plii_edge_map* map) {
+    for (int j = 2, k = 0; k < 3; j = k++) {
+        if (plii_edge_map_add(map, face->nodes[j], face->nodes[k]) == NULL) { return false; }
+    }
+    return true;
+}
+
 /* Adds the edges of all faces that have an edge with a node on it, for the rest lengths of new links. */
 static bool edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
-    for (int i = 0; i < edit->face_count; ++i) {
-        const int* nodes = edit->faces[i].nodes;
+    for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
         bool is_crossed = false;
         for (int j = 2, k = 0; k < 3; j = k++) {
-            is_crossed = is_crossed || plii_edge_map_node(map, nodes[j], nodes[k]) != PLI_NULL_INDEX;
+            is_crossed = is_crossed || plii_edge_map_node(map, face->nodes[j], face->nodes[k]) != PLI_NULL_INDEX;
         }
-        if (!is_crossed) { continue; }
-        for (int j = 2, k = 0; k < 3; j = k++) {
-            if (plii_edge_map_add(map, nodes[j], nodes[k]) == NULL) { return false; }
-        }
+        if (is_crossed && !plii_edit_add_edges(face, map)) { return false; }
     }
     return true;
 }
@@ -234,14 +231,12 @@ static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, i
     const plii_edit_face face = edit->faces[i];
     const int from = face.nodes[j], to = face.nodes[k], opposite = face.nodes[(k + 1) % 3];
     const float share = from == edge.a ? edge.share : 1.0f - edge.share;
-
     const plii_edit_face first = {
         {opposite, from, edge.node}, face.material, {face.origin.parent, face.origin.share * share}};
     const plii_edit_face second = {
         {edge.node, to, opposite}, face.material, {face.origin.parent, face.origin.share * (1.0f - share)}};
     edit->faces[i] = first;
     if (!plii_edit_add_face(edit, second)) { return false; }
-
     const float edge_squared = edit_rest_squared(edit, map, from, to);
     const float rest_squared = plii_edit_median_squared(edit, map, opposite, from, to, share);
     const plii_edit_link link = {{edge.node, opposite}, rest_squared, (plii_link_tag)face.material};
@@ -404,7 +399,6 @@ static pli_status edit_commit(plii_edit* edit) {
         plii_scratch_free(&product.scratch);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-
     edit_replace(body, &product.body);
     body->world->needs_reserve = true;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {

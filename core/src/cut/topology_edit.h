@@ -54,8 +54,7 @@ static inline bool plii_edit_link_is_bending(const plii_edit_link* link) {
     return (link->tag & PLII_LINK_TAG_BENDING) != 0;
 }
 
-/* A node between two, which give it part of their masses as in btSoftBody::refine. PLI_NULL_INDEX when out of memory.
- */
+/* A node between two, which give it mass as in btSoftBody::refine. PLI_NULL_INDEX when out of memory. */
 int plii_edit_add_node(plii_edit* edit, int a, int b, float share);
 /* A second node at the same point; both have half of the mass. */
 int plii_edit_copy_node(plii_edit* edit, int node);
@@ -71,6 +70,8 @@ void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user
 /* Squared distance, at rest, from a node to the point at `share` from b to c, by Stewart's theorem. Squared rest
    lengths are those of the links in the map; where there is none, of the present distance. */
 float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, int node, int b, int c, float share);
+/* All edges of a face; false when out of memory. */
+bool plii_edit_add_edges(const plii_edit_face* face, plii_edge_map* map);
 /* Takes the rest lengths of links along edges that are in the map. */
 void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map);
 

@@ -2,7 +2,6 @@
    do not enter. Nodes at their targets are pinned and led, so that every solver knows how heavy they are. */
 
 #include "pliant/target.h"
-#include "base/scratch.h"
 #include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep.h"

@@ -3,7 +3,6 @@
 /* Tethers: distances along a body at its rest lengths. */
 
 #include "base/csr.h"
-#include "base/scratch.h"
 #include "body/body_impl.h"
 #include "pliant/tether.h"
 

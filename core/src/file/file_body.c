@@ -1,6 +1,6 @@
 /* Bodies in files, but for their features. */
 
-#include "file/file_parts.h"
+#include "file/file_impl.h"
 
 #include "body/all_features.h"
 #include "body/pipeline.h"
@@ -32,22 +32,17 @@ typedef struct file_body_sizes {
 } file_body_sizes;
 
 static file_body_sizes file_body_read_sizes(plii_file* file, const pli_body* body) {
-    file_body_sizes sizes = {0};
-    if (body != NULL) {
-        const plii_topology* topology = body->topology;
-        sizes = (file_body_sizes){body->node_count,
-                                  body->link_count,
-                                  body->material_count,
-                                  topology->face_count,
-                                  topology->tetra_count,
-                                  body->link_tags != NULL,
-                                  topology->face_materials != NULL};
-    }
-    sizes.nodes = plii_file_count(file, sizes.nodes, 48);
-    sizes.links = plii_file_count(file, sizes.links, 12);
-    sizes.materials = plii_file_count(file, sizes.materials, 4);
-    sizes.faces = plii_file_count(file, sizes.faces, 12);
-    sizes.tetras = plii_file_count(file, sizes.tetras, 16);
+    static const plii_topology no_topology;
+    static const pli_body no_body;
+    const plii_topology* topology = body != NULL ? body->topology : &no_topology;
+    if (body == NULL) { body = &no_body; }
+    file_body_sizes sizes = {.has_tags = body->link_tags != NULL,
+                             .has_face_materials = topology->face_materials != NULL};
+    sizes.nodes = plii_file_count(file, body->node_count, 48);
+    sizes.links = plii_file_count(file, body->link_count, 12);
+    sizes.materials = plii_file_count(file, body->material_count, 4);
+    sizes.faces = plii_file_count(file, topology->face_count, 12);
+    sizes.tetras = plii_file_count(file, topology->tetra_count, 16);
     plii_file_fields(file, "B", &sizes.has_tags);
     plii_file_fields(file, "B", &sizes.has_face_materials);
     if (file->mode == PLII_FILE_READ && (sizes.nodes == 0 || sizes.materials > PLII_MAX_MATERIALS)) {

@@ -1,6 +1,6 @@
 /* Features of bodies in files. The one file that names them all. */
 
-#include "file/file_parts.h"
+#include "file/file_impl.h"
 
 #include "body/all_features.h"
 #include "body/feature_arrays.h"
@@ -15,8 +15,6 @@ enum { FILE_NAME_SIZE = 32 };
 #define FILE_FEATURE(name) &plii_##name##_class,
 static const plii_feature_class* const file_classes[] = {PLII_ALL_FEATURES(FILE_FEATURE)};
 enum { FILE_CLASSES = sizeof file_classes / sizeof *file_classes };
-
-// ------------------------------------------------------------------------------------------------------- which ones
 
 static bool file_may_enable(const pli_body* body, const plii_feature_class* klass) {
     if (plii_feature_is_enabled(body, klass)) { return false; }
@@ -71,8 +69,6 @@ static void file_feature_name(plii_file* file, pli_body* body, int index) {
     file->what = klass->name;
     file_enable(file, body, klass, by_user);
 }
-
-// ----------------------------------------------------------------------------------------------------- what they hold
 
 static void* file_member(void* state, size_t offset) {
     return (unsigned char*)state + offset;

@@ -1,8 +1,7 @@
 /* Rigid bodies in files, with their shapes. */
 
-#include "file/file_parts.h"
+#include "file/file_impl.h"
 
-#include "math/vec.h"
 #include "shape/shape_impl.h"
 
 #include <string.h>
@@ -26,8 +25,6 @@ static const plii_state_part file_rigid_parts[] = {
     PLII_STATE_SPAN(pli_rigid, rest_pose, rest_time, PLII_SAVED, "13f"),
     {0},
 };
-
-// ---------------------------------------------------------------------------------------------------------- shapes
 
 /* Shapes may be shared: where one was first. */
 static void file_first_place(const pli_world* world, const pli_shape* shape, int place[2]) {
@@ -54,11 +51,7 @@ static pli_shape* file_make_shape(plii_file* file, plii_shape_kind kind, const f
     if (kind == PLII_SHAPE_CYLINDER) {
         status = pli_shape_create_cylinder(file->context, pli_vec3_scale(v, d[3]), d[4], &shape);
     }
-    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
-    if (status != PLI_OK) {
-        plii_file_refuse(file, "a shape cannot be made of its numbers");
-        return NULL;
-    }
+    if (!plii_file_is_made(file, status, "a shape cannot be made of its numbers")) { return NULL; }
     memcpy(shape->def.user, d, shape->data_size);
     return shape;
 }
@@ -98,8 +91,7 @@ static pli_shape* file_shape(plii_file* file, const pli_world_file_def* def, con
     return file->status == PLI_OK ? file_make_shape(file, (plii_shape_kind)kind, numbers) : NULL;
 }
 
-/* Shape `slot` of rigid body `index`, which has its first `slot` shapes already in READ: where it was first, and if
-   that is here, what it is. */
+/* Shape `slot` of rigid body `index`, after those before it: where it was first, and if that is here, what it is. */
 static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, const pli_world* world, int index,
                                 int slot, pli_shape* const* shapes, bool is_wanted) {
     int place[2] = {0, 0};
@@ -121,8 +113,6 @@ static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, 
     return shape;
 }
 
-// -------------------------------------------------------------------------------------------------------- rigid bodies
-
 static void file_copy_parts(const plii_state_part* parts, pli_rigid* to, const pli_rigid* from) {
     for (const plii_state_part* part = parts; part->size > 0; ++part) {
         memcpy((unsigned char*)to + part->offset, (const unsigned char*)from + part->offset, part->size);
@@ -143,11 +133,7 @@ static pli_rigid* file_make_rigid(plii_file* file, pli_world* world, const pli_r
     def.shape_poses = read->shape_poses;
     pli_rigid* made = NULL;
     const pli_status status = pli_rigid_create(world, &def, &made);
-    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
-    if (status != PLI_OK) {
-        plii_file_refuse(file, "a rigid body cannot be made of its numbers");
-        return NULL;
-    }
+    if (!plii_file_is_made(file, status, "a rigid body cannot be made of its numbers")) { return NULL; }
     file_copy_parts(file_rigid_first_parts, made, read);
     return made;
 }

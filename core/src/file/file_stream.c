@@ -1,6 +1,6 @@
 /* Numbers of files, and structs by the letters of their members. */
 
-#include "file/file_stream.h"
+#include "file/file_impl.h"
 
 #include "cluster/joint_impl.h"
 
@@ -15,6 +15,12 @@ void plii_file_refuse(plii_file* file, const char* problem) {
                                    what, problem, file->at)
                        : plii_fail(file->context, PLI_ERROR_FILE_FORMAT, file->function,
                                    "body %d: %s: %s, before byte %zu", file->body_index, what, problem, file->at);
+}
+
+bool plii_file_is_made(plii_file* file, pli_status status, const char* problem) {
+    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
+    if (status != PLI_OK) { plii_file_refuse(file, problem); }
+    return status == PLI_OK;
 }
 
 void plii_file_begin_part(plii_file* file, const char* part) {

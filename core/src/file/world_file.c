@@ -1,11 +1,7 @@
 /* Worlds as files: writing, making a world from one, and bringing a world to the state of one. What is read is made
    first, in a world of its own; only when all of it is there and sound, the caller's world gets it. */
 
-#include "pliant/world_file.h"
-
-#include "file/file_parts.h"
-
-#include "math/definition.h"
+#include "file/file_impl.h"
 
 #include <string.h>
 
@@ -62,7 +58,7 @@ uint64_t plii_file_checksum(const unsigned char* bytes, size_t size) {
 /* The walk and what it needs beside. */
 typedef struct file_walk {
     plii_file stream;
-    const pli_world_file_def* def;
+    pli_world_file_def def;
     pli_world* world;  /* that is written, or was made for what is read */
     pli_world* target; /* of a restore, or NULL */
     pli_rigid** found; /* [found_count] of the target, by the ids of the file; NULL without a target */
@@ -85,7 +81,7 @@ static void file_world_state(plii_file* file, pli_world* world) {
 
 /* Where the rigid bodies of the file are in the target. */
 static void file_find_rigid(file_walk* walk, int index, uint64_t id) {
-    const pli_world_file_def* def = walk->def;
+    const pli_world_file_def* def = &walk->def;
     const pli_world* target = walk->target;
     plii_file* file = &walk->stream;
     pli_rigid* rigid = NULL;
@@ -116,12 +112,12 @@ static void file_rigids(file_walk* walk) {
     }
     walk->found_count = walk->found != NULL ? count : 0;
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {
-        const bool is_asked = file->mode == PLII_FILE_WRITE && walk->def->rigid_id != NULL;
+        const bool is_asked = file->mode == PLII_FILE_WRITE && walk->def.rigid_id != NULL;
         const uint64_t id =
-            plii_file_u64(file, is_asked ? walk->def->rigid_id(walk->world->rigids[i], walk->def->user) : (uint64_t)i);
+            plii_file_u64(file, is_asked ? walk->def.rigid_id(walk->world->rigids[i], walk->def.user) : (uint64_t)i);
         if (walk->target != NULL && file->status == PLI_OK) { file_find_rigid(walk, i, id); }
         if (file->status != PLI_OK) { break; }
-        plii_file_rigid(file, walk->def, walk->world, i, walk->found != NULL ? walk->found[i] : NULL);
+        plii_file_rigid(file, &walk->def, walk->world, i, walk->found != NULL ? walk->found[i] : NULL);
     }
     if (is_reading) {
         file->rigids = walk->world->rigids;
@@ -171,8 +167,7 @@ static void file_check_order(plii_file* file, const pli_world* world) {
         PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for the file");
         return;
     }
-    for (int i = 0; i < world->body_count; ++i) {
-        const pli_body* body = world->sweep[i];
+    for (PLII_EACH_AT(pli_body, body, world->sweep, world->body_count)) {
         if (body == NULL || is_met[body->world_index]) {
             plii_file_refuse(file, "a body is missing");
             break;
@@ -182,18 +177,20 @@ static void file_check_order(plii_file* file, const pli_world* world) {
     PLII_RELEASE(file->context, is_met, world->body_count);
 }
 
-static file_walk file_begin(plii_file_mode mode, const pli_world_file_def* def, pli_world* world, pli_context* context,
-                            const char* function) {
-    file_walk walk = {.stream = {.mode = mode, .context = context, .function = function, .body_index = PLI_NULL_INDEX},
-                      .def = def,
-                      .world = world};
+/* Without a definition, the default one. */
+static pli_status file_begin(plii_file_mode mode, const pli_world_file_def* def, pli_world* world, pli_context* context,
+                             const char* function, file_walk* walk) {
+    *walk = (file_walk){.stream = {.mode = mode, .context = context, .function = function},
+                        .def = def != NULL ? *def : pli_world_file_def_default(),
+                        .world = world};
+    walk->stream.body_index = PLI_NULL_INDEX;
     if (world != NULL) {
-        walk.stream.bodies = world->bodies;
-        walk.stream.rigids = world->rigids;
-        walk.stream.body_count = world->body_count;
-        walk.stream.rigid_count = world->rigid_count;
+        walk->stream.bodies = world->bodies;
+        walk->stream.rigids = world->rigids;
+        walk->stream.body_count = world->body_count;
+        walk->stream.rigid_count = world->rigid_count;
     }
-    return walk;
+    return PLII_CHECK_MADE(context, pli_world_file_def, &walk->def, function);
 }
 
 // ---------------------------------------------------------------------------------------------------------- writing
@@ -209,34 +206,30 @@ static void file_write_all(file_walk* walk) {
 }
 
 static size_t file_size(const pli_world* world, const char* function) {
-    const pli_world_file_def def = pli_world_file_def_default();
-    file_walk walk = file_begin(PLII_FILE_COUNT, &def, (pli_world*)(uintptr_t)world, world->context, function);
+    file_walk walk;
+    (void)file_begin(PLII_FILE_COUNT, NULL, (pli_world*)(uintptr_t)world, world->context, function, &walk);
     file_write_all(&walk);
     return walk.stream.at;
 }
 
-size_t pli_world_file_size(const pli_world* world) {
-    return plii_check_world(world, __func__) == PLI_OK ? file_size(world, __func__) : 0;
-}
+PLII_DEFINE_GET(size_t, pli_world_file_size, world, file_size(world, __func__), 0)
 
 pli_status pli_world_file_write(const pli_world* world, const pli_world_file_def* def, void* buffer, size_t capacity,
                                 size_t* size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     pli_context* context = world->context;
-    const pli_world_file_def used = def != NULL ? *def : pli_world_file_def_default();
-    PLII_TRY(PLII_CHECK_MADE(context, pli_world_file_def, &used, __func__));
+    file_walk walk;
+    PLII_TRY(file_begin(PLII_FILE_WRITE, def, (pli_world*)(uintptr_t)world, context, __func__, &walk));
     const size_t needed = file_size(world, __func__);
     if (size != NULL) { *size = needed; }
     if (buffer == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "buffer is null"); }
-    if (needed > capacity) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "capacity is %zu, the file has %zu bytes", capacity, needed);
-    }
-    file_walk walk = file_begin(PLII_FILE_WRITE, &used, (pli_world*)(uintptr_t)world, context, __func__);
+    PLII_FAIL_IF(needed > capacity, context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "capacity is %zu, the file has %zu bytes", capacity, needed);
     walk.stream.to = buffer;
-    walk.stream.begin_part = used.begin_part;
-    walk.stream.begin_user = used.user;
+    walk.stream.begin_part = walk.def.begin_part;
+    walk.stream.begin_user = walk.def.user;
     file_write_all(&walk);
-    if (walk.stream.status != PLI_OK) { return walk.stream.status; }
+    PLII_TRY(walk.stream.status);
     file_header header = {
         .magic = {FILE_MAGIC_0, FILE_MAGIC_1},
         .version = FILE_VERSION,
@@ -278,8 +271,7 @@ static void file_make_world(file_walk* walk) {
     file_world_settings(file, &def);
     if (file->status != PLI_OK) { return; }
     const pli_status status = pli_world_create(file->context, &def, &walk->world);
-    if (status == PLI_ERROR_OUT_OF_MEMORY) { file->status = status; }
-    if (status != PLI_OK) { plii_file_refuse(file, "a setting is out of range"); }
+    (void)plii_file_is_made(file, status, "a setting is out of range");
 }
 
 static void file_settle(file_walk* walk) {
@@ -318,9 +310,8 @@ pli_status pli_world_file_create(pli_context* context, const pli_world_file_def*
                                  pli_world** world) {
     PLII_TRY(plii_check_context_change(context, __func__));
     if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
-    const pli_world_file_def used = def != NULL ? *def : pli_world_file_def_default();
-    PLII_TRY(PLII_CHECK_MADE(context, pli_world_file_def, &used, __func__));
-    file_walk walk = file_begin(PLII_FILE_READ, &used, NULL, context, __func__);
+    file_walk walk;
+    PLII_TRY(file_begin(PLII_FILE_READ, def, NULL, context, __func__, &walk));
     PLII_TRY(file_read_all(&walk, buffer, size));
     *world = walk.world;
     return PLI_OK;
@@ -392,9 +383,8 @@ static void file_commit(file_walk* walk) {
 pli_status pli_world_file_restore(pli_world* world, const pli_world_file_def* def, const void* buffer, size_t size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     pli_context* context = world->context;
-    const pli_world_file_def used = def != NULL ? *def : pli_world_file_def_default();
-    PLII_TRY(PLII_CHECK_MADE(context, pli_world_file_def, &used, __func__));
-    file_walk walk = file_begin(PLII_FILE_READ, &used, NULL, context, __func__);
+    file_walk walk;
+    PLII_TRY(file_begin(PLII_FILE_READ, def, NULL, context, __func__, &walk));
     walk.target = world;
     pli_status status = file_read_all(&walk, buffer, size);
     if (status == PLI_OK && walk.world->body_count != world->body_count) {

@@ -46,8 +46,7 @@ bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count) {
     return PLII_RESERVE(context, &boxes->groups, &boxes->capacity, begin[level_count]);
 }
 
-/* In the order of `items`, NULL: as they come. */
-static bool bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds, const int* items) {
+bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds, const int* items) {
     boxes->level_count = 0;
     if (count <= 0) { return true; }
     if (!plii_bvh4_reserve(context, boxes, count)) { return false; }
@@ -69,10 +68,6 @@ static bool bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const 
     return true;
 }
 
-bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds) {
-    return bvh4_build(context, boxes, count, bounds, NULL);
-}
-
 void plii_bvh4_free(pli_context* context, plii_bvh4* boxes) {
     PLII_RELEASE(context, boxes->groups, boxes->capacity);
     *boxes = (plii_bvh4){0};
@@ -86,8 +81,7 @@ PLII_SIMD_INLINE int bvh4_overlaps(plii_vec3x4 low, plii_vec3x4 high, const plii
     return plii_lanes_bits((x & y) & z);
 }
 
-/* Squares of how far a coordinate lies outside of four intervals; NaN where the interval or the coordinate is, as the
-   maximum of two values is the second one then. */
+/* Squares of how far a coordinate lies outside of four intervals; NaN where one is: then maxima are second values. */
 PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, plii_float4 low, plii_float4 high) {
     const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(low - value, value - high));
     return outside * outside;
@@ -98,8 +92,7 @@ PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const pli
            bvh4_outside(point.z, group->low.z, group->high.z);
 }
 
-/* Visits boxes of the lowest level that counts, depth first, ascending or backwards: of the groups on the path down,
-   what is left to be looked at. */
+/* Visits boxes of the lowest level that counts, depth first, ascending or backwards; `bits`: what is left of groups. */
 PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, bool backwards,
                                 plii_bvh_visit_fn* visit, void* user) {
     const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
@@ -225,7 +218,7 @@ bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_b
                         bvh_spread(bvh_cell(centre.z, low.z, scale)) << 2;
     }
     bvh_sort(tree, count);
-    tree->count = bvh4_build(context, &tree->boxes, count, bounds, tree->items) ? count : 0;
+    tree->count = plii_bvh4_build(context, &tree->boxes, count, bounds, tree->items) ? count : 0;
     return tree->count > 0;
 }
 

@@ -47,16 +47,15 @@ static inline int plii_bvh_lay_out(int width, int* begin) {
     return level_count;
 }
 
-/* Replaces what was held; memory is kept from build to build. False when out of memory: there are no boxes then. */
-bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds);
+/* Boxes in the order of `items`, NULL: as they come, in place of those before. Out of memory false, and no boxes. */
+bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds, const int* items);
 /* Room for that many; false when out of memory. */
 bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count);
 void plii_bvh4_free(pli_context* context, plii_bvh4* boxes);
 /* Around all, of which there is one at least. */
 pli_bounds plii_bvh4_bounds(const plii_bvh4* boxes);
 
-/* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
-   numbers are infinite or NaN. `items` has room for all. */
+/* Writes the boxes that touch `bounds`, ascending, to `items`, which has room for all; returns their number. */
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
 /* The same for groups of level 0, for points that lie close together. */
 int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups);
@@ -75,9 +74,8 @@ void plii_bvh_free(pli_context* context, plii_bvh* tree);
 typedef void plii_bvh_visit_fn(int item, void* user);
 void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* visit, void* user);
 
-/* Looks for the nearest item. `measure` gives the squared distance of an item, or FLT_MAX to refuse it.
-   Returns the item with the smallest squared distance below `max_squared`, or PLI_NULL_INDEX; equally near items go by
-   index in the tree. */
+/* The item of the smallest squared distance below `max_squared`, or PLI_NULL_INDEX; equally near ones go by index in
+   the tree. `measure` gives the squared distance of an item, or FLT_MAX to refuse it. */
 typedef float plii_bvh_measure_fn(int item, pli_vec3 point, const void* user);
 int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, plii_bvh_measure_fn* measure,
                      const void* user);

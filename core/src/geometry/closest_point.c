@@ -16,10 +16,6 @@ plii_triangle_size plii_measure_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
                                 .is_usable = area > PLII_TRIANGLE_MIN_SHAPE * longest && area > FLT_MIN};
 }
 
-static plii_closest_feature closest_feature(plii_triangle_feature feature, float a, float b, float c) {
-    return (plii_closest_feature){feature, {a, b, c}};
-}
-
 static pli_vec3 closest_point_at(plii_dvec3 start, plii_dvec3 edge, double t) {
     return plii_dvec3_to_float(plii_dvec3_add_scaled(start, edge, t));
 }
@@ -35,37 +31,37 @@ pli_vec3 plii_closest_point_on_triangle(pli_vec3 point, pli_vec3 vertex_a, pli_v
     const double d3 = plii_dvec3_dot(ab, bp), d4 = plii_dvec3_dot(ac, bp);
     const double d5 = plii_dvec3_dot(ab, cp), d6 = plii_dvec3_dot(ac, cp);
     if (d1 <= 0.0 && d2 <= 0.0) {
-        *closest = closest_feature(PLII_TRIANGLE_VERTEX_0, 1.0f, 0.0f, 0.0f);
+        *closest = (plii_closest_feature){PLII_TRIANGLE_VERTEX_0, {1.0f, 0.0f, 0.0f}};
         return vertex_a;
     }
     if (d3 >= 0.0 && d4 <= d3) {
-        *closest = closest_feature(PLII_TRIANGLE_VERTEX_1, 0.0f, 1.0f, 0.0f);
+        *closest = (plii_closest_feature){PLII_TRIANGLE_VERTEX_1, {0.0f, 1.0f, 0.0f}};
         return vertex_b;
     }
     if (d6 >= 0.0 && d5 <= d6) {
-        *closest = closest_feature(PLII_TRIANGLE_VERTEX_2, 0.0f, 0.0f, 1.0f);
+        *closest = (plii_closest_feature){PLII_TRIANGLE_VERTEX_2, {0.0f, 0.0f, 1.0f}};
         return vertex_c;
     }
     const double vc = d1 * d4 - d3 * d2;
     if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
         const double t = d1 / (d1 - d3);
-        *closest = closest_feature(PLII_TRIANGLE_EDGE_01, (float)(1.0 - t), (float)t, 0.0f);
+        *closest = (plii_closest_feature){PLII_TRIANGLE_EDGE_01, {(float)(1.0 - t), (float)t, 0.0f}};
         return closest_point_at(a, ab, t);
     }
     const double vb = d5 * d2 - d1 * d6;
     if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
         const double t = d2 / (d2 - d6);
-        *closest = closest_feature(PLII_TRIANGLE_EDGE_20, (float)(1.0 - t), 0.0f, (float)t);
+        *closest = (plii_closest_feature){PLII_TRIANGLE_EDGE_20, {(float)(1.0 - t), 0.0f, (float)t}};
         return closest_point_at(a, ac, t);
     }
     const double va = d3 * d6 - d5 * d4;
     if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
         const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        *closest = closest_feature(PLII_TRIANGLE_EDGE_12, 0.0f, (float)(1.0 - t), (float)t);
+        *closest = (plii_closest_feature){PLII_TRIANGLE_EDGE_12, {0.0f, (float)(1.0 - t), (float)t}};
         return closest_point_at(b, plii_dvec3_sub(c, b), t);
     }
     const double scale = 1.0 / (va + vb + vc), v = vb * scale, w = vc * scale;
-    *closest = closest_feature(PLII_TRIANGLE_FACE, (float)(va * scale), (float)v, (float)w);
+    *closest = (plii_closest_feature){PLII_TRIANGLE_FACE, {(float)(va * scale), (float)v, (float)w}};
     return closest_point_at(plii_dvec3_add_scaled(a, ab, v), ac, w);
 }
 

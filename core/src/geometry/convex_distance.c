@@ -26,8 +26,7 @@ typedef struct convex_axis {
 typedef struct convex_search {
     double gap;      /* of the queries that follow */
     double progress; /* of the depth: a descent ends with a smaller one */
-    const plii_convex* a;
-    const plii_convex* b;
+    const plii_convex *a, *b;
     convex_axis starts[CONVEX_MAX_STARTS];
     int start_count;
     convex_axis best;
@@ -153,8 +152,7 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
     return is_found && plii_dvec3_unit(plii_dvec3_from(found.normal), &normal) && convex_measure(search, normal, &axis);
 }
 
-/* Along a known axis, or that between the centres when it is shorter. False when the known one has become too
-   deep for that. */
+/* Along a known axis, or that between the centres when it is shorter. False when the known one is too deep by now. */
 static bool convex_search_cached_axis(convex_search* search, const plii_convex_cache* cache) {
     convex_axis known, between;
     pli_vec3 normal;

@@ -6,8 +6,7 @@
 
 /* Looks for the shortest translation of `a` that ends an overlap. */
 typedef struct plii_penetration_query {
-    const plii_convex* a;
-    const plii_convex* b;
+    const plii_convex *a, *b;
     double size; /* reach of a - b from the origin, as far as seen; > 0 */
     int max_support_calls;
 } plii_penetration_query;
@@ -42,15 +41,11 @@ typedef struct plii_convex_result {
 /* Any max_distance, no penetration function. */
 plii_convex_options plii_convex_options_default(void);
 
-/* The depth is never less than the true one. By descent, the default, it is a local minimum, which was the least depth
-   for 93 of 100 random overlapping hulls, without heap and without libccd; plii_penetration_epa finds nearly all.
-   `cache` may be NULL. */
+/* The depth is never less than the true one. By descent, the default, it is a local minimum, the least depth for 93 of
+   100 random overlapping hulls; plii_penetration_epa finds nearly all. `cache` may be NULL. */
 void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii_convex_options* options,
                           plii_convex_cache* cache, plii_convex_result* result);
 
-/* Penetration of overlapping convex cores by libccd, for plii_convex_options.penetration. Only programs that name the
-   function need libccd. */
-
-/* The expanding polytope algorithm: accurate; allocates with malloc inside libccd. Makes no more support calls than the
-   query allows. */
+/* Penetration by the expanding polytope algorithm of libccd, which only programs that name this function need:
+   accurate; allocates with malloc. Makes no more support calls than the query allows. */
 bool plii_penetration_epa(const plii_penetration_query* query, plii_penetration_result* result);

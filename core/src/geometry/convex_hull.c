@@ -4,12 +4,11 @@
 
 #include "geometry/convex_hull.h"
 
-#include "base/scratch.h"
 #include "geometry/closest_point.h"
 #include "geometry/orient3d.h"
 #include "math/dvec3.h"
+#include "math/range.h"
 
-#include <limits.h>
 #include <string.h>
 
 typedef struct hull_face {
@@ -50,7 +49,6 @@ typedef struct hull_work {
 static plii_dvec3 hull_sub(pli_vec3 a, pli_vec3 b) {
     return plii_dvec3_sub(plii_dvec3_from(a), plii_dvec3_from(b));
 }
-
 static pli_vec3 hull_corner(const hull_work* work, const hull_face* face, int corner) {
     return work->points[face->corners[corner]];
 }
@@ -103,10 +101,7 @@ static int hull_add_face(hull_work* work, int a, int b, int c) {
     if (face >= 0) {
         work->free_face = work->faces[face].next_free;
     } else {
-        if (work->face_count == INT_MAX ||
-            !PLII_RESERVE(work->context, &work->faces, &work->face_capacity, work->face_count + 1)) {
-            return -1;
-        }
+        if (!PLII_GROW(work->context, &work->faces, &work->face_capacity, work->face_count)) { return -1; }
         face = work->face_count++;
     }
     work->faces[face] = (hull_face){.corners = {a, b, c}, .outside = -1, .visited_by = -1, .is_alive = true};
@@ -115,10 +110,7 @@ static int hull_add_face(hull_work* work, int a, int b, int c) {
 
 static bool hull_enqueue(hull_work* work, int face) {
     if (work->faces[face].outside < 0) { return true; }
-    if (work->queue_count == INT_MAX ||
-        !PLII_RESERVE(work->context, &work->queue, &work->queue_capacity, work->queue_count + 1)) {
-        return false;
-    }
+    if (!PLII_GROW(work->context, &work->queue, &work->queue_capacity, work->queue_count)) { return false; }
     work->queue[work->queue_count++] = face;
     return true;
 }
@@ -147,8 +139,7 @@ static bool hull_must_wait(const hull_work* work, int point) {
     return work->late[point] && !work->is_late;
 }
 
-/* The farthest point in front of a face; -1 when there is none whose turn it is and that is beyond the tolerance.
-   Others whose turn it is go. */
+/* The farthest point in front of a face beyond the tolerance whose turn it is, or -1; others whose turn it is go. */
 static int hull_find_farthest(hull_work* work, int face_index) {
     hull_face* face = &work->faces[face_index];
     const plii_dvec3 normal = hull_normal(work, face);
@@ -419,22 +410,14 @@ static double hull_rounding(int point_count, const pli_vec3* points) {
 
 pli_status plii_convex_hull_create(pli_context* context, int point_count, const pli_vec3* points, float tolerance,
                                    const char* function, plii_convex_hull* hull) {
-    if (point_count < 4) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d points, a hull needs 4 or more", point_count);
-    }
-    if (point_count > INT_MAX / 8) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d points are too many for a hull", point_count);
-    }
+    PLII_TRY(plii_check_int(context, point_count, 4, INT_MAX / 8, "the number of points of a hull", function));
     const double rounding = hull_rounding(point_count, points);
     hull_work work = {.context = context, .point_count = point_count, .points = points, .flatness = rounding};
     work.tolerance = (double)tolerance > rounding ? (double)tolerance : rounding;
     const pli_status status = hull_run(&work, hull);
-    if (status == PLI_ERROR_INVALID_MESH) {
-        return plii_fail(context, status, function, "the %d points lie in a plane", point_count);
-    }
-    if (status != PLI_OK) {
-        return plii_fail(context, status, function, "no memory for the hull of %d points", point_count);
-    }
+    PLII_FAIL_IF(status == PLI_ERROR_INVALID_MESH, context, status, function, "the %d points lie in a plane",
+                 point_count);
+    PLII_FAIL_IF(status != PLI_OK, context, status, function, "no memory for the hull of %d points", point_count);
     return PLI_OK;
 }
 

@@ -1,6 +1,5 @@
-/* libccd's expanding polytope under a budget: its loops end as soon as every further support point of a - b is the
-   origin, which is what the callbacks return once the budget is spent. Sets are moved near the origin and scaled to
-   about unit size, because libccd's tolerances are absolute. */
+/* libccd's expanding polytope under a budget: its loops end once every further support point of a - b is the origin,
+   which callbacks return then. Sets are moved near the origin and scaled to unit size: its tolerances are absolute. */
 
 #include "geometry/convex_distance.h"
 

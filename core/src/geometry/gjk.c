@@ -1,8 +1,7 @@
-/* Distance of convex sets by the algorithm of Gilbert, Johnson and Keerthi. The nearest point of the simplex is found
-   by signed volumes (Montanari, Petrinic, Barbieri, "Improving the GJK algorithm for faster and more reliable distance
-   queries between convex objects", 2017), flat simplices by their faces; it ends by the gap of the bounds (van den
-   Bergen, "A fast and robust GJK implementation", 1999). All in double: support points are floats, whose differences
-   and products then carry hardly any error. */
+/* Distance of convex sets by the algorithm of Gilbert, Johnson and Keerthi, with signed volumes (Montanari, Petrinic,
+   Barbieri, "Improving the GJK algorithm for faster and more reliable distance queries between convex objects", 2017),
+   flat simplices by their faces, to the gap of the bounds (van den Bergen, "A fast and robust GJK implementation",
+   1999). All in double: differences and products of support points, which are floats, carry hardly any error. */
 
 #include "geometry/gjk.h"
 
@@ -243,7 +242,6 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
         gjk_reduce(&state, &nearest);
     }
     if (!state.is_finite) { relation = PLII_CONVEX_UNDEFINED; }
-
     *result = (plii_gjk_result){.relation = relation, .support_calls = state.support_calls};
     if (relation == PLII_CONVEX_UNDEFINED) { return; }
     for (int i = 0; i < nearest.count; ++i) {

@@ -5,9 +5,8 @@
 #include "math/dvec3.h"
 #include "math/vec.h"
 
-/* A convex set as the collision queries see it is a core, known by its farthest points, grown by a radius. Both sets of
-   a pair are given in one frame. Results are as accurate as float coordinates in that frame, so its origin should not
-   lie far away. */
+/* A convex set is a core, known by its farthest points, grown by a radius. Both sets of a pair are given in one frame,
+   whose origin should not lie far away: results are as accurate as float coordinates there. */
 
 /* A point of the core that lies farthest along `direction`, a unit vector. Finite; the same for the same direction. */
 typedef pli_vec3 plii_support_fn(const void* user, pli_vec3 direction);
@@ -26,8 +25,7 @@ typedef enum plii_convex_relation {
     PLII_CONVEX_UNDEFINED    /* a support point is not finite */
 } plii_convex_relation;
 
-/* What one pair remembers from query to query; all zero at first. Support directions instead of points, so that it
-   stays of use while both sets move and deform. */
+/* What a pair remembers from query to query, zero at first. Directions stay of use while both sets move and deform. */
 enum { PLII_CONVEX_CACHE_POINTS = 4 };
 
 typedef struct plii_convex_cache {
@@ -41,13 +39,11 @@ typedef struct plii_convex_cache {
 } plii_convex_cache;
 
 typedef struct plii_gjk_query {
-    const plii_convex* a;
-    const plii_convex* b;
+    const plii_convex *a, *b;
     plii_dvec3 offset;   /* added to every point of a */
     double max_distance; /* farther pairs end as PLII_CONVEX_BEYOND; HUGE_VAL: none do */
     double enough;       /* ends, as PLII_CONVEX_SEPARATED, once a smaller distance is known; 0: exact */
-    /* Ends when lower and upper bound agree to this share of the distance; 0: 1e-7, the normal then is right to 0.03
-       degrees. It goes with the root: to 0.8 degrees at 1e-4. */
+    /* Ends when the bounds agree to this share of the distance; 0: 1e-7, the normal is right to 0.03 degrees then. */
     double gap;
     int max_support_calls; /* of both callbacks together, at least 4 */
 } plii_gjk_query;

@@ -4,7 +4,6 @@
 #include "geometry/orient3d.h"
 
 #include <float.h>
-#include <math.h>
 
 /* A value as a sum of doubles that do not overlap, smallest first. */
 typedef struct exact_sum {

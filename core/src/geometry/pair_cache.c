@@ -13,20 +13,17 @@ bool plii_pair_keys_equal(plii_pair_key a, plii_pair_key b) {
     return a.first == b.first && a.second == b.second && a.other == b.other && a.part == b.part;
 }
 
-static bool pair_reserve_table(pli_context* context, plii_pair_cache* cache, int count) {
-    cache->table.context = context;
-    return plii_key_table_reserve(&cache->table, count);
-}
-
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count) {
+    cache->table.context = context;
     return PLII_RESERVE(context, &cache->present, &cache->present_capacity, count) &&
            PLII_RESERVE(context, &cache->before, &cache->before_capacity, count) &&
-           pair_reserve_table(context, cache, count);
+           plii_key_table_reserve(&cache->table, count);
 }
 
 bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache) {
     plii_key_table_clear(&cache->table);
-    if (!pair_reserve_table(context, cache, cache->before_count)) {
+    cache->table.context = context;
+    if (!plii_key_table_reserve(&cache->table, cache->before_count)) {
         cache->before_count = 0;
         return false;
     }
@@ -45,9 +42,7 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
     cache->present = records;
     cache->present_capacity = capacity;
     cache->present_count = 0;
-
-    /* Both have the same size, so that a step like the last one needs nothing. Doubling would have each overtake the
-       other. */
+    /* Of the same size, so that a step like the last one needs nothing. Doubling would have each overtake the other. */
     if (cache->present_capacity < cache->before_capacity) {
         PLII_RELEASE(context, cache->present, cache->present_capacity);
         cache->present = plii_allocate(context, (size_t)cache->before_capacity * sizeof *cache->present);

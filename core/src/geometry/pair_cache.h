@@ -1,7 +1,6 @@
 #pragma once
 
-/* What pairs of convex sets remember from one step to the next, found by key. Only pairs that were asked for in the
-   last step are kept. */
+/* What pairs of convex sets remember from step to step, by key; only of those that were asked for in the last step. */
 
 #include "base/key_table.h"
 #include "geometry/gjk.h"
@@ -35,15 +34,13 @@ typedef struct plii_pair_cache {
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count);
 /* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */
 bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache);
-/* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. Its
-   record is the last of those present. */
+/* The cache of a pair as of the last step, in the last record present; valid until the next call. NULL: no memory. */
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew. */
 void plii_pair_cache_clear(plii_pair_cache* cache);
-/* What was before was replaced. Out of memory, which cannot be where as many were before, nothing is remembered; false
-   then. */
+/* What was before was replaced. False when out of memory, which cannot be where as many were; nothing is remembered. */
 bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache);
 /* Of one that was read: points are no more than there are, and indices of the step before below `before_count`. */
 bool plii_pair_cache_is_sound(const plii_pair_cache* cache, int before_count);

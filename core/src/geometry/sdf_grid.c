@@ -6,16 +6,14 @@
 
 #include "geometry/sdf_grid.h"
 
-#include "base/scratch.h"
 #include "math/bounds.h"
 
 // -------------------------------------------------------------------------------------------------- the winding number
 
 /* How often the surface goes round a point: 1 inside of a closed surface that faces outward and 0 outside; with holes
-   or doubled parts something in between that changes gradually. Generalised winding numbers (Jacobson, Kavan,
-   Sorkine-Hornung, Robust inside-outside segmentation using generalized winding numbers, 2013), far triangles taken
-   together as one dipole (Barill, Dickson, Schmidt, Levin, Jacobson, Fast winding numbers for soups and clouds, 2018).
- */
+   or doubled parts something in between that changes gradually. Jacobson and others, Robust inside-outside segmentation
+   using generalized winding numbers, 2013; far triangles are taken together as one dipole: Barill and others, Fast
+   winding numbers for soups and clouds, 2018. */
 
 /* A cluster is far when it is this many of its radii away: errors of some hundredths. */
 #define WINDING_FAR 3.0f
@@ -84,11 +82,6 @@ static bool winding_build(winding_field* winding, const plii_soup* soup) {
     return true;
 }
 
-static void winding_free(winding_field* winding) {
-    if (winding->soup == NULL) { return; }
-    PLII_RELEASE(winding->soup->context, winding->clusters, winding->begin[winding->level_count]);
-}
-
 /* Van Oosterom and Strackee, The solid angle of a plane triangle, 1983. */
 static float winding_solid_angle(const pli_vec3* corners, pli_vec3 point) {
     const pli_vec3 a = pli_vec3_sub(corners[0], point), b = pli_vec3_sub(corners[1], point);
@@ -137,8 +130,7 @@ static float winding_at(const winding_field* winding, pli_vec3 point) {
 
 /* Samples along the edge of a block. */
 #define SAMPLING_BLOCK 4
-/* A block whose centre is farther than this from the surface, in cells, lies on one side of it; its samples are within
-   2.6. */
+/* Cells: a block whose centre is farther from the surface lies on one side of it; its samples are within 2.6. */
 #define SAMPLING_NEAR 4.1f
 /* Winding numbers farther than this from one half hold for the whole of such a block. */
 #define SAMPLING_CLEAR 0.25f
@@ -162,10 +154,6 @@ typedef struct sampling_grid {
 
 static bool sampling_is_solid(float winding) {
     return fabsf(winding) > 0.5f;
-}
-
-static pli_vec3 sampling_point(int i, int j, int k) {
-    return pli_vec3_make((float)i, (float)j, (float)k);
 }
 
 /* Coordinates of a sample along the axes. */
@@ -206,7 +194,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
             first[axis] + SAMPLING_BLOCK < grid->counts[axis] ? first[axis] + SAMPLING_BLOCK : grid->counts[axis];
     }
     const float half = 0.5f * (float)(SAMPLING_BLOCK - 1);
-    const pli_vec3 centre = pli_vec3_add(sampling_point(first[0], first[1], first[2]), pli_vec3_make(half, half, half));
+    const pli_vec3 centre = pli_vec3_make((float)first[0] + half, (float)first[1] + half, (float)first[2] + half);
     float centre_distance;
     int nearest = plii_soup_nearest(grid->soup, centre, PLI_NULL_INDEX, &centre_distance);
     const bool is_near = centre_distance <= SAMPLING_NEAR;
@@ -216,7 +204,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
         for (int j = first[1]; j < end[1]; ++j) {
             for (int i = first[0]; i < end[0]; ++i) {
                 const size_t at = (size_t)i + grid->strides[1] * (size_t)j + grid->strides[2] * (size_t)k;
-                const pli_vec3 p = sampling_point(i, j, k);
+                const pli_vec3 p = pli_vec3_make((float)i, (float)j, (float)k);
                 nearest = plii_soup_nearest(grid->soup, p, nearest, &grid->distances[at]);
                 if (!is_clear) { winding = fabsf(winding_at(&grid->winding, p)); }
                 grid->is_inside[at] = sampling_is_solid(winding);
@@ -256,9 +244,8 @@ static bool sampling_find_holes(sampling_grid* grid) {
     return has_holes;
 }
 
-/* No distance may exceed that of a neighbour by more than the distance between them: half of the 26 neighbours in the
-   order of the samples, the other half in the opposite order (Borgefors, Distance transformations in digital images,
-   1986). */
+/* No distance may exceed that of a neighbour by more than the way there: half of the 26 neighbours in the order of the
+   samples, the others in the opposite order (Borgefors, Distance transformations in digital images, 1986). */
 static void sampling_lower(sampling_grid* grid, bool is_backward) {
     const float lengths[4] = {0.0f, 1.0f, 1.41421356f, 1.73205081f};
     const int sign = is_backward ? -1 : 1;
@@ -310,7 +297,7 @@ pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling) {
         status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid) ? PLI_OK
                                                                                             : PLI_ERROR_INVALID_MESH;
     }
-    winding_free(&grid.winding);
+    PLII_RELEASE(soup->context, grid.winding.clusters, grid.winding.begin[grid.winding.level_count]);
     PLII_RELEASE(soup->context, grid.is_inside, grid.count);
     return status;
 }

@@ -1,6 +1,5 @@
 /* Dense hashing of an unbounded grid: count, prefix sum, fill. Teschner and others, "Optimized Spatial Hashing for
-   Collision Detection of Deformable Objects"; Mueller, "Ten Minute Physics" 11 for the dense layout. Columns of cells
-   are hashed, cells of a column follow each other. */
+   Collision Detection of Deformable Objects". Columns of cells are hashed, cells of a column follow each other. */
 
 #include "geometry/spatial_hash.h"
 
@@ -106,7 +105,6 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
     spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
-
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {
         hash->starts[i] = 0;
@@ -150,8 +148,7 @@ static plii_float4 spatial_hash_squared_distances(const plii_spatial_hash* hash,
     return plii_vec3x4_dot(apart, apart);
 }
 
-/* Without a branch that depends on positions: every point of the run is written, those too far are written over. False
-   when there were more than `most`. */
+/* Without branches by positions: every point is written, those too far are written over. False: more than `most`. */
 PLII_SIMD_INLINE bool spatial_hash_scan(const spatial_hash_search* search, const spatial_hash_run* run, plii_vec3x4 p,
                                         int most, bool is_grid) {
     static const unsigned lanes_left[PLII_LANES] = {0, 1, 3, 7};

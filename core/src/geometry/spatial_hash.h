@@ -34,8 +34,7 @@ typedef struct plii_spatial_hash {
     int start_capacity, cell_capacity, node_capacity, column_capacity, component_capacity;
 } plii_spatial_hash;
 
-/* Of one node in one search; a body that has collapsed to a point must not ask for the square of its nodes in memory
-   and time. */
+/* Of one node in one search: a body that has collapsed to a point must not ask for the square of its nodes. */
 #define PLII_NODE_PAIRS_MAX_ROW 512
 /* Room that a search of one node wants. */
 #define PLII_NODE_PAIRS_ROOM (PLII_NODE_PAIRS_MAX_ROW + 4)
@@ -50,16 +49,14 @@ typedef struct plii_node_pairs {
    moves the grid along all axes. Positions that are not finite do no harm. False when out of memory. */
 bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int count, const pli_vec3* positions,
                              float cell_size, float shift);
-/* Appends nodes that are nearer to node `node`, at `position`, than `radius`, at most the cell size that the hash was
-   built with: each pair is met from one of its ends only. The order depends on positions only. False when out of
-   memory: then some are missing. */
+/* Appends nodes nearer to node `node`, at `position`, than `radius`, at most the cell size: each pair is met from one
+   of its ends only. The order depends on positions only. False when out of memory: then some are missing. */
 bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                             float radius, plii_node_pairs* pairs);
 /* Only those in the same cell. */
 bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                                     float radius, plii_node_pairs* pairs);
-/* Appends the nodes that are nearer to a point than `radius`. False when out of memory, or when the radius is larger
-   than 16 cells. */
+/* Appends the nodes nearer to a point than `radius`. False when out of memory, or with a radius above 16 cells. */
 bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
                                  plii_node_pairs* pairs);
 /* Whether two points lie in the same cell. */

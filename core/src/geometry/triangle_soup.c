@@ -1,5 +1,4 @@
-/* Triangles without connections: repeated and empty ones are sorted out, distances go through a bounding volume
-   tree. */
+/* Triangles without connections: repeated and empty ones are sorted out, distances go through a tree. And welding. */
 
 #include "geometry/triangle_soup.h"
 
@@ -104,4 +103,34 @@ int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* d
     if (nearest == PLI_NULL_INDEX) { nearest = guess; }
     *distance = nearest != PLI_NULL_INDEX ? sqrtf(soup_measure(nearest, point, soup)) : INFINITY;
     return nearest;
+}
+
+typedef struct weld_point {
+    pli_vec3 position;
+    int index;
+} weld_point;
+
+static int weld_compare(const void* left, const void* right) {
+    const weld_point *a = left, *b = right;
+    const int order = plii_vec3_compare(a->position, b->position);
+    return order != 0 ? order : (a->index > b->index) - (a->index < b->index);
+}
+
+int plii_weld_points(pli_context* context, int count, const pli_vec3* points, int* places) {
+    weld_point* sorted = NULL;
+    if (!PLII_ALLOCATE(context, &sorted, count)) { return PLI_NULL_INDEX; }
+    for (int i = 0; i < count; ++i) {
+        sorted[i] = (weld_point){points[i], i};
+    }
+    qsort(sorted, (size_t)count, sizeof *sorted, weld_compare);
+    for (int i = 0; i < count; ++i) {
+        const bool is_first = i == 0 || plii_vec3_compare(sorted[i].position, sorted[i - 1].position) != 0;
+        places[sorted[i].index] = is_first ? sorted[i].index : places[sorted[i - 1].index];
+    }
+    PLII_RELEASE(context, sorted, count);
+    int place_count = 0;
+    for (int i = 0; i < count; ++i) {
+        places[i] = places[i] == i ? place_count++ : places[places[i]];
+    }
+    return place_count;
 }

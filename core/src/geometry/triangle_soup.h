@@ -2,9 +2,7 @@
 
 /* Triangles without connections, for questions that do not need any, with a tree over them. */
 
-#include "base/context.h"
 #include "geometry/bvh.h"
-#include "math/vec.h"
 
 typedef struct plii_soup_triangle {
     pli_vec3 corners[3];
@@ -28,3 +26,7 @@ void plii_soup_free(plii_soup* soup);
 /* The triangle nearest to a point among those that are not hidden, and its distance. With a `guess`, which may be
    PLI_NULL_INDEX, the search is faster the nearer the guess is. */
 int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance);
+
+/* Points at equal positions, where -0 is 0, are one place: `places` [count] receives the place of each, numbered by
+   first points. Returns how many places there are, or PLI_NULL_INDEX when out of memory. */
+int plii_weld_points(pli_context* context, int count, const pli_vec3* points, int* places);

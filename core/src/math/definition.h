@@ -5,7 +5,6 @@
 
 #include "math/range.h"
 
-#include <limits.h>
 #include <stddef.h>
 
 typedef enum plii_field_type { PLII_FIELD_INT, PLII_FIELD_FLOAT, PLII_FIELD_VEC3 } plii_field_type;

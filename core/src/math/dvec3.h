@@ -53,6 +53,10 @@ static inline bool plii_dvec3_unit(plii_dvec3 v, pli_vec3* unit) {
     *unit = plii_dvec3_to_float(plii_dvec3_scale(v, 1.0 / length));
     return true;
 }
+/* The part across a unit vector. */
+static inline plii_dvec3 plii_dvec3_across(plii_dvec3 v, plii_dvec3 unit) {
+    return plii_dvec3_add_scaled(v, unit, -plii_dvec3_dot(unit, v));
+}
 /* A unit vector across another one. */
 static inline plii_dvec3 plii_dvec3_perpendicular(plii_dvec3 unit) {
     const plii_dvec3 axis = fabs(unit.x) < 0.5 ? plii_dvec3_make(1, 0, 0) : plii_dvec3_make(0, 1, 0);

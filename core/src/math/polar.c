@@ -29,7 +29,6 @@ pli_mat3 plii_polar_factor_of_bullet(pli_mat3 a) {
         const float u_norm_1 = polar_norm_1(u);
         const float u_norm = u_norm_1 * polar_norm_infinity(u);
         if (inverse_norm < PLII_EPSILON || u_norm < PLII_EPSILON) { break; }
-
         const float gamma = powf(inverse_norm / u_norm, 0.25f);
         const float inverse_gamma = 1.0f / gamma;
         const pli_mat3 transposed = pli_mat3_transpose(inverse);
@@ -58,7 +57,6 @@ static bool polar_is_orthogonal(pli_mat3 u) {
 pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback) {
     const pli_mat3 u = plii_polar_factor_of_bullet(a);
     if (plii_mat3_is_finite(u)) { return u; }
-
     /* Singular: at unit size the matrix of cofactors is u3 v3^T times the product of the two other singular values.
        Added, it supplies the missing direction with the sign that makes a rotation. */
     const float size = polar_norm_infinity(a);

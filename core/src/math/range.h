@@ -7,6 +7,7 @@
 #include "pliant/limits.h"
 
 #include <float.h>
+#include <limits.h>
 
 /* The lowest of what has to be above 0; not the smallest float of all, which is 0 where denormals are flushed. */
 #define PLII_ABOVE_0 FLT_MIN
@@ -53,6 +54,9 @@ static inline pli_status plii_check_vec3_within(pli_context* context, pli_vec3 v
                                                 const char* function) {
     return plii_check_vec3_between(context, value, -limit, limit, name, function);
 }
+/* INT_MAX: there is no highest. */
+pli_status plii_check_int(pli_context* context, int value, double low, double high, const char* name,
+                          const char* function);
 /* Positions of an array, `what` and a number name one. */
 pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,
                                     const char* function);

@@ -2,8 +2,7 @@
 
 #include "math/vec.h"
 
-/* Makes a symmetric matrix diagonal by Jacobi's rotations; the rows of `axes`, which start as a basis, become its
-   eigenvectors. One of three rows has a fourth of zeros. */
+/* Makes a symmetric matrix diagonal by Jacobi's rotations; the rows of `axes`, first a basis, become eigenvectors. */
 void plii_diagonalize(double matrix[4][4], double axes[4][4]);
 
 /* The rotation nearest to a matrix, that is the one of largest trace(transpose(rotation) * matrix): a proper rotation

@@ -1,9 +1,8 @@
 #pragma once
 
 /* Four floats at a time: the record of a node, or one component of four nodes. Results are those of the same operations
-   one by one, which IEEE 754 rounds correctly, so they have the same bits everywhere. Operators are the compiler's, by
-   the vector extensions of gcc and clang; only what those do not have, or not as well, is told for an instruction set.
-   Masks have all bits or none set in a lane. */
+   one by one, so they have the same bits everywhere. Operators are the vector extensions of gcc and clang; only what
+   those do not have, or not as well, is told for an instruction set. Masks have all bits or none set in a lane. */
 
 #include "math/vec.h"
 
@@ -48,12 +47,10 @@ PLII_SIMD_INLINE void plii_float4_store(float* target, plii_float4 a) {
     memcpy(target, &a, sizeof a);
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_from(const pli_vec4* record) {
-    plii_float4 a;
-    memcpy(&a, record, sizeof a);
-    return a;
+    return plii_float4_load(&record->x);
 }
 PLII_SIMD_INLINE void plii_float4_to(pli_vec4* record, plii_float4 a) {
-    memcpy(record, &a, sizeof a);
+    plii_float4_store(&record->x, a);
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
     return (plii_float4){value, value, value, value};
@@ -81,22 +78,16 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value
 PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
     return plii_lanes_where((plii_mask4){-1, -1, -1, 0}, a);
 }
-/* y, z, x, w */
-PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
-    return PLII_SHUFFLE(a, a, 1, 2, 0, 3);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
-    return PLII_SHUFFLE(a, a, 0, 0, 0, 0);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
-    return PLII_SHUFFLE(a, a, 1, 1, 1, 1);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
-    return PLII_SHUFFLE(a, a, 2, 2, 2, 2);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
-    return PLII_SHUFFLE(a, a, 3, 3, 3, 3);
-}
+/* The lanes in another order: y, z, x, w, and one of them in all. */
+#define PLII_LANES_ORDER(name, ...)                                                                                    \
+    PLII_SIMD_INLINE plii_float4 plii_lanes_##name(plii_float4 a) {                                                    \
+        return PLII_SHUFFLE(a, a, __VA_ARGS__);                                                                        \
+    }
+PLII_LANES_ORDER(yzx, 1, 2, 0, 3)
+PLII_LANES_ORDER(all_x, 0, 0, 0, 0)
+PLII_LANES_ORDER(all_y, 1, 1, 1, 1)
+PLII_LANES_ORDER(all_z, 2, 2, 2, 2)
+PLII_LANES_ORDER(all_w, 3, 3, 3, 3)
 PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
     return a[0];
 }

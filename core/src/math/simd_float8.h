@@ -1,8 +1,7 @@
 #pragma once
 
 /* Eight floats at a time: one register where the compiler has AVX2, else two of simd_float4.h, with the same results.
-   What is worth it is compiled with AVX2 too, by a source file that includes the base's one under another name, and
-   chosen at run time. */
+   What is worth it is compiled for both, by a second source file that includes the first, and chosen at run time. */
 
 #include "math/simd_float4.h"
 
@@ -169,8 +168,7 @@ PLII_SIMD_INLINE plii_float8 plii_vec3x8_dot(plii_vec3x8 a, plii_vec3x8 b) {
                            plii_float8_mul(a.z, b.z));
 }
 
-/* Eight records by components. Lane k < 4 holds record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register
-   of eight. */
+/* Eight records by components; lane k < 4 has record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register. */
 typedef struct plii_nodes8 {
     plii_float8 x, y, z, w;
 } plii_nodes8;

@@ -1,5 +1,5 @@
 /* The convex hull of points as a mesh. Recipe of btSoftBodyHelpers::CreateFromConvexHull, on a hull of our own: nodes
-   are the corners of the hull in the order of the points. */
+   are the corners of the hull in the order of the points. And an ellipsoid as such a hull. */
 
 #include "geometry/convex_hull.h"
 #include "math/bounds.h"
@@ -9,9 +9,8 @@
 static pli_status hull_mesh_create(pli_context* context, int point_count, const pli_vec3* points,
                                    const plii_convex_hull* hull, const char* function, pli_mesh** mesh) {
     int* nodes = NULL; /* [point_count] of the corners */
-    if (!PLII_ALLOCATE(context, &nodes, point_count)) {
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for %d points", point_count);
-    }
+    PLII_FAIL_IF(!PLII_ALLOCATE(context, &nodes, point_count), context, PLI_ERROR_OUT_OF_MEMORY, function,
+                 "no memory for %d points", point_count);
     const int node_count = plii_convex_hull_corners(hull, point_count, nodes);
     const pli_status status = plii_mesh_create_reserved(context, node_count, hull->triangle_count / 2 * 3,
                                                         hull->triangle_count, 0, function, mesh);
@@ -47,5 +46,36 @@ pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, co
     PLII_TRY(plii_convex_hull_create(context, point_count, points, tolerance, __func__, &hull));
     const pli_status status = hull_mesh_create(context, point_count, points, &hull, __func__, mesh);
     plii_convex_hull_destroy(context, &hull);
+    return status;
+}
+
+/* Hammersley point `i` of `count` on the unit sphere. */
+static pli_vec3 ellipsoid_hammersley(int i, int count) {
+    const float pi = 3.1415926535897932384626433832795029f;
+    float digit = 0.5f, fraction = 0.0f; /* the binary digits of i, mirrored at the point */
+    for (int rest = i; rest != 0; rest >>= 1) {
+        if ((rest & 1) != 0) { fraction += digit; }
+        digit *= 0.5f;
+    }
+    const float height = 2.0f * fraction - 1.0f;
+    const float angle = (pi + (float)(2 * (int64_t)i) * pi) / (float)count;
+    const float radius = sqrtf(1.0f - height * height);
+    return pli_vec3_make(radius * cosf(angle), radius * sinf(angle), height);
+}
+
+/* As btSoftBodyHelpers::CreateEllipsoid; of points that coincide up to rounding one becomes a node. */
+pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_vec3 radii, int point_count,
+                                     pli_mesh** mesh) {
+    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_vec3_within(context, center, PLI_MAX_COORDINATE, "the center", __func__));
+    PLII_TRY(plii_check_vec3_between(context, radii, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radii", __func__));
+    PLII_TRY(plii_check_int(context, point_count, 4, INT_MAX, "the number of points", __func__));
+    pli_vec3* points = plii_allocate(context, (size_t)point_count * sizeof *points);
+    if (points == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d points", point_count); }
+    for (int i = 0; i < point_count; ++i) {
+        points[i] = pli_vec3_add(pli_vec3_mul(ellipsoid_hammersley(i, point_count), radii), center);
+    }
+    const pli_status status = pli_mesh_create_convex_hull(context, point_count, points, 0.0f, mesh);
+    PLII_RELEASE(context, points, point_count);
     return status;
 }

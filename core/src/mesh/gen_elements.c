@@ -1,6 +1,5 @@
-/* Meshes from lists of triangles or tetrahedra, with a link per edge. Links come in the order of
-   btSoftBodyHelpers::CreateFromTriMesh and CreateFromTetGenData, whose table of all pairs of nodes is a hash set here.
- */
+/* Meshes from lists of triangles or tetrahedra, with a link per edge, in the order of
+   btSoftBodyHelpers::CreateFromTriMesh and CreateFromTetGenData. */
 
 #include "base/key_table.h"
 #include "mesh/mesh_impl.h"
@@ -16,27 +15,19 @@ typedef struct element_list {
 /* A tetrahedron with a point twice is an error; of such a triangle only the links are made. */
 static pli_status elements_check(pli_context* context, const element_list* list, int point_count,
                                  const pli_vec3* points, const char* function) {
-    if (points == NULL || (list->corners == NULL && list->count > 0)) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "the %ss are null",
-                         points == NULL ? "point" : list->name);
-    }
-    if (point_count < 1 || list->count < 0) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d points and %d %ss are no mesh", point_count,
-                         list->count, list->name);
-    }
+    PLII_FAIL_IF(points == NULL || (list->corners == NULL && list->count > 0), context, PLI_ERROR_NULL_ARGUMENT,
+                 function, "the %ss are null", points == NULL ? "point" : list->name);
+    PLII_FAIL_IF(point_count < 1 || list->count < 0, context, PLI_ERROR_INVALID_VALUE, function,
+                 "%d points and %d %ss are no mesh", point_count, list->count, list->name);
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
     for (int i = 0; i < list->count; ++i) {
         const int* n = list->corners + (ptrdiff_t)list->corner_count * i;
         for (int j = 0; j < list->corner_count; ++j) {
-            if (n[j] < 0 || n[j] >= point_count) {
-                return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                                 "%s %d names point %d, there are %d points", list->name, i, n[j], point_count);
-            }
+            PLII_FAIL_IF(n[j] < 0 || n[j] >= point_count, context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                         "%s %d names point %d, there are %d points", list->name, i, n[j], point_count);
             for (int k = 0; k < j && list->corner_count == 4; ++k) {
-                if (n[k] == n[j]) {
-                    return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s %d names point %d twice",
-                                     list->name, i, n[j]);
-                }
+                PLII_FAIL_IF(n[k] == n[j], context, PLI_ERROR_INVALID_VALUE, function, "%s %d names point %d twice",
+                             list->name, i, n[j]);
             }
         }
     }
@@ -49,7 +40,10 @@ static void elements_push(pli_mesh* mesh, const element_list* list, plii_key_tab
         const int* n = list->corners + (ptrdiff_t)list->corner_count * i;
         for (int k = 0; k < list->edge_count; ++k) {
             const int *ends = edge_ends[list->corner_count - 3][k], a = n[ends[0]], b = n[ends[1]];
-            if (a != b && plii_key_table_insert(edges, plii_edge_key(a, b))) { plii_mesh_push_link(mesh, a, b); }
+            if (a == b || plii_key_table_add(edges, plii_edge_key(a, b), mesh->link_count) != mesh->link_count) {
+                continue;
+            }
+            plii_mesh_push_link(mesh, a, b);
         }
         if (list->corner_count == 4) {
             plii_mesh_push_tetra(mesh, n[0], n[1], n[2], n[3]);

@@ -33,17 +33,13 @@ static int patch_node(const pli_patch_def* def, int x, int y) {
     return y * def->columns + x;
 }
 
-/* A mesh with the nodes of the patch, pinned as asked, and room for its links and faces. `allowed_pins` are the bits
-   that the generator `function` knows. */
+/* A mesh with the nodes of the patch, pinned by the bits that the generator knows, and room for links and faces. */
 static pli_status patch_begin(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function,
                               pli_mesh** mesh) {
     PLII_TRY(plii_check_mesh_create(context, mesh, function));
     PLII_TRY_DEF(context, pli_patch_def, def, patch_fields, function);
-    if ((def->pins & ~allowed_pins) != 0) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "the pins 0x%x name nodes that this patch does not pin",
-                         (unsigned)(def->pins & ~allowed_pins));
-    }
+    PLII_FAIL_IF((def->pins & ~allowed_pins) != 0, context, PLI_ERROR_INVALID_VALUE, function,
+                 "the pins 0x%x name nodes that this patch does not pin", (unsigned)(def->pins & ~allowed_pins));
     const int64_t columns = def->columns, rows = def->rows;
     const int64_t cells = (columns - 1) * (rows - 1);
     const int64_t links = columns * (rows - 1) + rows * (columns - 1) + (def->diagonals ? cells : 0);

@@ -8,13 +8,9 @@ pli_status pli_mesh_create_rope(pli_context* context, pli_vec3 from, pli_vec3 to
     PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
     const pli_vec3 ends[2] = {from, to};
     PLII_TRY(plii_check_finite_points(context, 2, ends, "point", __func__));
-    if (inner_nodes < 0) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "%d inner nodes, it must be 0 or more", inner_nodes);
-    }
-    if ((pins & ~(PLI_ROPE_PIN_FIRST | PLI_ROPE_PIN_LAST)) != 0) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the pins 0x%x name ends that a rope does not have",
-                         (unsigned)pins);
-    }
+    PLII_TRY(plii_check_int(context, inner_nodes, 0, INT_MAX, "the number of inner nodes", __func__));
+    PLII_FAIL_IF((pins & ~(PLI_ROPE_PIN_FIRST | PLI_ROPE_PIN_LAST)) != 0, context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "the pins 0x%x name ends that a rope does not have", (unsigned)pins);
     const int64_t wanted = (int64_t)inner_nodes + 2;
     pli_mesh* made = NULL;
     PLII_TRY(plii_mesh_create_reserved(context, wanted, wanted - 1, 0, 0, __func__, &made));

@@ -1,31 +1,20 @@
-/* A mesh from a renderer's vertices, which are there more than once where textures or normals end: vertices at the same
-   place become one node. */
+/* A mesh from a renderer's vertices, of which several are at a place where textures end: they become one node. */
 
-#include "base/scratch.h"
-#include "geometry/weld.h"
+#include "geometry/triangle_soup.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
-#include <string.h>
-
 static pli_status vertices_check(pli_context* context, int vertex_count, const pli_vec3* vertices, int triangle_count,
                                  const int* triangles, const int* vertex_nodes, const char* function) {
-    if (vertices == NULL || vertex_nodes == NULL || (triangles == NULL && triangle_count > 0)) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s is null",
-                         vertices == NULL       ? "vertices"
-                         : vertex_nodes == NULL ? "vertex_nodes"
-                                                : "triangles");
-    }
-    if (vertex_count < 1 || triangle_count < 0) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d vertices and %d triangles are no mesh",
-                         vertex_count, triangle_count);
-    }
+    PLII_FAIL_IF(vertices == NULL, context, PLI_ERROR_NULL_ARGUMENT, function, "vertices is null");
+    PLII_FAIL_IF(vertex_nodes == NULL, context, PLI_ERROR_NULL_ARGUMENT, function, "vertex_nodes is null");
+    PLII_FAIL_IF(triangles == NULL && triangle_count > 0, context, PLI_ERROR_NULL_ARGUMENT, function,
+                 "triangles is null");
+    PLII_FAIL_IF(vertex_count < 1 || triangle_count < 0, context, PLI_ERROR_INVALID_VALUE, function,
+                 "%d vertices and %d triangles are no mesh", vertex_count, triangle_count);
     for (ptrdiff_t i = 0; i < (ptrdiff_t)3 * triangle_count; ++i) {
-        if (triangles[i] < 0 || triangles[i] >= vertex_count) {
-            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                             "triangle %d names vertex %d, there are %d vertices", (int)(i / 3), triangles[i],
-                             vertex_count);
-        }
+        PLII_FAIL_IF(triangles[i] < 0 || triangles[i] >= vertex_count, context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "triangle %d names vertex %d, there are %d vertices", (int)(i / 3), triangles[i], vertex_count);
     }
     return plii_check_finite_points(context, vertex_count, vertices, "vertex", function);
 }

@@ -5,8 +5,6 @@
 #include "pliant/generate.h"
 #include "pliant/io.h"
 
-#include <limits.h>
-
 typedef struct obj_reader {
     plii_text text;
     int point_count, point_capacity;
@@ -28,11 +26,8 @@ static pli_status obj_read_point(obj_reader* reader) {
     for (int i = 0; i < 3 || (i < 7 && !plii_text_is_line_done(&reader->text)); ++i) {
         PLII_TRY(plii_text_read_float(&reader->text, names[i], &values[i]));
     }
-    if (!plii_text_is_line_done(&reader->text)) {
-        return plii_text_fail(&reader->text, reader->text.line, "a vertex has more than 7 numbers");
-    }
-    if (reader->point_count == INT_MAX ||
-        !PLII_RESERVE(reader->text.context, &reader->points, &reader->point_capacity, reader->point_count + 1)) {
+    PLII_TEXT_FAIL_IF(!plii_text_is_line_done(&reader->text), &reader->text, "a vertex has more than 7 numbers");
+    if (!PLII_GROW(reader->text.context, &reader->points, &reader->point_capacity, reader->point_count)) {
         return obj_out_of_memory(reader);
     }
     reader->points[reader->point_count++] = pli_vec3_make(values[0], values[1], values[2]);
@@ -43,10 +38,8 @@ static pli_status obj_read_point(obj_reader* reader) {
 static pli_status obj_read_corner(obj_reader* reader, int* index) {
     const char* word = NULL;
     int length = 0, number_length = 0, number = 0;
-    const int line = reader->text.line;
-    if (!plii_text_read_word(&reader->text, &word, &length)) {
-        return plii_text_fail(&reader->text, line, "a face has less than 3 corners");
-    }
+    PLII_TEXT_FAIL_IF(!plii_text_read_word(&reader->text, &word, &length), &reader->text,
+                      "a face has less than 3 corners");
     while (number_length < length && word[number_length] != '/') {
         ++number_length;
     }
@@ -56,17 +49,14 @@ static pli_status obj_read_corner(obj_reader* reader, int* index) {
         slash_count += word[i] == '/';
         ok = ok && (word[i] == '/' || word[i] == '-' || (word[i] >= '0' && word[i] <= '9'));
     }
-    if (!ok || slash_count > 2) {
-        return plii_text_fail(&reader->text, line, "'%s' is no corner of a face", plii_text_quote(word, length).text);
-    }
-    if (number == 0 || number < -reader->point_count) {
-        return plii_text_fail(&reader->text, line, "a face names vertex %d, there are %d so far", number,
-                              reader->point_count);
-    }
+    PLII_TEXT_FAIL_IF(!ok || slash_count > 2, &reader->text, "'%s' is no corner of a face",
+                      plii_text_quote(word, length).text);
+    PLII_TEXT_FAIL_IF(number == 0 || number < -reader->point_count, &reader->text,
+                      "a face names vertex %d, there are %d so far", number, reader->point_count);
     *index = number > 0 ? number - 1 : reader->point_count + number;
     if (*index > reader->largest_index) {
         reader->largest_index = *index;
-        reader->largest_line = line;
+        reader->largest_line = reader->text.line;
     }
     return PLI_OK;
 }
@@ -99,21 +89,19 @@ static pli_status obj_read_lines(obj_reader* reader) {
         if (length == 1 && *word == 'f') { PLII_TRY(obj_read_face(reader)); }
         if (!plii_text_next_line(&reader->text)) { break; }
     }
-    if (reader->index_count == 0) {
-        return plii_text_fail(&reader->text, reader->text.line, "the file ends after %d vertices without a face",
-                              reader->point_count);
-    }
+    PLII_TEXT_FAIL_IF(reader->index_count == 0, &reader->text, "the file ends after %d vertices without a face",
+                      reader->point_count);
     if (reader->largest_index >= reader->point_count) {
-        return plii_text_fail(&reader->text, reader->largest_line, "a face names vertex %d, the file has %d",
-                              reader->largest_index + 1, reader->point_count);
+        reader->text.line = reader->largest_line;
+        return plii_text_fail(&reader->text, "a face names vertex %d, the file has %d", reader->largest_index + 1,
+                              reader->point_count);
     }
     return PLI_OK;
 }
 
 static void obj_release(const pli_triangles* triangles) {
     PLII_RELEASE(triangles->context, triangles->points, triangles->point_count);
-    plii_release(triangles->context, triangles->indices,
-                 (size_t)triangles->triangle_count * 3 * sizeof *triangles->indices);
+    PLII_RELEASE(triangles->context, triangles->indices, 3 * (size_t)triangles->triangle_count);
 }
 
 /* Blocks of exactly the size that obj_release gives back. */
@@ -145,9 +133,8 @@ static pli_status obj_read(pli_context* context, const char* path, const char* f
 
 pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_triangles* triangles) {
     PLII_TRY(plii_check_context_change(context, __func__));
-    if (path == NULL || triangles == NULL) {
-        return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "%s null", path == NULL ? "the path is" : "triangles is");
-    }
+    PLII_FAIL_IF(path == NULL || triangles == NULL, context, PLI_ERROR_NULL_ARGUMENT, __func__, "%s null",
+                 path == NULL ? "the path is" : "triangles is");
     return obj_read(context, path, __func__, triangles);
 }
 

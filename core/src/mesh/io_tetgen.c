@@ -1,14 +1,12 @@
 /* TetGen's text files: .node, .ele and, when it is there, .face. */
 
 #include "base/csr.h"
-#include "base/scratch.h"
 #include "geometry/orient3d.h"
 #include "mesh/io_text.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 #include "pliant/io.h"
 
-#include <limits.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,7 +14,7 @@
 typedef struct tetgen_file {
     plii_text text;
     char* path;
-    int header_line;
+    const char* what;   /* its records are */
     int record_count;   /* what the first line promises */
     int first_index;    /* number of the first record, 0 or 1 */
     int trailing_count; /* numbers at the end of a record that the first line promises */
@@ -31,46 +29,35 @@ typedef struct tetgen_mesh {
 } tetgen_mesh;
 
 /* The first line: how many records, then other numbers that may be left out. */
-static pli_status tetgen_read_header(tetgen_file* file, const char* what, int value_count, int* values) {
-    if (!plii_text_find_content(&file->text)) {
-        return plii_text_fail(&file->text, file->text.line, "the file is empty");
-    }
-    file->header_line = file->text.line;
-    PLII_TRY(plii_text_read_int(&file->text, what, &file->record_count));
-    if (file->record_count < 0) {
-        return plii_text_fail(&file->text, file->text.line, "%s is %d", what, file->record_count);
-    }
+static pli_status tetgen_read_header(tetgen_file* file, int value_count, int* values) {
+    char name[40];
+    snprintf(name, sizeof name, "the number of %s", file->what);
+    if (!plii_text_find_content(&file->text)) { return plii_text_fail(&file->text, "the file is empty"); }
+    PLII_TRY(plii_text_read_int(&file->text, name, &file->record_count));
+    if (file->record_count < 0) { return plii_text_fail(&file->text, "%s is %d", name, file->record_count); }
     for (int i = 0; i < value_count && !plii_text_is_line_done(&file->text); ++i) {
         PLII_TRY(plii_text_read_int(&file->text, "a number of the first line", &values[i]));
     }
-    plii_text_next_line(&file->text);
     return PLI_OK;
 }
 
 /* A promised count is only believed as far as the file can hold it: a record takes at least two bytes per number. */
-static pli_status tetgen_check_count(const tetgen_file* file, const char* what, int numbers_per_record) {
+static pli_status tetgen_begin_records(tetgen_file* file, int numbers_per_record) {
+    plii_text_next_line(&file->text);
     const int64_t bytes = file->text.end - file->text.at + 1;
-    if ((int64_t)file->record_count * numbers_per_record * 2 > bytes) {
-        return plii_text_fail(&file->text, file->text.line, "the file is too short for %d %s", file->record_count,
-                              what);
-    }
-    return PLI_OK;
+    if ((int64_t)file->record_count * numbers_per_record * 2 <= bytes) { return PLI_OK; }
+    return plii_text_fail(&file->text, "the file is too short for %d %s", file->record_count, file->what);
 }
 
 /* Goes to record `done` and checks its number. */
-static pli_status tetgen_begin_record(tetgen_file* file, int done, const char* what) {
-    if (!plii_text_find_content(&file->text)) {
-        return plii_text_fail(&file->text, file->text.line, "the file ends after %d of %d %s", done, file->record_count,
-                              what);
-    }
+static pli_status tetgen_begin_record(tetgen_file* file, int done) {
+    PLII_TEXT_FAIL_IF(!plii_text_find_content(&file->text), &file->text, "the file ends after %d of %d %s", done,
+                      file->record_count, file->what);
     int index = 0;
     PLII_TRY(plii_text_read_int(&file->text, "the index", &index));
     if (done == 0 && (index == 0 || index == 1)) { file->first_index = index; }
-    if (index != file->first_index + done) {
-        return plii_text_fail(&file->text, file->text.line, "the index is %d instead of %d", index,
-                              file->first_index + done);
-    }
-    return PLI_OK;
+    if (index == file->first_index + done) { return PLI_OK; }
+    return plii_text_fail(&file->text, "the index is %d instead of %d", index, file->first_index + done);
 }
 
 static pli_status tetgen_end_record(tetgen_file* file) {
@@ -82,40 +69,37 @@ static pli_status tetgen_end_record(tetgen_file* file) {
     return PLI_OK;
 }
 
-static pli_status tetgen_end_file(tetgen_file* file, const char* what) {
+static pli_status tetgen_end_file(tetgen_file* file) {
     if (!plii_text_find_content(&file->text)) { return PLI_OK; }
-    return plii_text_fail(&file->text, file->text.line, "the file goes on after %d %s", file->record_count, what);
+    return plii_text_fail(&file->text, "the file goes on after %d %s", file->record_count, file->what);
 }
 
-static pli_status tetgen_out_of_memory(const tetgen_file* file, const char* what) {
+static pli_status tetgen_out_of_memory(const tetgen_file* file) {
     return plii_fail(file->text.context, PLI_ERROR_OUT_OF_MEMORY, file->text.function, "%s: no memory for %d %s",
-                     file->path, file->record_count, what);
+                     file->path, file->record_count, file->what);
 }
 
 static pli_status tetgen_read_points(tetgen_file* file, tetgen_mesh* mesh) {
-    static const char* const what = "points";
     int values[3] = {3, 0, 0}; /* dimensions, attributes, markers */
-    PLII_TRY(tetgen_read_header(file, "the number of points", 3, values));
+    PLII_TRY(tetgen_read_header(file, 3, values));
     if (file->record_count == 0 || values[0] != 3 || values[1] < 0 || values[1] > 1000 || values[2] < 0 ||
         values[2] > 1) {
-        return plii_text_fail(&file->text, file->header_line,
-                              "%d points of %d dimensions with %d attributes and %d markers", file->record_count,
-                              values[0], values[1], values[2]);
+        return plii_text_fail(&file->text, "%d points of %d dimensions with %d attributes and %d markers",
+                              file->record_count, values[0], values[1], values[2]);
     }
     file->trailing_count = values[1] + values[2];
-    PLII_TRY(tetgen_check_count(file, what, 4));
-    mesh->points = plii_allocate(file->text.context, (size_t)file->record_count * sizeof(pli_vec3));
-    if (mesh->points == NULL) { return tetgen_out_of_memory(file, what); }
+    PLII_TRY(tetgen_begin_records(file, 4));
+    if (!PLII_ALLOCATE(file->text.context, &mesh->points, file->record_count)) { return tetgen_out_of_memory(file); }
     mesh->point_count = file->record_count;
-    for (int i = 0; i < file->record_count; ++i) {
-        PLII_TRY(tetgen_begin_record(file, i, what));
-        PLII_TRY(plii_text_read_float(&file->text, "x", &mesh->points[i].x));
-        PLII_TRY(plii_text_read_float(&file->text, "y", &mesh->points[i].y));
-        PLII_TRY(plii_text_read_float(&file->text, "z", &mesh->points[i].z));
+    for (PLII_EACH(pli_vec3, point, mesh->points, mesh->point_count)) {
+        PLII_TRY(tetgen_begin_record(file, (int)(point - mesh->points)));
+        PLII_TRY(plii_text_read_float(&file->text, "x", &point->x));
+        PLII_TRY(plii_text_read_float(&file->text, "y", &point->y));
+        PLII_TRY(plii_text_read_float(&file->text, "z", &point->z));
         PLII_TRY(tetgen_end_record(file));
     }
     mesh->first_point = file->first_index;
-    return tetgen_end_file(file, what);
+    return tetgen_end_file(file);
 }
 
 /* Points of a tetrahedron or triangle, counted from 0. */
@@ -123,69 +107,67 @@ static pli_status tetgen_read_corners(tetgen_file* file, const tetgen_mesh* mesh
     for (int i = 0; i < count; ++i) {
         int number = 0;
         PLII_TRY(plii_text_read_int(&file->text, "a corner", &number));
-        if (number < mesh->first_point || number - mesh->first_point >= mesh->point_count) {
-            return plii_text_fail(&file->text, file->text.line, "a corner is point %d, points run from %d to %d",
-                                  number, mesh->first_point, mesh->first_point + mesh->point_count - 1);
-        }
+        PLII_TEXT_FAIL_IF(number < mesh->first_point || number - mesh->first_point >= mesh->point_count, &file->text,
+                          "a corner is point %d, points run from %d to %d", number, mesh->first_point,
+                          mesh->first_point + mesh->point_count - 1);
         corners[i] = number - mesh->first_point;
         for (int k = 0; k < i; ++k) {
-            if (corners[k] == corners[i]) {
-                return plii_text_fail(&file->text, file->text.line, "point %d is named twice", number);
-            }
+            if (corners[k] == corners[i]) { return plii_text_fail(&file->text, "point %d is named twice", number); }
         }
     }
     return PLI_OK;
 }
 
 /* Tetrahedra or triangles, and that nothing follows. */
-static pli_status tetgen_read_elements(tetgen_file* file, const tetgen_mesh* mesh, const char* what, int corner_count,
-                                       int** corners) {
-    PLII_TRY(tetgen_check_count(file, what, corner_count + 1));
+static pli_status tetgen_read_elements(tetgen_file* file, const tetgen_mesh* mesh, int corner_count, int** corners) {
+    PLII_TRY(tetgen_begin_records(file, corner_count + 1));
     if (!PLII_ALLOCATE(file->text.context, corners, (size_t)corner_count * (size_t)file->record_count)) {
-        return tetgen_out_of_memory(file, what);
+        return tetgen_out_of_memory(file);
     }
     for (int i = 0; i < file->record_count; ++i) {
-        PLII_TRY(tetgen_begin_record(file, i, what));
+        PLII_TRY(tetgen_begin_record(file, i));
         PLII_TRY(tetgen_read_corners(file, mesh, corner_count, *corners + (ptrdiff_t)corner_count * i));
         PLII_TRY(tetgen_end_record(file));
     }
-    return tetgen_end_file(file, what);
+    return tetgen_end_file(file);
 }
 
 static pli_status tetgen_read_tetras(tetgen_file* file, tetgen_mesh* mesh) {
     int values[2] = {4, 0}; /* corners, attributes */
-    PLII_TRY(tetgen_read_header(file, "the number of tetrahedra", 2, values));
-    if (file->record_count == 0 || (values[0] != 4 && values[0] != 10) || values[1] < 0 || values[1] > 1000) {
-        return plii_text_fail(&file->text, file->header_line, "%d tetrahedra of %d corners with %d attributes",
-                              file->record_count, values[0], values[1]);
-    }
+    PLII_TRY(tetgen_read_header(file, 2, values));
+    PLII_TEXT_FAIL_IF(
+        file->record_count == 0 || (values[0] != 4 && values[0] != 10) || values[1] < 0 || values[1] > 1000,
+        &file->text, "%d tetrahedra of %d corners with %d attributes", file->record_count, values[0], values[1]);
     file->trailing_count = values[0] - 4 + values[1]; /* nodes on the edges are not used */
     mesh->tetra_count = file->record_count;
-    return tetgen_read_elements(file, mesh, "tetrahedra", 4, &mesh->tetras);
+    return tetgen_read_elements(file, mesh, 4, &mesh->tetras);
 }
 
 static pli_status tetgen_read_faces(tetgen_file* file, tetgen_mesh* mesh) {
-    int values[1] = {0}; /* markers */
-    PLII_TRY(tetgen_read_header(file, "the number of faces", 1, values));
-    if (values[0] < 0 || values[0] > 1) {
-        return plii_text_fail(&file->text, file->header_line, "faces with %d markers", values[0]);
-    }
-    file->trailing_count = values[0];
+    int markers = 0;
+    PLII_TRY(tetgen_read_header(file, 1, &markers));
+    if (markers < 0 || markers > 1) { return plii_text_fail(&file->text, "faces with %d markers", markers); }
+    file->trailing_count = markers;
     mesh->face_count = file->record_count;
-    return tetgen_read_elements(file, mesh, "faces", 3, &mesh->faces);
+    return tetgen_read_elements(file, mesh, 3, &mesh->faces);
 }
 
-/* Reads one of the files with its reader; `missing` as for plii_text_open. */
-static pli_status tetgen_read_file(pli_context* context, const char* base, const char* extension, const char* function,
-                                   bool* missing, pli_status (*read)(tetgen_file*, tetgen_mesh*), tetgen_mesh* mesh) {
-    const size_t path_size = strlen(base) + strlen(extension) + 1;
-    tetgen_file file = {.path = plii_allocate(context, path_size)};
-    if (file.path == NULL) {
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for a file name", base);
-    }
-    snprintf(file.path, path_size, "%s%s", base, extension);
-    pli_status status = plii_text_open(context, file.path, function, missing, &file.text);
-    if (status == PLI_OK && !(missing != NULL && *missing)) { status = read(&file, mesh); }
+typedef struct tetgen_part {
+    const char *extension, *what;
+    pli_status (*read)(tetgen_file* file, tetgen_mesh* mesh);
+    bool may_be_missing;
+} tetgen_part;
+
+static pli_status tetgen_read_file(pli_context* context, const char* base, const tetgen_part* part,
+                                   const char* function, tetgen_mesh* mesh) {
+    const size_t path_size = strlen(base) + strlen(part->extension) + 1;
+    tetgen_file file = {.path = plii_allocate(context, path_size), .what = part->what};
+    PLII_FAIL_IF(file.path == NULL, context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for a file name", base);
+    snprintf(file.path, path_size, "%s%s", base, part->extension);
+    bool is_missing = false;
+    pli_status status =
+        plii_text_open(context, file.path, function, part->may_be_missing ? &is_missing : NULL, &file.text);
+    if (status == PLI_OK && !is_missing) { status = part->read(&file, mesh); }
     plii_text_close(&file.text);
     plii_release(context, file.path, path_size);
     return status;
@@ -235,9 +217,8 @@ static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
 }
 
 static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const char* function, pli_mesh** mesh) {
-    if (read->face_count > 0 && !tetgen_reverse_faces(context, read)) {
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory to orient %d faces", read->face_count);
-    }
+    PLII_FAIL_IF(read->face_count > 0 && !tetgen_reverse_faces(context, read), context, PLI_ERROR_OUT_OF_MEMORY,
+                 function, "no memory to orient %d faces", read->face_count);
     pli_mesh* made = NULL;
     PLII_TRY(
         pli_mesh_create_from_tetras(context, read->point_count, read->points, read->tetra_count, read->tetras, &made));
@@ -256,14 +237,13 @@ static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const cha
 pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh) {
     PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
     if (base == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the base name is null"); }
+    static const tetgen_part parts[3] = {{".node", "points", tetgen_read_points, false},
+                                         {".ele", "tetrahedra", tetgen_read_tetras, false},
+                                         {".face", "faces", tetgen_read_faces, true}};
     tetgen_mesh read = {0};
-    bool has_no_faces = false;
-    pli_status status = tetgen_read_file(context, base, ".node", __func__, NULL, tetgen_read_points, &read);
-    if (status == PLI_OK) {
-        status = tetgen_read_file(context, base, ".ele", __func__, NULL, tetgen_read_tetras, &read);
-    }
-    if (status == PLI_OK) {
-        status = tetgen_read_file(context, base, ".face", __func__, &has_no_faces, tetgen_read_faces, &read);
+    pli_status status = PLI_OK;
+    for (int i = 0; i < 3 && status == PLI_OK; ++i) {
+        status = tetgen_read_file(context, base, &parts[i], __func__, &read);
     }
     if (status == PLI_OK) { status = tetgen_make(context, &read, __func__, mesh); }
     PLII_RELEASE(context, read.points, read.point_count);

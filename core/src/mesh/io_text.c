@@ -20,9 +20,8 @@ static pli_status text_load(pli_context* context, FILE* file, const char* path, 
     *data = plii_allocate(context, *size);
     while (*data != NULL) {
         *used += fread(*data + *used, 1, *size - *used, file);
-        if (ferror(file) != 0) {
-            return plii_fail(context, PLI_ERROR_FILE_OPEN, function, "%s: cannot be read: %s", path, strerror(errno));
-        }
+        PLII_FAIL_IF(ferror(file) != 0, context, PLI_ERROR_FILE_OPEN, function, "%s: cannot be read: %s", path,
+                     strerror(errno));
         if (*used < *size) { return PLI_OK; }
         char* larger = *size <= SIZE_MAX / 2 ? plii_allocate(context, *size * 2) : NULL;
         if (larger != NULL) { memcpy(larger, *data, *used); }
@@ -60,13 +59,14 @@ void plii_text_close(plii_text* text) {
     text->data = NULL;
 }
 
-pli_status plii_text_fail(const plii_text* text, int line, const char* format, ...) {
+pli_status plii_text_fail(const plii_text* text, const char* format, ...) {
     char message[256];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    return plii_fail(text->context, PLI_ERROR_FILE_FORMAT, text->function, "%s:%d: %s", text->path, line, message);
+    return plii_fail(text->context, PLI_ERROR_FILE_FORMAT, text->function, "%s:%d: %s", text->path, text->line,
+                     message);
 }
 
 plii_quote plii_text_quote(const char* word, int length) {
@@ -185,12 +185,11 @@ bool plii_parse_int(const char* word, int length, int* value) {
 
 static pli_status text_read(plii_text* text, const char* what, const char** word, int* length) {
     if (plii_text_read_word(text, word, length)) { return PLI_OK; }
-    return plii_text_fail(text, text->line, "the line ends before %s", what);
+    return plii_text_fail(text, "the line ends before %s", what);
 }
 
 static pli_status text_fail_number(const plii_text* text, const char* what, const char* word, int length) {
-    return plii_text_fail(text, text->line, "%s is '%s', which is no usable number", what,
-                          plii_text_quote(word, length).text);
+    return plii_text_fail(text, "%s is '%s', which is no usable number", what, plii_text_quote(word, length).text);
 }
 
 pli_status plii_text_read_float(plii_text* text, const char* what, float* value) {

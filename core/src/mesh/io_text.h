@@ -1,7 +1,6 @@
 #pragma once
 
-/* A text file in memory, read word by word, with the line number for messages. Numbers are read alike in every
-   locale. */
+/* A text file in memory, read word by word, with line numbers for messages. Numbers are alike in every locale. */
 
 #include "base/context.h"
 
@@ -11,8 +10,7 @@ typedef struct plii_text {
     const char* path;
     char* data;
     size_t size;
-    const char* at;
-    const char* end;
+    const char *at, *end;
     int line;
     bool joins_lines; /* a backslash at the end of a line continues it */
 } plii_text;
@@ -22,7 +20,13 @@ pli_status plii_text_open(pli_context* context, const char* path, const char* fu
 void plii_text_close(plii_text* text);
 
 /* "path:line: message"; gives PLI_ERROR_FILE_FORMAT. */
-pli_status plii_text_fail(const plii_text* text, int line, const char* format, ...) PLI_PRINTF_LIKE(3, 4);
+pli_status plii_text_fail(const plii_text* text, const char* format, ...) PLI_PRINTF_LIKE(2, 3);
+
+/* Returns early with such an error where something is wrong. */
+#define PLII_TEXT_FAIL_IF(is_wrong, ...)                                                                               \
+    do {                                                                                                               \
+        if (is_wrong) { return plii_text_fail(__VA_ARGS__); }                                                          \
+    } while (0)
 
 /* The beginning of a word for a message: a terminal must not get what a binary file holds. */
 enum { PLII_QUOTE_LENGTH = 40 };

@@ -4,7 +4,6 @@
 
 #include "base/handle.h"
 
-#include <limits.h>
 #include <string.h>
 
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
@@ -19,7 +18,6 @@ pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function) {
     return plii_check_index(mesh->context, node, mesh->node_count, "node", "mesh", function);
 }
-
 pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function) {
     return plii_check_index(mesh->context, material, mesh->material_count, "material", "mesh", function);
 }
@@ -38,9 +36,8 @@ static pli_status mesh_check_element(const pli_mesh* mesh, const int* nodes, int
     for (int i = 0; i < count; ++i) {
         PLII_TRY(plii_check_mesh_node(mesh, nodes[i], function));
         for (int j = 0; j < i; ++j) {
-            if (nodes[i] == nodes[j]) {
-                return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "node %d is named twice", nodes[i]);
-            }
+            PLII_FAIL_IF(nodes[i] == nodes[j], mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                         "node %d is named twice", nodes[i]);
         }
     }
     return plii_check_mesh_material(mesh, material, function);
@@ -197,22 +194,19 @@ void plii_mesh_push_node(pli_mesh* mesh, pli_vec3 position, float inverse_mass) 
 void plii_mesh_push_link(pli_mesh* mesh, int a, int b) {
     mesh->links[mesh->link_count++] = (pli_link){.nodes = {a, b}};
 }
-
 void plii_mesh_push_face(pli_mesh* mesh, int a, int b, int c) {
     mesh->faces[mesh->face_count++] = (pli_face){.nodes = {a, b, c}};
 }
-
 void plii_mesh_push_tetra(pli_mesh* mesh, int a, int b, int c, int d) {
     mesh->tetras[mesh->tetra_count++] = (pli_tetra){.nodes = {a, b, c, d}};
 }
 
 pli_status plii_mesh_create_reserved(pli_context* context, int64_t nodes, int64_t links, int64_t faces, int64_t tetras,
                                      const char* function, pli_mesh** mesh) {
-    if (nodes > INT_MAX || links > INT_MAX || faces > INT_MAX || tetras > INT_MAX) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "a mesh of %lld nodes, %lld links, %lld faces and %lld tetras is too large", (long long)nodes,
-                         (long long)links, (long long)faces, (long long)tetras);
-    }
+    PLII_FAIL_IF(nodes > INT_MAX || links > INT_MAX || faces > INT_MAX || tetras > INT_MAX, context,
+                 PLI_ERROR_INVALID_VALUE, function,
+                 "a mesh of %lld nodes, %lld links, %lld faces and %lld tetras is too large", (long long)nodes,
+                 (long long)links, (long long)faces, (long long)tetras);
     pli_mesh* made = NULL;
     PLII_TRY(pli_mesh_create(context, &made));
     if (!plii_mesh_reserve(made, (int)nodes, (int)links, (int)faces, (int)tetras)) {
@@ -280,9 +274,8 @@ pli_status pli_mesh_append_tetra(pli_mesh* mesh, int a, int b, int c, int d, int
 pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material, int* index) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_material(mesh->context, material, __func__));
-    if (mesh->material_count >= PLII_MAX_MATERIALS) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "a mesh has at most %d materials", PLII_MAX_MATERIALS);
-    }
+    PLII_FAIL_IF(mesh->material_count >= PLII_MAX_MATERIALS, mesh->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "a mesh has at most %d materials", PLII_MAX_MATERIALS);
     const pli_material copy = *material; /* may lie in the array that grows */
     return MESH_APPEND(mesh, material, copy, index);
 }

@@ -1,12 +1,9 @@
-/* Bending links: a link between every two nodes at a given distance in the graph of the present links. Gives the links
-   of btSoftBody::generateBendingConstraints in the same order, from breadth-first searches, two per node, instead of a
-   table of all pairs. */
+/* Bending links: a link between every two nodes at a given distance in the graph of the present links, in the order of
+   btSoftBody::generateBendingConstraints. Two breadth-first searches per node in place of a table of all pairs. */
 
 #include "base/csr.h"
-#include "base/scratch.h"
 #include "mesh/mesh_impl.h"
 
-#include <limits.h>
 #include <stdlib.h>
 
 typedef struct bending_work {
@@ -37,14 +34,9 @@ static int bending_compare(const void* a, const void* b) {
     return (*first > *second) - (*first < *second);
 }
 
-/* Nodes in the queue. */
-typedef struct bending_found {
-    int* nodes;
-    int count;
-} bending_found;
-
-/* All nodes at `distance` links from `source` that are larger, in any order. Each search has its own stamp, not 0. */
-static bending_found bending_search(bending_work* work, int source, int distance, int stamp) {
+/* All nodes at `distance` links from `source` that are larger, in any order: how many, and where in the queue. Each
+   search has its own stamp, not 0. */
+static int bending_search(bending_work* work, int source, int distance, int stamp, int** found) {
     int first = 0, last = 1; /* nodes of the present depth in the queue */
     work->queue[0] = source;
     work->stamps[source] = stamp;
@@ -60,30 +52,33 @@ static bending_found bending_search(bending_work* work, int source, int distance
             }
         }
     }
-    bending_found found = {&work->queue[first], 0};
+    int count = 0;
+    *found = &work->queue[first];
     for (; first < last; ++first) {
         const int other = work->queue[first];
-        if (other > source) { found.nodes[found.count++] = other; }
+        if (other > source) { (*found)[count++] = other; }
     }
-    return found;
+    return count;
 }
 
 /* Links that there will be: counted first, so that they need no memory but their own. More than INT_MAX: too many. */
 static int64_t bending_count(bending_work* work, int distance) {
     int64_t count = 0;
+    int* found = NULL;
     for (int i = 0; i < work->node_count && count <= INT_MAX; ++i) {
-        count += bending_search(work, i, distance, i + 1).count;
+        count += bending_search(work, i, distance, i + 1, &found);
     }
     return count;
 }
 
 static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int material) {
+    int* found = NULL;
     for (int i = 0; i < work->node_count; ++i) {
-        const bending_found found = bending_search(work, i, distance, -i - 1);
-        qsort(found.nodes, (size_t)found.count, sizeof *found.nodes, bending_compare);
-        for (int k = 0; k < found.count; ++k) {
+        const int count = bending_search(work, i, distance, -i - 1, &found);
+        qsort(found, (size_t)count, sizeof *found, bending_compare);
+        for (int k = 0; k < count; ++k) {
             mesh->links[mesh->link_count++] =
-                (pli_link){.nodes = {found.nodes[k], i}, .material = material, .is_bending = true};
+                (pli_link){.nodes = {found[k], i}, .material = material, .is_bending = true};
         }
     }
 }
@@ -91,9 +86,7 @@ static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int
 pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int material, int* added) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
-    if (distance < 2) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "the distance is %d, it must be 2 or more", distance);
-    }
+    PLII_TRY(plii_check_int(mesh->context, distance, 2, INT_MAX, "the distance", __func__));
     const int old_count = mesh->link_count;
     if (old_count > 0) {
         bending_work work = {0};
@@ -104,10 +97,8 @@ pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int mater
         }
         if (has_room) { bending_append(&work, mesh, distance, material); }
         plii_scratch_free(&work.scratch);
-        if (!has_room) {
-            return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY,
-                             "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);
-        }
+        PLII_FAIL_IF(!has_room, mesh->context, PLI_ERROR_OUT_OF_MEMORY, __func__,
+                     "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);
     }
     if (added != NULL) { *added = mesh->link_count - old_count; }
     return PLI_OK;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "base/context.h"
 #include "math/range.h"
 #include "mesh/topology.h"
 #include "pliant/mesh.h"
@@ -24,8 +23,7 @@ struct pli_mesh {
     plii_topology* topology;
 };
 
-/* The shared topology with one more reference; in another context than the mesh's, a copy of its own. NULL when out of
-   memory. */
+/* The shared topology with a reference more; in another context a copy of its own. NULL when out of memory. */
 plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context);
 /* To be called after every change of faces or tetras. */
 void plii_mesh_clear_topology(pli_mesh* mesh);

@@ -1,11 +1,8 @@
-/* Orders of links: the fixed shuffle of btSoftBody::randomizeConstraints and the interleaving of
-   btSoftBodyHelpers::ReoptimizeLinkOrder. */
+/* Orders of links: btSoftBody::randomizeConstraints, a fixed shuffle, and btSoftBodyHelpers::ReoptimizeLinkOrder. */
 
-#include "base/scratch.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/bullet_reference.h"
 
-#include <limits.h>
 #include <string.h>
 
 /* The linear congruential generator of Numerical Recipes. */
@@ -86,8 +83,7 @@ pli_status pli_mesh_interleave_links(pli_mesh* mesh) {
     if (ok) { memcpy(work.links, mesh->links, links_size); }
     if (ok) { order_run(mesh, &work); }
     plii_scratch_free(&scratch);
-    if (!ok) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to order %d links", mesh->link_count);
-    }
+    PLII_FAIL_IF(!ok, mesh->context, PLI_ERROR_OUT_OF_MEMORY, __func__, "no memory to order %d links",
+                 mesh->link_count);
     return PLI_OK;
 }

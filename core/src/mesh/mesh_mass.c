@@ -1,10 +1,7 @@
 /* Masses of mesh nodes. Sums and quotients are evaluated in the order of btSoftBody's setTotalMass, setVolumeMass and
    their relatives, so that inverse masses have the same bits; departures are named in mesh.h. */
 
-#include "base/scratch.h"
 #include "mesh/mesh_impl.h"
-
-#include <string.h>
 
 static float mass_sum(int count, const float* inverse_masses) {
     float mass = 0.0f;
@@ -20,11 +17,9 @@ static pli_status mass_normalize(const pli_mesh* mesh, float* inverse_masses, fl
     const float scale = inverse_total * mass;
     for (int i = 0; i < mesh->node_count; ++i) {
         const float scaled = inverse_masses[i] / scale;
-        if (inverse_masses[i] != 0.0f && !plii_is_inverse_mass(scaled)) {
-            return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                             "node %d would get the inverse mass %g for a total of %g, masses go from %g to %g", i,
-                             (double)scaled, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
-        }
+        PLII_FAIL_IF(inverse_masses[i] != 0.0f && !plii_is_inverse_mass(scaled), mesh->context, PLI_ERROR_INVALID_VALUE,
+                     function, "node %d would get the inverse mass %g for a total of %g, masses go from %g to %g", i,
+                     (double)scaled, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
     }
     for (int i = 0; i < mesh->node_count; ++i) {
         inverse_masses[i] /= scale;
@@ -38,18 +33,13 @@ pli_status pli_mesh_set_node_mass(pli_mesh* mesh, int node, float mass) {
     return plii_mesh_invert_mass(mesh, mass, __func__, &mesh->inverse_masses[node]);
 }
 
-float pli_mesh_total_mass(const pli_mesh* mesh) {
-    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return 0.0f; }
-    return mass_sum(mesh->node_count, mesh->inverse_masses);
-}
+PLII_DEFINE_GET(float, pli_mesh_total_mass, mesh, mass_sum(mesh->node_count, mesh->inverse_masses), 0.0f)
 
 pli_status pli_mesh_set_total_mass(pli_mesh* mesh, float mass) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", __func__));
-    if (!(mass_sum(mesh->node_count, mesh->inverse_masses) > 0.0f)) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "none of the %d nodes can have a mass, all are pinned",
-                         mesh->node_count);
-    }
+    PLII_FAIL_IF(!(mass_sum(mesh->node_count, mesh->inverse_masses) > 0.0f), mesh->context, PLI_ERROR_INVALID_MESH,
+                 __func__, "none of the %d nodes can have a mass, all are pinned", mesh->node_count);
     return mass_normalize(mesh, mesh->inverse_masses, mass, __func__);
 }
 
@@ -57,8 +47,8 @@ pli_status pli_mesh_set_total_mass(pli_mesh* mesh, float mass) {
 typedef void mass_gather_fn(const pli_mesh* mesh, float* sums, float* ranks);
 
 static void mass_gather_faces(const pli_mesh* mesh, float* sums, float* ranks) {
-    for (int i = 0; i < mesh->face_count; ++i) {
-        const int* n = mesh->faces[i].nodes;
+    for (PLII_EACH(const pli_face, face, mesh->faces, mesh->face_count)) {
+        const int* n = face->nodes;
         const pli_vec3 a = pli_vec3_sub(mesh->positions[n[1]], mesh->positions[n[0]]);
         const pli_vec3 b = pli_vec3_sub(mesh->positions[n[2]], mesh->positions[n[0]]);
         const float doubled_area = pli_vec3_length(pli_vec3_cross(a, b));
@@ -90,8 +80,7 @@ static void mass_gather_tetras(const pli_mesh* mesh, float* sums, float* ranks) 
     }
 }
 
-/* Masses in proportion to weights, which are sums here, over ranks, for the nodes that are not pinned. Nodes with a
-   zero sum get mass / count. */
+/* Masses of nodes that are not pinned, by weights, which are sums here, over ranks; of a zero sum, mass / count. */
 static pli_status mass_share_out(pli_mesh* mesh, float mass, float* weights, const float* ranks, const char* what,
                                  const char* function) {
     int free_count = 0, measured_count = 0;
@@ -103,16 +92,13 @@ static pli_status mass_share_out(pli_mesh* mesh, float mass, float* weights, con
         measured_count += is_measured;
         weights[i] = is_measured ? weight : 0.0f;
     }
-    if (measured_count == 0) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_MESH, function,
-                         "none of the nodes that are not pinned belongs to a %s", what);
-    }
+    PLII_FAIL_IF(measured_count == 0, mesh->context, PLI_ERROR_INVALID_MESH, function,
+                 "none of the nodes that are not pinned belongs to a %s", what);
     const float rest = (float)free_count / mass;
-    if (measured_count < free_count && !plii_is_inverse_mass(rest)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                         "nodes without a %s would get the inverse mass %g for a total of %g, masses go from %g to %g",
-                         what, (double)rest, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
-    }
+    PLII_FAIL_IF(measured_count < free_count && !plii_is_inverse_mass(rest), mesh->context, PLI_ERROR_INVALID_VALUE,
+                 function,
+                 "nodes without a %s would get the inverse mass %g for a total of %g, masses go from %g to %g", what,
+                 (double)rest, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
     float shared = mass;
     if (measured_count < free_count) { shared = mass * ((float)measured_count / (float)free_count); }
     PLII_TRY(mass_normalize(mesh, weights, shared, function));
@@ -122,8 +108,15 @@ static pli_status mass_share_out(pli_mesh* mesh, float mass, float* weights, con
     return PLI_OK;
 }
 
-static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* gather, const char* what,
-                                  const char* function) {
+/* Elements that masses follow. */
+typedef struct mass_kind {
+    mass_gather_fn* gather;
+    const char* what;
+} mass_kind;
+static const mass_kind mass_faces = {mass_gather_faces, "face with an area"};
+static const mass_kind mass_tetras = {mass_gather_tetras, "tetrahedron with a volume"};
+
+static pli_status mass_distribute(pli_mesh* mesh, float mass, const mass_kind* kind, const char* function) {
     plii_scratch scratch = {.context = mesh->context};
     float* weights = PLII_TAKE(&scratch, float, mesh->node_count);
     float* ranks = PLII_TAKE(&scratch, float, mesh->node_count);
@@ -131,47 +124,44 @@ static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* ga
     if (scratch.is_short) {
         plii_fail(mesh->context, status, function, "no memory for the weights of %d nodes", mesh->node_count);
     } else {
-        gather(mesh, weights, ranks);
-        status = mass_share_out(mesh, mass, weights, ranks, what, function);
+        kind->gather(mesh, weights, ranks);
+        status = mass_share_out(mesh, mass, weights, ranks, kind->what, function);
     }
     plii_scratch_free(&scratch);
     return status;
 }
 
-pli_status pli_mesh_set_total_mass_from_faces(pli_mesh* mesh, float mass) {
-    PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", __func__));
-    return mass_distribute(mesh, mass, mass_gather_faces, "face with an area", __func__);
+static pli_status mass_set_total(pli_mesh* mesh, float mass, const mass_kind* kind, const char* function) {
+    PLII_TRY(plii_check_mesh_change(mesh, function));
+    PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", function));
+    return mass_distribute(mesh, mass, kind, function);
 }
 
+pli_status pli_mesh_set_total_mass_from_faces(pli_mesh* mesh, float mass) {
+    return mass_set_total(mesh, mass, &mass_faces, __func__);
+}
 pli_status pli_mesh_set_total_mass_from_tetras(pli_mesh* mesh, float mass) {
-    PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", __func__));
-    return mass_distribute(mesh, mass, mass_gather_tetras, "tetrahedron with a volume", __func__);
+    return mass_set_total(mesh, mass, &mass_tetras, __func__);
 }
 
 pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", __func__));
     const float mass = fabsf(pli_mesh_volume(mesh)) * density;
-    if (!(mass > 0.0f && plii_is_finite(mass))) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the faces enclose %g m^3 of %g kg/m^3",
-                         (double)pli_mesh_volume(mesh), (double)density);
-    }
-    return mass_distribute(mesh, mass, mass_gather_faces, "face with an area", __func__);
+    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, &mass_faces, __func__); }
+    return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the faces enclose %g m^3 of %g kg/m^3",
+                     (double)pli_mesh_volume(mesh), (double)density);
 }
 
 pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float density) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", __func__));
     float measure = 0.0f;
-    for (int i = 0; i < mesh->tetra_count; ++i) {
-        measure += mass_tetra_measure(mesh, &mesh->tetras[i]);
+    for (PLII_EACH(const pli_tetra, tetra, mesh->tetras, mesh->tetra_count)) {
+        measure += mass_tetra_measure(mesh, tetra);
     }
     const float mass = measure * density / 6.0f;
-    if (!(mass > 0.0f && plii_is_finite(mass))) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the %d tetrahedra hold %g m^3 of %g kg/m^3",
-                         mesh->tetra_count, (double)(measure / 6.0f), (double)density);
-    }
-    return mass_distribute(mesh, mass, mass_gather_tetras, "tetrahedron with a volume", __func__);
+    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, &mass_tetras, __func__); }
+    return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the %d tetrahedra hold %g m^3 of %g kg/m^3",
+                     mesh->tetra_count, (double)(measure / 6.0f), (double)density);
 }

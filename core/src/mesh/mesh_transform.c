@@ -5,16 +5,13 @@
 
 /* Moves all nodes or, if one would be too far out, none. */
 static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const char* function) {
-    if (!plii_transform_is_finite(transform)) {
-        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the transform is not finite");
-    }
+    PLII_FAIL_IF(!plii_transform_is_finite(transform), mesh->context, PLI_ERROR_NOT_FINITE, function,
+                 "the transform is not finite");
     for (int i = 0; i < mesh->node_count; ++i) {
         const pli_vec3 moved = pli_transform_point(transform, mesh->positions[i]);
         if (plii_is_point(moved)) { continue; }
-        if (!plii_vec3_is_finite(moved)) {
-            return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "node %d would leave the range of float",
-                             i);
-        }
+        PLII_FAIL_IF(!plii_vec3_is_finite(moved), mesh->context, PLI_ERROR_NOT_FINITE, function,
+                     "node %d would leave the range of float", i);
         return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
                          "node %d would be at (%g, %g, %g), coordinates go to %g", i, (double)moved.x, (double)moved.y,
                          (double)moved.z, (double)PLI_MAX_COORDINATE);
@@ -44,10 +41,8 @@ pli_status pli_mesh_rotate(pli_mesh* mesh, pli_quat rotation) {
 
 pli_status pli_mesh_scale(pli_mesh* mesh, pli_vec3 factors) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    if (!plii_vec3_is_finite(factors)) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the factors are (%g, %g, %g)", (double)factors.x,
-                         (double)factors.y, (double)factors.z);
-    }
+    PLII_FAIL_IF(!plii_vec3_is_finite(factors), mesh->context, PLI_ERROR_NOT_FINITE, __func__,
+                 "the factors are (%g, %g, %g)", (double)factors.x, (double)factors.y, (double)factors.z);
     const pli_transform scale = {plii_mat3_diagonal(factors.x, factors.y, factors.z), {0, 0, 0}};
     return transform_apply(mesh, scale, __func__);
 }

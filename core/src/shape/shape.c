@@ -73,7 +73,7 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
 static pli_status shape_check_count(const pli_shape* shape, const char* function) {
     PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
     const plii_walk* walk = plii_walk_find(shape->context);
-    if ((walk == NULL || walk->kind == PLII_WALK_RELEASE) && !plii_is_in_shape_query()) { return PLI_OK; }
+    if ((walk == NULL || walk->kind == PLII_WALK_RELEASE) && plii_shape_queries == 0) { return PLI_OK; }
     return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
 
@@ -121,9 +121,9 @@ float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norma
         if (normal != NULL) { *normal = pli_vec3_make(1, 0, 0); }
         return INFINITY;
     }
-    plii_shape_query_begin();
+    ++plii_shape_queries;
     const float distance = plii_shape_distance(shape, point, normal);
-    plii_shape_query_end();
+    --plii_shape_queries;
     return distance;
 }
 
@@ -131,9 +131,9 @@ pli_bounds pli_shape_bounds(const pli_shape* shape) {
     if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) {
         return (pli_bounds){{0, 0, 0}, {0, 0, 0}};
     }
-    plii_shape_query_begin();
+    ++plii_shape_queries;
     const pli_bounds bounds = shape->def.bounds(shape->def.user);
-    plii_shape_query_end();
+    --plii_shape_queries;
     return bounds;
 }
 

@@ -1,6 +1,5 @@
 /* Convex hull of points, grown by a radius. Inside the hull the nearest side counts, outside the nearest triangle. */
 
-#include "base/scratch.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
 #include "geometry/convex_hull.h"

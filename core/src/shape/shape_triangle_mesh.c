@@ -6,11 +6,10 @@
    first `thickness` is inside; farther behind there is nothing. */
 
 #include "base/edge_map.h"
-#include "base/scratch.h"
 #include "base/union_find.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
-#include "geometry/weld.h"
+#include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"

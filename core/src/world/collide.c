@@ -1,17 +1,14 @@
 /* Which pairs with rigid bodies meet in a step. */
 
-#include "body/world_state.h"
 #include "math/bounds.h"
 #include "world/world_impl.h"
 
 pli_status plii_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
                            const char* function) {
-    if (!world->is_stepping) {
-        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "only between predict and solve");
-    }
-    if (world_a != world || world_b != world) {
-        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a member of the pair is of another world");
-    }
+    PLII_FAIL_IF(!world->is_stepping, world->context, PLI_ERROR_WRONG_STATE, function,
+                 "only between predict and solve");
+    PLII_FAIL_IF(world_a != world || world_b != world, world->context, PLI_ERROR_INVALID_VALUE, function,
+                 "a member of the pair is of another world");
     return PLI_OK;
 }
 
@@ -69,9 +66,7 @@ static void world_collide_range(int begin, int end, void* data) {
 static pli_status world_check_pairs(const pli_world* world, const pli_rigid_pair* pairs, int count,
                                     const char* function) {
     if (count < 0) { return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "count = %d", count); }
-    if (pairs == NULL && count > 0) {
-        return plii_fail(world->context, PLI_ERROR_NULL_ARGUMENT, function, "pairs is null");
-    }
+    PLII_FAIL_IF(pairs == NULL && count > 0, world->context, PLI_ERROR_NULL_ARGUMENT, function, "pairs is null");
     for (int i = 0; i < count; ++i) {
         PLII_TRY(plii_check_handle(pairs[i].body, PLII_HANDLE_BODY, world->context, NULL, function));
         PLII_TRY(plii_check_handle(pairs[i].rigid, PLII_HANDLE_RIGID, world->context, NULL, function));
@@ -122,8 +117,7 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     return world_collide_rigid_pairs(world, pairs, count, __func__);
 }
 
-/* Contacts that are to last for a step are looked for a margin further out than they begin, and those that surfaces
-   get to in the step where they get to. */
+/* Contacts that are to last for a step are looked for a margin further out, and where surfaces get to in it. */
 static bool world_overlaps_rigid(pli_body* body, const pli_rigid* rigid) {
     const bool is_ahead = plii_follows_rigids(body);
     const bool is_swept = is_ahead || body->sweeping_features > 0 || body->solver_class->contact_reach > 0.0f;

@@ -4,13 +4,10 @@
 #include "base/csr.h"
 #include "base/ranges.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/bounds.h"
 #include "world/world_impl.h"
 
-bool pli_body_collides_with_bodies(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
-}
+PLII_DEFINE_GET(bool, pli_body_collides_with_bodies, body, body->collides_with_bodies, false)
 
 static bool world_meets_body(pli_body* body_a, pli_body* body_b) {
     if (plii_body_is_stopped(body_a) || plii_body_is_stopped(body_b) || !body_a->collides_with_bodies) { return false; }
@@ -20,9 +17,8 @@ static bool world_meets_body(pli_body* body_a, pli_body* body_b) {
 
 /* False: the two have nothing in common. */
 static bool world_join_pair(pli_world* world, const pli_body_pair* pair) {
-    const plii_pipeline* pipeline = &pair->body_a->pipeline;
-    for (int i = 0; i < pipeline->feature_count; ++i) {
-        const plii_feature_class* klass = pipeline->features[i].klass;
+    for (PLII_EACH_FEATURE(feature, pair->body_a)) {
+        const plii_feature_class* klass = feature->klass;
         if (klass->collide_body == NULL || !plii_feature_is_enabled(pair->body_b, klass)) { continue; }
         plii_groups_join_bodies(world, pair->body_a, pair->body_b);
         return true;

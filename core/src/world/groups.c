@@ -19,12 +19,6 @@ bool plii_groups_reserve(pli_world* world, int body_count) {
            PLII_RESERVE(world->context, &world->group_bodies, &world->group_body_capacity, body_count);
 }
 
-void plii_groups_release(pli_world* world) {
-    PLII_RELEASE(world->context, world->group_roots, world->group_root_capacity);
-    PLII_RELEASE(world->context, world->group_begin, world->group_begin_capacity);
-    PLII_RELEASE(world->context, world->group_bodies, world->group_body_capacity);
-}
-
 /* What a thread more is worth to the prediction. Where solves are parted, bodies go to other threads anyway. */
 static int64_t groups_prediction(const pli_body* body) {
     if (plii_body_is_idle(body)) { return 0; }
@@ -152,8 +146,7 @@ static void groups_range(int begin, int end, void* data) {
     }
 }
 
-/* One item that has more than half of all nodes runs before the others, and parts its own ranges. False: there are too
-   few nodes, nothing was done. */
+/* An item of more than half of all nodes runs before the others, and parts its ranges. False: too few, nothing done. */
 static bool groups_run(groups_task* task, int count, int64_t least, int worth) {
     const pli_world* world = task->world;
     int64_t nodes = 0, largest = -1;

@@ -103,8 +103,7 @@ static void islands_solve(pli_body* first) {
 }
 
 void plii_islands_solve(pli_body* const* bodies, int count) {
-    for (int i = 0; i < count; ++i) {
-        pli_body* body = bodies[i];
+    for (PLII_EACH_AT(pli_body, body, bodies, count)) {
         const bool is_led = body->island != NULL && body->island != body;
         if (!plii_body_is_idle(body) && !is_led) { islands_solve(body); }
     }

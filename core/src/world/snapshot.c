@@ -9,9 +9,6 @@
 #include "body/world_state.h"
 #include "world/checksum.h"
 
-#include <stddef.h>
-#include <string.h>
-
 typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
 typedef struct snapshot_walk {
@@ -291,10 +288,8 @@ static pli_status snapshot_save(snapshot_subject subject, pli_context* context, 
     PLII_TRY(snapshot_run(&walk, subject));
     if (size != NULL) { *size = walk.at; }
     if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
-    if (walk.at > capacity) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "capacity is %zu, the snapshot has %zu bytes",
-                         capacity, walk.at);
-    }
+    PLII_FAIL_IF(walk.at > capacity, context, PLI_ERROR_INVALID_VALUE, function,
+                 "capacity is %zu, the snapshot has %zu bytes", capacity, walk.at);
     snapshot_sum(&walk);
     snapshot_header header = {
         .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(subject)};
@@ -307,17 +302,12 @@ static pli_status snapshot_check(snapshot_subject subject, pli_context* context,
                                  size_t size, const char* function) {
     snapshot_header header = {0};
     if (size >= sizeof header) { memcpy(&header, bytes, sizeof header); }
-    if (header.magic != SNAPSHOT_MAGIC) {
-        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the %zu bytes are no snapshot", size);
-    }
-    if (header.version != SNAPSHOT_VERSION) {
-        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is of version %u, this is %u",
-                         (unsigned)header.version, SNAPSHOT_VERSION);
-    }
-    if (header.size != size) {
-        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %llu bytes, %zu were given",
-                         (unsigned long long)header.size, size);
-    }
+    PLII_FAIL_IF(header.magic != SNAPSHOT_MAGIC, context, PLI_ERROR_FILE_FORMAT, function,
+                 "the %zu bytes are no snapshot", size);
+    PLII_FAIL_IF(header.version != SNAPSHOT_VERSION, context, PLI_ERROR_FILE_FORMAT, function,
+                 "the snapshot is of version %u, this is %u", (unsigned)header.version, SNAPSHOT_VERSION);
+    PLII_FAIL_IF(header.size != size, context, PLI_ERROR_FILE_FORMAT, function,
+                 "the snapshot has %llu bytes, %zu were given", (unsigned long long)header.size, size);
     plii_checksum checksum = {0};
     uint64_t sums[2];
     plii_checksum_add(context, &checksum, bytes + sizeof header, size - sizeof header);
@@ -325,10 +315,9 @@ static pli_status snapshot_check(snapshot_subject subject, pli_context* context,
     if (memcmp(sums, header.checksum, sizeof sums) != 0 || (header.zeros[0] | header.zeros[1] | header.zeros[2]) != 0) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
     }
-    if (header.handle != snapshot_handle(subject)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the snapshot does not fit: it is of another %s",
-                         subject.world != NULL ? "world, or of a body" : "body, or of a world");
-    }
+    PLII_FAIL_IF(header.handle != snapshot_handle(subject), context, PLI_ERROR_INVALID_VALUE, function,
+                 "the snapshot does not fit: it is of another %s",
+                 subject.world != NULL ? "world, or of a body" : "body, or of a world");
     return PLI_OK;
 }
 
@@ -339,10 +328,8 @@ static pli_status snapshot_restore(snapshot_subject subject, pli_context* contex
     snapshot_walk walk = {
         .mode = SNAPSHOT_COMPARE, .context = context, .function = function, .from = buffer, .size = size};
     PLII_TRY(snapshot_run(&walk, subject));
-    if (walk.at != size) {
-        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %zu bytes more than it says",
-                         size - walk.at);
-    }
+    PLII_FAIL_IF(walk.at != size, context, PLI_ERROR_FILE_FORMAT, function,
+                 "the snapshot has %zu bytes more than it says", size - walk.at);
     walk.mode = SNAPSHOT_RESTORE;
     return snapshot_run(&walk, subject);
 }

@@ -2,9 +2,6 @@
    What touches others has to push and be pushed in each step. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
-
-#include <math.h>
 
 enum { UPDATE_INTERVAL_MOST = 60 };
 
@@ -22,26 +19,22 @@ static int update_interval_steps(const pli_body* body) {
 }
 
 /* A step begins when the last one has run out, and makes up for what that was too long or too short. */
-static void update_interval_take(pli_body* body, float dt) {
-    plii_update_interval* interval = &body->interval;
-    interval->is_waiting = interval->lead >= 0.5f * dt;
-    if (!interval->is_waiting) {
-        const float most = plii_max(PLI_MAX_TIME_STEP - dt, dt);
-        interval->step = plii_min((float)update_interval_steps(body) * dt - interval->lead, most);
-        interval->first_steps = 0;
-        interval->is_near = false;
-        interval->lead += interval->step;
-    }
-    interval->lead -= dt;
-}
-
 static void update_intervals_take(pli_world* world, float dt) {
     for (PLII_EACH_BODY(body, world)) {
+        plii_update_interval* interval = &body->interval;
         if (plii_body_is_stopped(body)) {
-            body->interval = (plii_update_interval){.steps = body->interval.steps, .step = dt};
-        } else {
-            update_interval_take(body, dt);
+            *interval = (plii_update_interval){.steps = interval->steps, .step = dt};
+            continue;
         }
+        interval->is_waiting = interval->lead >= 0.5f * dt;
+        if (!interval->is_waiting) {
+            const float most = plii_max(PLI_MAX_TIME_STEP - dt, dt);
+            interval->step = plii_min((float)update_interval_steps(body) * dt - interval->lead, most);
+            interval->first_steps = 0;
+            interval->is_near = false;
+            interval->lead += interval->step;
+        }
+        interval->lead -= dt;
     }
 }
 
@@ -57,10 +50,7 @@ bool plii_update_interval_is_valid(const plii_update_interval* interval) {
 
 pli_status pli_body_set_update_interval(pli_body* body, int steps) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (steps < 1 || steps > UPDATE_INTERVAL_MOST) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "steps is %d, the range is 1 to %d", steps,
-                         UPDATE_INTERVAL_MOST);
-    }
+    PLII_TRY(plii_check_int(body->context, steps, 1, UPDATE_INTERVAL_MOST, "steps", __func__));
     if (steps == body->interval.steps) { return PLI_OK; }
     body->interval.steps = steps;
     body->interval.first_steps = 1 + body->world_index % steps; /* bodies take turns */
@@ -68,6 +58,4 @@ pli_status pli_body_set_update_interval(pli_body* body, int steps) {
     return PLI_OK;
 }
 
-int pli_body_get_update_interval(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->interval.steps : 1;
-}
+PLII_DEFINE_GET(int, pli_body_get_update_interval, body, body->interval.steps, 1)

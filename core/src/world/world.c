@@ -1,9 +1,7 @@
 /* The world: lists of bodies and rigid proxies, the order of a step, and which pairs meet. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "shape/shape_impl.h"
 #include "world/world_impl.h"
 
@@ -74,22 +72,17 @@ void pli_world_destroy(pli_world* world) {
     PLII_RELEASE(context, world->pairs, world->pair_capacity);
     PLII_RELEASE(context, world->pair_orders, world->pair_order_capacity);
     PLII_RELEASE(context, world->islands, world->island_capacity);
-    plii_groups_release(world);
+    PLII_RELEASE(context, world->group_roots, world->group_root_capacity);
+    PLII_RELEASE(context, world->group_begin, world->group_begin_capacity);
+    PLII_RELEASE(context, world->group_bodies, world->group_body_capacity);
     PLII_RELEASE(context, world->rigids, world->rigid_capacity);
     PLII_RELEASE(context, world->events, world->event_capacity);
     plii_handle_release(context, world, PLII_HANDLE_WORLD, sizeof *world);
 }
 
-pli_context* pli_world_get_context(const pli_world* world) {
-    return plii_check_world(world, __func__) == PLI_OK ? world->context : NULL;
-}
-void* pli_world_get_user_data(const pli_world* world) {
-    return plii_check_world(world, __func__) == PLI_OK ? world->def.user_data : NULL;
-}
-
-pli_vec3 pli_world_get_gravity(const pli_world* world) {
-    return plii_check_world(world, __func__) == PLI_OK ? world->def.gravity : pli_vec3_make(0, 0, 0);
-}
+PLII_DEFINE_GET(pli_context*, pli_world_get_context, world, world->context, NULL)
+PLII_DEFINE_GET(void*, pli_world_get_user_data, world, world->def.user_data, NULL)
+PLII_DEFINE_GET(pli_vec3, pli_world_get_gravity, world, world->def.gravity, pli_vec3_make(0, 0, 0))
 
 pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     PLII_TRY(plii_check_world_change(world, __func__));
@@ -111,8 +104,7 @@ pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void
 
 // ---------------------------------------------------------------------------------------------------- lists
 
-/* The most from one prediction to the next: a body freezes once, is told once of anchors that it lost, wakes and falls
-   asleep; a rigid body gets its velocities back once. */
+/* The most in a step: a body freezes, loses anchors, wakes and falls asleep once; a rigid body is restored once. */
 static bool world_reserve_events(pli_world* world, int body_count, int rigid_count) {
     return PLII_RESERVE(world->context, &world->events, &world->event_capacity, 4 * body_count + rigid_count);
 }
@@ -209,16 +201,12 @@ void plii_world_add_anchors_lost(pli_body* body) {
     plii_world_add_event(world, (pli_event){.kind = PLI_EVENT_ANCHORS_LOST, .body = body, .node = PLI_NULL_INDEX});
 }
 
-int pli_world_body_count(const pli_world* world) {
-    return plii_check_world(world, __func__) == PLI_OK ? world->body_count : 0;
-}
+PLII_DEFINE_GET(int, pli_world_body_count, world, world->body_count, 0)
 pli_body* pli_world_get_body(const pli_world* world, int index) {
     if (plii_check_world(world, __func__) != PLI_OK || index < 0 || index >= world->body_count) { return NULL; }
     return world->bodies[index];
 }
-int pli_world_rigid_count(const pli_world* world) {
-    return plii_check_world(world, __func__) == PLI_OK ? world->rigid_count : 0;
-}
+PLII_DEFINE_GET(int, pli_world_rigid_count, world, world->rigid_count, 0)
 pli_rigid* pli_world_get_rigid(const pli_world* world, int index) {
     if (plii_check_world(world, __func__) != PLI_OK || index < 0 || index >= world->rigid_count) { return NULL; }
     return world->rigids[index];
@@ -228,14 +216,11 @@ const pli_event* pli_world_get_events(const pli_world* world, int* count) {
     if (count != NULL) { *count = is_world ? world->event_count : 0; }
     return is_world ? world->events : NULL;
 }
-bool pli_world_is_stepping(const pli_world* world) {
-    return plii_check_world(world, __func__) == PLI_OK && world->is_stepping;
-}
+PLII_DEFINE_GET(bool, pli_world_is_stepping, world, world->is_stepping, false)
 
 // ------------------------------------------------------------------------------------------------- out of memory
 
-/* A step in which memory runs out goes on, without what there is none for. What a call could not get is told by that
-   call, and once more at the end of the step. */
+/* A step in which memory runs out goes on, without what there is none for; its call tells, and the end of the step. */
 
 uint64_t plii_world_begin_call(pli_world* world, plii_walk* walk) {
     plii_walk_begin(walk, world->context, PLII_WALK_STEP);
@@ -313,9 +298,8 @@ static void world_predict_body(pli_body* body) {
 }
 
 static pli_status world_predict(pli_world* world, float dt, const char* function) {
-    if (world->is_stepping) {
-        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "the step before has not been solved");
-    }
+    PLII_FAIL_IF(world->is_stepping, world->context, PLI_ERROR_WRONG_STATE, function,
+                 "the step before has not been solved");
     PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
     world->shortage.count = 0;
     if (world->needs_reserve && world->def.preallocates) { world_reserve(world); }
@@ -333,8 +317,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     }
     plii_world_profile(world, "predict", NULL, true);
     if (!world->has_groups || !plii_groups_run_bodies(world, world_predict_body)) {
-        /* From the last one, which is still in the caches from the step before, to the first one, which is solved
-           first. */
+        /* From the last one, still in the caches from the step before, to the first one, which is solved first. */
         for (int i = world->body_count - 1; i >= 0; --i) {
             if (!plii_body_is_idle(world->bodies[i])) { world_predict_body(world->bodies[i]); }
         }

@@ -4,15 +4,13 @@
 
 #include "body/world_state.h"
 
-/* Bodies that touch each other are solved together: each stage of the solve goes over all of them before the next one
-   begins. */
+/* Bodies that touch each other are solved together: a stage goes over all of them before the next one begins. */
 
 /* At the start of a step every body is alone. */
 void plii_islands_start(pli_world* world);
 /* When all pairs have met. */
 void plii_islands_find(pli_world* world);
-/* Solves those of the bodies that are not frozen, islands in the order of their first bodies; with a body, all of its
-   island. */
+/* Solves those of the bodies that are not frozen, with a body all of its island. */
 void plii_islands_solve(pli_body* const* bodies, int count);
 
 /* Bodies on several threads. What bodies share in a step joins them into groups: contacts with each other, and rigid
@@ -22,7 +20,6 @@ void plii_islands_solve(pli_body* const* bodies, int count);
 
 /* Room for one more body. False when out of memory. */
 bool plii_groups_reserve(pli_world* world, int body_count);
-void plii_groups_release(pli_world* world);
 
 /* At the start of a step: every body is alone. Nothing, here and below, where there are no threads. */
 void plii_groups_start(pli_world* world);
@@ -32,8 +29,7 @@ void plii_groups_join_bodies(pli_world* world, const pli_body* body, const pli_b
 /* When all pairs have met. False: all bodies are one group, or too few to part them. */
 bool plii_groups_find(pli_world* world);
 
-/* Of `count` items that have so many nodes: how many of them make a part that is worth a thread, of a prediction or of
-   contacts with rigid bodies. */
+/* How many of `count` items with so many nodes make a part worth a thread, of a prediction or of rigid contacts. */
 int plii_groups_grain(const pli_world* world, int count, int64_t nodes);
 
 typedef void plii_groups_fn(pli_body* const* bodies, int count);
@@ -42,8 +38,7 @@ void plii_groups_run(pli_world* world, plii_groups_fn* run);
 /* Each body for itself, where there are groups and enough bodies to part. False: nothing was done. */
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body));
 
-/* Around what may run out of memory: what a step could not get is told at its end, and by the call itself where it has
-   a `function` to name. */
+/* Around what may run out of memory: a step tells at its end, and a call itself where it has a `function` to name. */
 uint64_t plii_world_begin_call(pli_world* world, plii_walk* walk);
 pli_status plii_world_end_call(pli_world* world, const plii_walk* walk, uint64_t before, const char* function);
 

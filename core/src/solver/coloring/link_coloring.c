@@ -3,11 +3,7 @@
 
 #include "solver/coloring/link_coloring.h"
 
-#include "base/csr.h"
-#include "base/scratch.h"
 #include "body/pipeline.h"
-
-#include <string.h>
 
 enum {
     LINK_COLORS_MAX = 64,
@@ -54,8 +50,6 @@ static bool link_colors_take_memory(link_colors_work* work) {
     work->colors = PLII_TAKE(scratch, int, links);
     return !scratch->is_short;
 }
-
-// ------------------------------------------------------------------------------------------------------------- items
 
 static uint8_t link_colors_pairs_at(const link_colors_work* work, int index) {
     return index < work->quads.quad_count ? work->quads.quads[index].pairs : PLII_LINK_SINGLE;
@@ -107,8 +101,6 @@ static void link_colors_assign(link_colors_work* work) {
     }
 }
 
-// -------------------------------------------------------------------------------------------------------------- sort
-
 typedef int link_colors_key_fn(const link_colors_work* work, int index);
 
 static int link_colors_by_node(const link_colors_work* work, int index) {
@@ -142,17 +134,13 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     work->order = sorted;
 }
 
-// ------------------------------------------------------------------------------------------------------------ groups
-
-/* Kernels solve groups of a kind together, and have code of its own for two triangles: where one link is missing an
-   empty row costs less than a kind of few groups. */
+/* Kernels have code of its own for two triangles: an empty row costs less there than a kind of few groups. */
 static uint8_t link_colors_group_pairs(uint8_t pairs, int count) {
     const bool lacks_one = (pairs & ~PLII_LINK_TWO_TRIANGLES) == 0 && __builtin_popcount(pairs) == 4;
     return lacks_one && 2 * count >= PLII_LINK_LANES ? PLII_LINK_TWO_TRIANGLES : pairs;
 }
 
-/* Adds a group from items [first, end) of one color; with no memory in `made` only to its counts. Lanes without an item
-   come first and have the nodes of others. */
+/* Adds a group of items of one colour; with no memory in `made` only to its counts. Empty lanes come first. */
 static void link_colors_make_group(const link_colors_work* work, int first, int end, plii_link_colors* made) {
     const int count = end - first, empty = PLII_LINK_LANES - count;
     uint8_t pairs = 0;
@@ -201,8 +189,6 @@ static void link_colors_make_groups(const link_colors_work* work, plii_link_colo
     }
 }
 
-// ------------------------------------------------------------------------------------------------------- the service
-
 static bool link_colors_fill(const link_colors_work* work, plii_link_colors* colors) {
     pli_context* context = work->body->context;
     plii_link_colors needed = {0};
@@ -218,32 +204,30 @@ static bool link_colors_fill(const link_colors_work* work, plii_link_colors* col
     return true;
 }
 
-/* False when out of memory. */
-static bool link_colors_make(const pli_body* body, plii_link_colors* colors) {
+/* They are not current when out of memory. */
+static void link_colors_make(const pli_body* body, plii_link_colors* colors) {
     link_colors_work work = {.body = body, .scratch.context = body->context};
-    bool ok = link_colors_take_memory(&work);
-    if (ok) {
+    colors->is_current = link_colors_take_memory(&work);
+    if (colors->is_current) {
         plii_link_quads_find(body, body->node_count >= LINK_COLORS_QUADS_NODES, &work.quads);
         link_colors_assign(&work);
         link_colors_sort(&work, link_colors_by_node, body->node_count);
         link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
         link_colors_sort(&work, link_colors_by_color, work.color_limit);
-        ok = link_colors_fill(&work, colors);
+        colors->is_current = link_colors_fill(&work, colors);
     }
     plii_scratch_free(&work.scratch);
-    return ok;
 }
 
 const plii_link_colors* plii_link_colors_of(pli_body* body) {
     plii_link_colors* colors = plii_feature_state(body, &plii_link_colors_class);
-    if (!colors->is_current) { colors->is_current = link_colors_make(body, colors); }
+    if (!colors->is_current) { link_colors_make(body, colors); }
     return colors->is_current ? colors : NULL;
 }
 
 static pli_status link_colors_enable(pli_body* body, void* state) {
-    plii_link_colors* colors = state;
-    colors->is_current = link_colors_make(body, colors);
-    return colors->is_current ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    link_colors_make(body, state);
+    return ((plii_link_colors*)state)->is_current ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {

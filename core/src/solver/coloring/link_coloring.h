@@ -6,9 +6,8 @@
    many links, where no colour is left, each quad gets one of its own.
 
    Numbers of a link are in its slot: rows of eight for one pair of nodes of a group, which follow the lanes of
-   simd_float8.h. Lanes without a quad come first and have the nodes of quads of the group, so kernels may store nodes
-   as they were, in the order of the lanes; nodes without a link are like the first one, so kernels store the first
-   nodes last. */
+   simd_float8.h. Lanes without a quad come first and have the nodes of others, so kernels may store nodes as they were,
+   in the order of the lanes; nodes without a link are like the first one, which kernels store last. */
 
 #include "math/simd_float8.h"
 #include "solver/coloring/link_quads.h"

@@ -1,7 +1,6 @@
 #pragma once
 
-/* Sets of up to six links that have four nodes between them: whoever solves them one after the other reads and writes
-   those nodes once. */
+/* Sets of up to six links that have four nodes between them, which who solves them reads and writes once. */
 
 #include "base/csr.h"
 #include "body/body_impl.h"
@@ -11,9 +10,8 @@ enum { PLII_LINK_LANES = 8, PLII_LINK_PAIRS = 6 };
 /* Pairs of the four nodes. The first two, the next two and the last two have no node in common. */
 static const uint8_t plii_link_pair_nodes[PLII_LINK_PAIRS][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}, {1, 2}};
 
-/* Pairs that have links, bit by bit: of a single link, the other two nodes of whose lane are the first one again; of
-   three links one after the other, as few others find; of two triangles, as most quads of a triangle mesh; of the cell
-   of a grid with both diagonals. */
+/* Pairs that have links, bit by bit: of a single link, whose other two nodes are the first one again; of three links in
+   a row; of two triangles, as most quads of a triangle mesh; of the cell of a grid with both diagonals. */
 enum { PLII_LINK_SINGLE = 1, PLII_LINK_PATH = 7, PLII_LINK_TWO_TRIANGLES = 31, PLII_LINK_ALL_PAIRS = 63 };
 
 typedef struct plii_link_quad {

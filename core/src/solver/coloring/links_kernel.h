@@ -1,7 +1,6 @@
 #pragma once
 
-/* Lengths of links by colours, eight at a time, as the position-based solver and XPBD want them; one kernel per
-   instruction set, from links_kernel_base.c. */
+/* Lengths of links by colours, eight at a time, of the position-based solver and XPBD; links_kernel_base.c. */
 
 #include "solver/coloring/link_coloring.h"
 
@@ -32,6 +31,5 @@ extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;
 
 /* All colours, with the threads of the context. */
 void plii_links_sweep_colors(const plii_links_task* task);
-/* Fills in the vectors, from node to node of each link at the start of a step, from where the displacements of XPBD
-   count: x of a row, y, z. */
+/* Fills in the vectors from node to node of each link where the displacements of XPBD are 0: x of a row, y, z. */
 void plii_links_start_colors(const plii_links_task* task);

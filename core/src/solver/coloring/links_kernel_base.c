@@ -4,7 +4,6 @@
    A link is a long chain of operations, so a few groups are solved round by round: there is always enough to do that
    waits for nothing. Which constraint it is and which pairs of nodes have links are constants where it counts. */
 
-#include "math/simd_float8.h"
 #include "solver/coloring/links_kernel.h"
 
 /* Groups; of registers of four floats there are too few for the nodes of one. */
@@ -13,8 +12,7 @@ enum { LINKS_BATCH = PLII_FLOAT8_IS_ONE ? 6 : 1 };
 /* Constraints. Links of XPBD are rigid where none has a compliance, and damped where one has a damping. */
 enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
 
-/* The factor of a constraint: nodes a and b of a link go apart by it, times the difference between them and their
-   inverse masses. */
+/* Nodes a and b of a link go apart by the factor of its constraint, their difference and their inverse masses. */
 
 PLII_SIMD_INLINE plii_float8 links_factor_on_positions(plii_float8 length_squared, plii_float8 weight,
                                                        plii_float8 rest_squared) {
@@ -28,8 +26,7 @@ PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
 }
 
 /* plii_xpbd_multiplier over the length. `motion`: along the difference in this substep, where it is damped. What is not
-   finite does not move: rigid links without length or mass to move, and lanes without a link, whose value is infinite.
-   Multipliers are kept between the sweeps of a substep. */
+   finite does not move: rigid links without length or mass, and lanes without a link, whose value is infinite. */
 PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, plii_float8 motion, plii_float8 mass,
                                                  plii_float8 rest_length, const plii_links_task* task, int kind,
                                                  ptrdiff_t slot) {
@@ -208,8 +205,7 @@ PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_l
     links_scatter_all(&quads, task, scaled_indices, group->pairs);
 }
 
-/* What most quads are gets code of its own, unless their nodes do not fit into registers: there it would only be large.
- */
+/* What most quads are gets code of its own; it would only be large where nodes do not fit into registers. */
 PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const plii_link_group* groups, int count,
                                           int kind) {
     const int pairs = groups->pairs;

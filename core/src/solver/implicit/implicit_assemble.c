@@ -1,15 +1,11 @@
-/* Springs to the blocks of W and to the right-hand side. Each node gathers from the springs around it, so the sums do
-   not depend on any other order than that of the links, and forces on both ends of a spring are equal and opposite
-   bit for bit. Linearisation as in Kang, "Efficient Methods for Cloth Animation and Collision Handling": a spring
-   shorter than its rest length has the derivative of one at rest; or, with filtered compression and where it would
-   burst sideways, the absolute value of the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation:
-   Absolute Eigenvalue Filtering". */
+/* Springs to the blocks of W and to the right-hand side. Each node gathers from the springs around it in the order of
+   links, and forces on both ends of a spring are equal and opposite bit for bit. Linearisation as in Kang, "Efficient
+   Methods for Cloth Animation and Collision Handling": a spring shorter than its rest length has the derivative of one
+   at rest; or, with filtered compression and where it would burst sideways, the absolute value of the derivative across
+   it: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue Filtering". */
 
-#include "base/csr.h"
 #include "math/simd_float4.h"
 #include "solver/implicit/implicit_system.h"
-
-#include <stddef.h>
 
 /* Springs shorter than this share of their rest length have no direction. */
 #define IMPLICIT_MIN_LENGTH 1e-6
@@ -137,10 +133,6 @@ PLII_SIMD_INLINE plii_dvec3 implicit_lead(const pli_body* body, const plii_dvec3
     return leads != NULL ? leads[node] : plii_implicit_xyz(&body->velocities[node]);
 }
 
-static plii_dvec3 implicit_moved(const pli_body* body, int node) {
-    return plii_dvec3_sub(plii_implicit_xyz(&body->positions[node]), plii_implicit_xyz(&body->previous[node]));
-}
-
 PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, double h, int node,
                                             const plii_dvec3* leads, int* hold) {
     const pli_body* body = system->body;
@@ -167,7 +159,7 @@ PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, 
         rhs = plii_dvec3_add_scaled(rhs, difference, b);
         if (leads != NULL && spring.damping > 0.0) {
             const plii_dvec3 moved =
-                plii_dvec3_sub(implicit_moved(body, spring.half.neighbour), implicit_moved(body, node));
+                plii_dvec3_sub(plii_implicit_moved(body, spring.half.neighbour), plii_implicit_moved(body, node));
             rhs = plii_dvec3_add_scaled(rhs, spring.unit, spring.damping * plii_dvec3_dot(spring.unit, moved));
         }
         /* rest == 0 and no length: the impulse h k delta is zero too. */

@@ -6,7 +6,6 @@
    round where sticking and sliding as conditions would come and go. */
 
 #include "solver/implicit/implicit_gradient_filter.h"
-#include "solver/implicit/implicit_system.h"
 
 #include <string.h>
 
@@ -116,10 +115,7 @@ static void gradient_start_residual(plii_implicit_system* system) {
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_dvec3 impulse = {0};
         if (gradient_is_rigid(constraint) && !constraint->is_viscous) {
-            if (constraint->rows == 1) {
-                impulse = plii_dvec3_add_scaled(constraint->impulse, constraint->normal,
-                                                -plii_dvec3_dot(constraint->normal, constraint->impulse));
-            }
+            if (constraint->rows == 1) { impulse = plii_dvec3_across(constraint->impulse, constraint->normal); }
         } else if (constraint->rows > 0) {
             const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
             impulse = gradient_yield(
@@ -171,8 +167,7 @@ static double gradient_multiply(plii_implicit_system* system) {
 static double gradient_entry(const plii_implicit_constraints* constraints, const gradient_filter* filter, plii_dvec3 a,
                              plii_dvec3 b) {
     double sum = plii_dvec3_dot(a, plii_implicit_block_mul(&constraints->items[filter->begin].block, b));
-    for (int i = filter->begin; i < filter->end; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (GRADIENT_EACH(const plii_implicit_constraint, constraint, constraints, filter)) {
         if (!constraint->is_viscous || constraint->rows == 0) { continue; }
         const plii_dvec3 n = constraint->normal;
         sum += constraint->viscosity * (plii_dvec3_dot(a, b) - plii_dvec3_dot(n, a) * plii_dvec3_dot(n, b));
@@ -310,31 +305,24 @@ static bool gradient_sticks(const plii_implicit_constraint* constraint) {
     return constraint->viscosity >= gradient_most_viscosity(constraint);
 }
 
-static double gradient_across(plii_dvec3 n, plii_dvec3 x) {
-    return plii_dvec3_length(plii_dvec3_add_scaled(x, n, -plii_dvec3_dot(n, x)));
-}
-
 /* The sliding at the start of the step. */
 static plii_dvec3 gradient_slip_before(const plii_implicit_constraint* constraint) {
-    const plii_dvec3 n = constraint->normal,
-                     slip = plii_dvec3_scale(plii_dvec3_add(constraint->target, constraint->fall), -1.0);
-    return plii_dvec3_add_scaled(slip, n, -plii_dvec3_dot(n, slip));
+    const plii_dvec3 slip = plii_dvec3_scale(plii_dvec3_add(constraint->target, constraint->fall), -1.0);
+    return plii_dvec3_across(slip, constraint->normal);
 }
 
-/* Of a contact that comes in: as before the step, or, where it slides, `free` as it would go on less what friction
-   takes of that. */
+/* Of a contact that comes in: as before the step, or, where it slides, `free` less what friction takes of that. */
 static double gradient_guess_sliding(const plii_implicit_constraint* constraint, double free, double taken) {
     const double before = plii_dvec3_length(gradient_slip_before(constraint));
     return before > IMPLICIT_LEAST_SLIDING * taken ? fmax(before, free - taken) : before;
 }
 
-/* Whether a contact presses after a solution, and its friction. `off`: to its goal; `impulse` is that of the
-   solution, or a first one. */
+/* Whether a contact presses after a solution, and its friction. `off`: to its goal; `impulse`: of the solution. */
 static void gradient_judge_contact(plii_implicit_constraint* constraint, double mass, plii_dvec3 off,
                                    plii_dvec3 impulse) {
     const plii_dvec3 n = constraint->normal;
     const double pressing = plii_dvec3_dot(n, impulse);
-    double sliding = gradient_across(n, off);
+    double sliding = plii_dvec3_length(plii_dvec3_across(off, n));
     constraint->impulse = (plii_dvec3){0};
     if (constraint->rows == 0) {
         sliding = gradient_guess_sliding(constraint, sliding, constraint->friction * pressing / mass);
@@ -345,12 +333,12 @@ static void gradient_judge_contact(plii_implicit_constraint* constraint, double 
     constraint->rows = pressing > 0.0 ? 1 : 0;
     constraint->is_viscous = true;
     if (pressing > 0.0) {
-        gradient_set_viscosity(constraint, constraint->friction * pressing, sliding, gradient_across(n, impulse), mass);
+        gradient_set_viscosity(constraint, constraint->friction * pressing, sliding,
+                               plii_dvec3_length(plii_dvec3_across(impulse, n)), mass);
     }
 }
 
-/* The same of a point of a face, whose impulse goes on along the normal from the one that it has, with what is left of
-   the error. */
+/* The same of a point of a face, whose impulse along the normal grows by what is left of the error. */
 static void gradient_judge_point(const pli_body* body, const plii_implicit_constraints* constraints,
                                  plii_implicit_constraint* constraint, const plii_dvec3* x) {
     const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint),
@@ -370,8 +358,7 @@ static void gradient_judge_point(const pli_body* body, const plii_implicit_const
 /* Leaves the impulses along the normals. Their sum. */
 static double gradient_keep_pressing(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
     double sum = 0.0;
-    for (int i = filter->begin; i < filter->end; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
         const double along = fmax(plii_dvec3_dot(constraint->normal, constraint->impulse), 0.0);
         constraint->impulse = plii_dvec3_scale(constraint->normal, along);
         sum += along;
@@ -379,8 +366,7 @@ static double gradient_keep_pressing(const plii_implicit_constraints* constraint
     return sum;
 }
 
-/* Where iterations ended early, what is left of the error times the viscosity of what sticks can be far more than all
-   that friction could have to balance. */
+/* Where iterations ended early, the error left times the viscosity of what sticks can be more than friction bears. */
 static plii_dvec3 gradient_limit(plii_dvec3 impulse, double most) {
     const double length = plii_dvec3_length(impulse);
     return length > most ? plii_dvec3_scale(impulse, most / length) : impulse;
@@ -392,21 +378,18 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
                                 const gradient_filter* filter, plii_dvec3 free, plii_dvec3* x) {
     const plii_dvec3 before = *x;
     const double pressing = gradient_keep_pressing(constraints, filter);
-    for (int i = filter->begin; i < filter->end; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
         const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
         const plii_dvec3 yield = gradient_yield(constraint, plii_dvec3_sub(goal, before));
         const double alone =
             plii_implicit_block_stiffness(&constraint->block) * plii_dvec3_length(plii_dvec3_sub(goal, free));
         constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_limit(yield, pressing + alone));
     }
-    for (int i = filter->begin; i < filter->end; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (GRADIENT_EACH(const plii_implicit_constraint, constraint, constraints, filter)) {
         free = plii_dvec3_add(free, plii_implicit_block_solve(&constraint->block, constraint->impulse));
     }
     for (int pass = 0; pass < IMPLICIT_NODE_PASSES; ++pass) {
-        for (int i = filter->begin; i < filter->end; ++i) {
-            plii_implicit_constraint* constraint = &constraints->items[i];
+        for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
             const plii_dvec3 n = constraint->normal, answer = plii_implicit_block_solve(&constraint->block, n),
                              off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), free);
             const double more =
@@ -415,8 +398,7 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
             free = plii_dvec3_add_scaled(free, answer, more);
         }
     }
-    for (int i = filter->begin; i < filter->end; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
         const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), before);
         gradient_judge_contact(constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, off,
                                constraint->impulse);
@@ -426,25 +408,23 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
 
 /* Anchored, or squeezed. */
 static bool gradient_is_fixed(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
-    for (int i = filter->begin; i < filter->end; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (GRADIENT_EACH(const plii_implicit_constraint, constraint, constraints, filter)) {
         if (constraint->is_anchor || constraint->is_pinned || constraint->squeeze > 0.0) { return true; }
     }
     return false;
 }
 
-/* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
-   so is friction. */
+/* Which conditions hold after a solution; meets them. True when it was made for them, and for their friction. */
 static bool gradient_judge(plii_implicit_system* system) {
     const pli_body* body = system->body;
     plii_implicit_constraints* constraints = system->constraints;
     const int count = constraints->node_bound_count;
     double change = 0.0, scale = 0.0;
     bool is_same = true;
-    for (int i = 0; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    const plii_implicit_constraint* const points = &constraints->items[count]; /* of faces */
+    for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const int node = constraint->nodes[0];
-        if (!constraint->is_pinned && i < count) { system->spare[node] = plii_implicit_swept(system, node); }
+        if (!constraint->is_pinned && constraint < points) { system->spare[node] = plii_implicit_swept(system, node); }
         constraint->rows_before = constraint->rows;
         constraint->impulse_before = constraint->impulse;
     }
@@ -478,11 +458,10 @@ static bool gradient_judge(plii_implicit_system* system) {
         }
     }
     plii_implicit_share_nodes(constraints);
-    for (int i = 0; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         is_same = is_same && constraint->rows == constraint->rows_before;
         const plii_dvec3 more = plii_dvec3_sub(constraint->impulse, constraint->impulse_before);
-        change += constraint->rows == 1 || i >= count ? plii_dvec3_dot(more, more) : 0.0;
+        change += constraint->rows == 1 || constraint >= points ? plii_dvec3_dot(more, more) : 0.0;
         scale += plii_dvec3_dot(constraint->impulse, constraint->impulse);
     }
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;

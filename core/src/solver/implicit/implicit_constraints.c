@@ -1,14 +1,11 @@
-/* Anchors and contacts for the implicit system: what they ask of the velocities at the end of the step, and the rigid
-   bodies behind them. Baraff and Witkin, "Large Steps in Cloth Simulation", section 5, prescribe velocities likewise;
-   here the rigid body's are unknown too. */
+/* Anchors and contacts for the implicit system: what they ask of velocities at the end of the step, as in Baraff and
+   Witkin, "Large Steps in Cloth Simulation", section 5; here those of the rigid bodies behind them are unknown too. */
 
 #include "solver/implicit/implicit_constraints.h"
 
 #include "base/csr.h"
 #include "body/pipeline.h"
-#include "body/rigid_impl.h"
 
-#include <stddef.h>
 #include <string.h>
 
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
@@ -171,8 +168,7 @@ static bool implicit_constraint_is_after(const plii_node_constraint* a, const pl
     return (unsigned)a->node > (unsigned)b->node;
 }
 
-/* Merges neighbouring sorted runs until there is one; constraints of a node keep their order. `to` is as long as
- * `from`. */
+/* Merges sorted runs until there is one; constraints of a node keep their order. `to` is as long as `from`. */
 static void implicit_constraints_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
     for (int width = 1; width < count; width *= 2) {
         for (int begin = 0; begin < count; begin += 2 * width) {
@@ -206,8 +202,7 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
                : constraints->capacity / 2;
 }
 
-/* Velocity with which a point that moves with the rigid body leaves where it was at the start of the step, as far as it
-   is known yet. */
+/* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet. */
 static plii_dvec3 implicit_point_velocity(const pli_rigid* rigid, pli_vec3 local, float dt) {
     const pli_transform begin = rigid->path.begin;
     const plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
@@ -346,12 +341,10 @@ static double implicit_room(const plii_implicit_constraints* constraints, int no
 
 /* m/s: how the surface moves along itself, from what it touches as that came into the step. */
 static plii_dvec3 implicit_across(const plii_implicit_constraint* constraint) {
-    const double along = plii_dvec3_dot(constraint->target, constraint->normal);
-    return plii_dvec3_add_scaled(constraint->target, constraint->normal, -along);
+    return plii_dvec3_across(constraint->target, constraint->normal);
 }
 
-/* Nodes are light: a body that presses them against what nothing moves is held by that directly, and goes along with
-   them where they are pulled on. */
+/* Nodes are light: a body that presses them against what nothing moves is held by that directly. */
 static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_constraints* constraints, int index) {
     const plii_implicit_constraint* from = &constraints->items[index];
     const plii_implicit_rigid* rigid = &constraints->rigids[from->rigid];
@@ -396,8 +389,7 @@ static bool implicit_stays_on_first(const plii_implicit_constraint* a, const pli
     return plii_dvec3_length(implicit_across(a)) <= plii_dvec3_length(implicit_across(b));
 }
 
-/* A node between two surfaces comes out of the one as far as the other lets it, and stays on the one that has more
-   friction, or else moves less. */
+/* A node between two surfaces comes out of one as far as the other lets it, and stays on that of more friction. */
 static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constraint* b, double dt) {
     const double of_a = plii_dvec3_dot(a->normal, a->recovery), of_b = plii_dvec3_dot(b->normal, b->recovery);
     const double excess = fmax(implicit_wanted_speed(a, of_a, dt) + implicit_wanted_speed(b, of_b, dt), 0.0);
@@ -470,15 +462,15 @@ double plii_implicit_point_response(const plii_implicit_constraints* constraints
 
 void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
     const int first = constraints->node_bound_count;
+    plii_implicit_constraint* const points = constraints->items + first; /* of faces */
     double* loads = constraints->loads;
     if (constraints->count == first) { return; }
-    for (int i = 0; i < constraints->count; ++i) {
-        for (int k = 0; k < constraints->items[i].node_count; ++k) {
-            loads[constraints->items[i].nodes[k]] = 0.0;
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
+        for (int k = 0; k < constraint->node_count; ++k) {
+            loads[constraint->nodes[k]] = 0.0;
         }
     }
-    for (int i = first; i < constraints->count; ++i) {
-        const plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(const plii_implicit_constraint, constraint, points, constraints->count - first)) {
         for (int k = 0; k < constraint->node_count && constraint->rows > 0; ++k) {
             loads[constraint->nodes[k]] += constraint->weights[k];
         }
@@ -489,8 +481,7 @@ void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
     for (int i = 0; i < first; ++i) {
         loads[constraints->items[i].nodes[0]] += constraints->items[i].rows > 0 ? 1.0 : 0.0;
     }
-    for (int i = first; i < constraints->count; ++i) {
-        plii_implicit_constraint* constraint = &constraints->items[i];
+    for (PLII_EACH(plii_implicit_constraint, constraint, points, constraints->count - first)) {
         const plii_dvec3 n = constraint->normal;
         const double along = plii_implicit_point_response(constraints, constraint, n);
         const plii_dvec3 a = plii_dvec3_perpendicular(n), c = plii_dvec3_cross(n, a);

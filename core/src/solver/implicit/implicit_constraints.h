@@ -8,7 +8,43 @@
 
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
-#include "solver/implicit/implicit_block.h"
+#include "math/dvec3.h"
+
+static inline plii_dvec3 plii_implicit_xyz(const pli_vec4* v) {
+    return plii_dvec3_from(plii_xyz(*v));
+}
+
+/* W_ii = L D L^T with unit lower L; all zero for pinned nodes, whose solution is thereby zero. */
+typedef struct plii_implicit_block {
+    double l10, l20, l21;
+    double inverse_d[3];
+} plii_implicit_block;
+
+static inline plii_dvec3 plii_implicit_block_solve(const plii_implicit_block* block, plii_dvec3 b) {
+    const double y1 = b.y - block->l10 * b.x;
+    const double y2 = b.z - block->l20 * b.x - block->l21 * y1;
+    const double z = y2 * block->inverse_d[2];
+    const double y = y1 * block->inverse_d[1] - block->l21 * z;
+    const double x = b.x * block->inverse_d[0] - block->l10 * y - block->l20 * z;
+    return plii_dvec3_make(x, y, z);
+}
+
+static inline bool plii_implicit_block_is_pinned(const plii_implicit_block* block) {
+    return !(block->inverse_d[0] > 0.0);
+}
+
+/* W_ii x; the block must not be of a pinned node. */
+static inline plii_dvec3 plii_implicit_block_mul(const plii_implicit_block* block, plii_dvec3 x) {
+    const double z0 = (x.x + block->l10 * x.y + block->l20 * x.z) / block->inverse_d[0];
+    const double z1 = (x.y + block->l21 * x.z) / block->inverse_d[1];
+    const double z2 = x.z / block->inverse_d[2];
+    return plii_dvec3_make(z0, block->l10 * z0 + z1, block->l20 * z0 + block->l21 * z1 + z2);
+}
+/* Of the stiffest direction, nearly; kg. */
+static inline double plii_implicit_block_stiffness(const plii_implicit_block* block) {
+    const double* d = block->inverse_d;
+    return 1.0 / fmin(d[0], fmin(d[1], d[2]));
+}
 
 /* A rigid body that nodes are held by. */
 typedef struct plii_implicit_rigid {
@@ -68,8 +104,7 @@ typedef struct plii_implicit_constraints {
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base);
-/* After the blocks have changed; contacts that are released are as if they had not been solved: sweeps leave sliding
-   that friction would have to find the end of. */
+/* After the blocks have changed; contacts that are released, as sweeps leave them sliding, are as before a solution. */
 void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released);
 /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
 bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints);
@@ -81,8 +116,7 @@ void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bo
 void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
                                         plii_implicit_constraint* constraint);
 
-/* The nearest solution that meets the conditions, in the norm of the diagonal blocks, given `x` without them; then the
-   changes of the rigid bodies that balance the impulses. */
+/* The nearest solution to `x` that meets the conditions, in the norm of the diagonal blocks; then the rigid bodies. */
 void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x);
 /* Only the node that has constraints begin .. end - 1, with the rigid bodies as they are. */
 void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x);
@@ -94,8 +128,7 @@ plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constr
                                          const plii_implicit_constraint* constraint);
 /* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
 bool plii_implicit_factorise6(double m[6][6]);
-/* Velocity of a point of a face per impulse along a unit vector, if all that hold its nodes push alike; 1/kg. Of a
-   pinned one, which does not yield, that of the rigid body. */
+/* 1/kg along a unit vector: of a point of a face, if all that hold its nodes push alike; pinned, of the rigid body. */
 double plii_implicit_point_response(const plii_implicit_constraints* constraints,
                                     const plii_implicit_constraint* constraint, plii_dvec3 unit);
 /* By what holds its nodes now: nodes of faces have several constraints, which bear what moves a node together. */

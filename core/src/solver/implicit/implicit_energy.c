@@ -1,6 +1,5 @@
 /* The energy of a step. Backward Euler minimises m (v - v*)^2 / 2 + U(x0 + h v), v* being the velocities of free
-   flight. Where U is convex, m (v - v*) v + U(x0 + h v) - U(x0) <= 0 follows: the impulses of springs and of what holds
-   nodes do no more work than the springs give. */
+   flight. Where U is convex, impulses of springs and holds do no more work than the springs give. */
 
 #include "body/rigid_impl.h"
 #include "solver/implicit/implicit_system.h"
@@ -79,8 +78,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
 }
 
-/* m s^2 / 2 + U of the solution that lies `share` of the way from the one before, with what the impulses of constraints
-   give to it; the body is there. */
+/* m s^2 / 2 + U, less what constraints give, of the solution `share` of the way from that before, where the body is. */
 static double energy_potential(const plii_implicit_system* system, double share) {
     const pli_body* body = system->body;
     const plii_dvec3* before = system->before;

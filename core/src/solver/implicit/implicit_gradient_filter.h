@@ -16,9 +16,13 @@ typedef struct gradient_filter {
     plii_dvec3 arm;
 } gradient_filter;
 
+/* In a `for`: each constraint of the node. */
+#define GRADIENT_EACH(type, constraint, constraints, filter)                                                           \
+    PLII_EACH(type, constraint, (constraints)->items + (filter)->begin, (filter)->end - (filter)->begin)
+
 static inline void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
     for (int i = 0; i < filter->count; ++i) {
-        axis = plii_dvec3_add_scaled(axis, filter->axes[i], -plii_dvec3_dot(filter->axes[i], axis));
+        axis = plii_dvec3_across(axis, filter->axes[i]);
     }
     const double length = plii_dvec3_length(axis);
     if (filter->count < 3 && length > 1e-3) { filter->axes[filter->count++] = plii_dvec3_scale(axis, 1.0 / length); }
@@ -71,8 +75,7 @@ static inline plii_dvec3 gradient_yield(const plii_implicit_constraint* constrai
     if (constraint->rows == 0) { return (plii_dvec3){0}; }
     if (gradient_is_rigid(constraint)) {
         if (!constraint->is_viscous) { return (plii_dvec3){0}; }
-        const plii_dvec3 across = plii_dvec3_add_scaled(x, constraint->normal, -plii_dvec3_dot(constraint->normal, x));
-        return plii_dvec3_scale(across, constraint->viscosity);
+        return plii_dvec3_scale(plii_dvec3_across(x, constraint->normal), constraint->viscosity);
     }
     if (constraint->is_point) {
         const double along = gradient_point_factor(constraint) * constraint->stiffness;
@@ -86,8 +89,7 @@ static inline plii_dvec3 gradient_yield(const plii_implicit_constraint* constrai
     if (constraint->rows == 3) {
         return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->influence);
     }
-    const double along = plii_dvec3_dot(constraint->normal, x);
-    const plii_dvec3 held = plii_dvec3_scale(constraint->normal, along);
+    const plii_dvec3 held = plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, x));
     return plii_implicit_block_mul(&constraint->block, held);
 }
 

@@ -116,8 +116,7 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
 }
 
 /* Two runs of half the length, because the square of a residual polynomial is never negative: no mode gets more than
-   the exact answer, which would make stiff springs unstable. One run would be more accurate by a factor of 2 only,
-   since T_2m = 2 T_m^2 - 1. */
+   the exact answer, which would make stiff springs unstable. One run would be more accurate by a factor of 2 only. */
 void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm) {
     const double radius_squared = spectral_radius * spectral_radius;
     const int restart = (sweeps + 1) / 2;
@@ -178,8 +177,7 @@ static double implicit_noise(uint32_t seed) {
     return (double)(x ^ (x >> 16)) / 2147483648.0 - 1.0;
 }
 
-/* In the product x^T D y the iteration matrix is symmetric, so the growth of a vector never exceeds the radius and
-   never falls from one iteration to the next. */
+/* In the product x^T D y the iteration matrix is symmetric, so the growth of a vector rises up to the radius. */
 double plii_implicit_spectral_radius(plii_implicit_system* system) {
     for (int i = 0; i < system->body->node_count; ++i) {
         const uint32_t seed = 3 * (uint32_t)i;

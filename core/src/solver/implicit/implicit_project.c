@@ -80,8 +80,7 @@ static plii_dvec3 project_friction(const plii_implicit_constraint* constraint, p
     const double depth = -plii_dvec3_dot(n, relative), response = plii_dvec3_dot(n, by_normal);
     const plii_dvec3 along = plii_dvec3_scale(direction, 1.0 / plii_dvec3_length(direction));
     const plii_dvec3 axes[2] = {along, plii_dvec3_cross(n, along)};
-    /* Of a push along each axis, where the normal keeps the node at the surface: what the normal takes back, and the
-       motion along the surface that is left. */
+    /* Of a push along each axis: what the normal takes back, and the motion along the surface that is left. */
     double taken[2], c[2];
     plii_dvec3 moved[2];
     for (int k = 0; k < 2; ++k) {
@@ -135,8 +134,7 @@ static plii_dvec3 project_sliding(const plii_implicit_constraint* constraint, pl
             project_across(n, moves) > 4.0 * project_across(n, relative)) {
             return project_friction(constraint, relative, direction);
         }
-        direction = plii_dvec3_add_scaled(n, moves, -1.0);
-        direction = plii_dvec3_add_scaled(direction, n, -plii_dvec3_dot(n, direction));
+        direction = plii_dvec3_across(plii_dvec3_add_scaled(n, moves, -1.0), n);
     }
     return impulse;
 }
@@ -238,9 +236,9 @@ static void project_point(const plii_implicit_constraints* constraints, plii_imp
     if (!(needed > 0.0) && !(pressing > 0.0)) { return; }
     project_add_impulse(constraints, constraint, plii_dvec3_scale(n, needed - pressing), x);
     off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
-    const plii_dvec3 back = plii_dvec3_add_scaled(off, n, -plii_dvec3_dot(n, off));
+    const plii_dvec3 back = plii_dvec3_across(off, n);
     const double sliding = plii_dvec3_length(back), limit = constraint->friction * needed;
-    plii_dvec3 before = plii_dvec3_add_scaled(constraint->impulse, n, -plii_dvec3_dot(n, constraint->impulse));
+    const plii_dvec3 before = plii_dvec3_across(constraint->impulse, n);
     plii_dvec3 across = before;
     if (sliding > 0.0) {
         const plii_dvec3 unit = plii_dvec3_scale(back, 1.0 / sliding);

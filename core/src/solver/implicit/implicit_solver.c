@@ -7,9 +7,7 @@
 #include "base/union_find.h"
 #include "body/all_features.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "solver/implicit/implicit_system.h"
 
 #include <string.h>
@@ -51,8 +49,7 @@ static pli_vec3 implicit_free_change(const pli_body* body, int node, float dt) {
 
 enum { IMPLICIT_NODE_NS = 5 }; /* of a pass over the nodes */
 
-/* Free flight is a new base for the velocities, the unknown is what springs change about it; else it is part of the
-   unknown, by the right-hand side. */
+/* Free flight is a new base for the velocities, which springs change, or by the right-hand side part of the unknown. */
 static void implicit_external_range(int begin, int end, void* data) {
     const plii_implicit_system* system = data;
     const pli_body* body = system->body;
@@ -123,9 +120,8 @@ static void implicit_join_groups(const plii_implicit_system* system) {
     }
 }
 
-/* Along surfaces that nothing moves a group gets what friction has given to its nodes, each on its own: unfinished
-   sweeps pass on little of it. No more than stops it there; across them it goes as it was solved. `momenta`: the
-   changes of velocity of groups. */
+/* Along surfaces that nothing moves a group gets what friction has given to its nodes, of which unfinished sweeps pass
+   on little, but no more than stops it; across them it goes as solved. `momenta`: changes of velocity of groups. */
 static void implicit_slide_groups(const plii_implicit_system* system, plii_dvec3* momenta, plii_dvec3* sums) {
     const plii_implicit_constraints* constraints = system->constraints;
     memset(sums, 0, implicit_vector_size(system->body->node_count)); /* x: motion against the change, y: contacts */
@@ -136,12 +132,12 @@ static void implicit_slide_groups(const plii_implicit_system* system, plii_dvec3
             const plii_dvec3 n = constraint->normal;
             plii_dvec3* change = &momenta[group];
             if (pass == 0) {
-                *change = plii_dvec3_add_scaled(*change, n, -plii_dvec3_dot(n, *change));
+                *change = plii_dvec3_across(*change, n);
                 continue;
             }
             const plii_dvec3 sliding = plii_dvec3_sub(plii_implicit_constraint_point(constraint, system->solution),
                                                       plii_implicit_constraint_goal(constraints, constraint));
-            sums[group].x -= plii_dvec3_dot(*change, plii_dvec3_add_scaled(sliding, n, -plii_dvec3_dot(n, sliding)));
+            sums[group].x -= plii_dvec3_dot(*change, plii_dvec3_across(sliding, n));
             sums[group].y += 1.0;
         }
     }
@@ -228,11 +224,8 @@ static void implicit_solution_range(int begin, int end, void* data) {
 
 static void implicit_predict(pli_body* body, float dt) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    plii_step* step = &body->step;
-    step->dt = dt * body->solver.time_scale;
-    step->inverse_dt = 1.0f / step->dt;
+    plii_solver_set_step(body, dt);
     plii_run_stage(body, PLII_STAGE_FORCES);
-
     plii_implicit_system* system = &state->system;
     system->body = body;
     system->graph = plii_feature_state(body, &plii_link_graph_class);
@@ -253,7 +246,6 @@ static void implicit_predict(pli_body* body, float dt) {
     implicit_iterate(state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
     plii_implicit_run(system, implicit_solution_range, system, IMPLICIT_NODE_NS);
-
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
     body->bounds =
@@ -306,10 +298,8 @@ static void implicit_linearise_again(const pli_body* body, implicit_state* state
     plii_implicit_system* system = &state->system;
     plii_dvec3* leads = system->spare;
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_dvec3 moved =
-            plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), plii_implicit_xyz(&body->previous[i]));
         const plii_dvec3 free = plii_dvec3_sub(plii_implicit_xyz(&body->velocities[i]), system->solution[i]);
-        leads[i] = plii_dvec3_add_scaled(free, moved, -(double)body->step.inverse_dt);
+        leads[i] = plii_dvec3_add_scaled(free, plii_implicit_moved(body, i), -(double)body->step.inverse_dt);
         system->rhs[i] = (plii_dvec3){0};
     }
     for (PLII_EACH(plii_implicit_rigid, rigid, state->constraints.rigids, state->constraints.rigid_count)) {
@@ -339,7 +329,6 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         implicit_follow_solution(body, system);
     }
     double excess = (double)INFINITY, share = 1.0;
-
     for (int round = 0; is_improved && round < IMPLICIT_MAX_LINEARISATIONS; ++round) {
         const double excess_before = excess;
         excess = plii_implicit_excess(system);
@@ -525,7 +514,6 @@ pli_status pli_body_disable_implicit(pli_body* body) {
 }
 
 pli_implicit_report pli_body_get_implicit_report(const pli_body* body) {
-    const implicit_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_implicit_class) : NULL;
+    const implicit_state* state = plii_feature_state_for(body, &plii_implicit_class, __func__);
     return state != NULL ? state->report : (pli_implicit_report){0};
 }

@@ -6,7 +6,6 @@
 #include "base/ranges.h"
 #include "body/link_graph.h"
 #include "pliant/implicit.h"
-#include "solver/implicit/implicit_block.h"
 #include "solver/implicit/implicit_constraints.h"
 
 /* One half of a spring as its node sees it: h^2 J_ij + h c u u^T = axis axis^T + isotropic I. */
@@ -45,14 +44,12 @@ typedef struct plii_implicit_system {
     plii_dvec3* spare;
     plii_dvec3* residual;
     plii_dvec3* before; /* the solution that nodes have followed */
-    /* By node, the velocity that leads from the present positions to those of free flight; NULL at the start of a step,
-       when it is that of the body. */
+    /* By node, the velocity that leads to where free flight would; NULL at the start of a step: that of the body. */
     const plii_dvec3* leads;
     plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
 } plii_implicit_system;
 
-/* Springs at their present lengths, and holds; adds the spring part to rhs. Gives the number of springs that are too
-   short to have a direction. */
+/* Springs at their present lengths, and holds; adds to rhs. Gives how many springs are too short for a direction. */
 int plii_implicit_assemble(const plii_implicit_system* system);
 
 /* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
@@ -63,8 +60,7 @@ plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
 /* to = W_ii^-1 from at all nodes. */
 void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_dvec3* from, plii_dvec3* to);
 
-/* Energy that the step gains by the solution, which the body has followed, relative to that of what springs and
-   constraints change. */
+/* Energy that the step gains by the solution, where the body is, relative to what springs and constraints change. */
 double plii_implicit_excess(const plii_implicit_system* system);
 /* Goes back towards the solution before, where the body and the linearisation are, until what backward Euler minimises
    is not more than there. Gives the share of the way that is left. */
@@ -87,6 +83,11 @@ static inline void plii_implicit_run(const plii_implicit_system* system, pli_ran
 static inline double plii_implicit_sum(const plii_implicit_system* system, plii_block_value_fn* value,
                                        const void* task) {
     return plii_sum_blocks(system->body->context, system->body->node_count, PLII_IMPLICIT_SUM_NODES, value, task);
+}
+
+/* m, since the start of the step. */
+static inline plii_dvec3 plii_implicit_moved(const pli_body* body, int node) {
+    return plii_dvec3_sub(plii_implicit_xyz(&body->positions[node]), plii_implicit_xyz(&body->previous[node]));
 }
 
 static inline plii_dvec3 plii_implicit_hold_mul(const plii_implicit_hold* hold, plii_dvec3 x) {

@@ -3,10 +3,9 @@
 #include "body/body_impl.h"
 #include "math/simd_float4.h"
 
-/* One link waits for the other, so what counts is the way from its positions to the next one's. The inverse masses do
-   not change, so they come from memory and not from the lanes that the link before has just moved; along a chain its
-   second node is taken as it is, without the way through memory; and sums and factors are in all lanes from the start.
- */
+/* One link waits for the other, so what counts is the way from its positions to the next one's. Inverse masses come
+   from memory and not from the lanes that the link before has just moved; along a chain its second node is taken as it
+   is, without the way through memory; and sums and factors are in all lanes from the start. */
 void plii_links_sweep(pli_body* body, void* state) {
     pli_vec4* restrict positions = body->positions;
     const plii_link* restrict links = body->links;

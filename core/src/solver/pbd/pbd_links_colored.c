@@ -5,8 +5,6 @@
 #include "body/pipeline.h"
 #include "solver/coloring/links_kernel.h"
 
-#include <float.h>
-
 enum {
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
     COLORED_LINKS_LEAST = 3 /* links per row on the average; a row of fewer costs more than they do one by one */
@@ -44,8 +42,7 @@ static bool colored_links_choose_sweep(pli_body* body, colored_links_state* stat
     return is_ready;
 }
 
-/* Lanes without a link and links between pinned nodes have no weight. Rest lengths above 0 keep sums above 0 that
-   the kernel divides by. */
+/* Lanes without a link and links of pinned nodes have no weight. Rest lengths above 0 keep the kernel's divisors so. */
 static void colored_links_prepare(pli_body* body, void* data) {
     colored_links_state* state = data;
     if (state->link_revision == body->link_revision) { return; }

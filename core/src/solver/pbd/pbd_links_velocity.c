@@ -1,9 +1,7 @@
 /* Links on velocities, and on positions in the drift solve, matching btSoftBody::VSolve_Links and its preset
-   Velocities. A link between pinned nodes, or of length zero at the start of the step, has no direction to act in and
-   is left out (Bullet divides by zero there). */
+   Velocities. Links of pinned nodes or of length zero, for which Bullet divides by zero, are left out. */
 
 #include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
 
 typedef struct velocity_link {
@@ -59,7 +57,6 @@ static pli_status velocity_links_switch(pli_body* body, const plii_feature_class
 pli_status pli_body_enable_velocity_links(pli_body* body) {
     return velocity_links_switch(body, &plii_velocity_links_class, &plii_links_class, __func__);
 }
-
 pli_status pli_body_disable_velocity_links(pli_body* body) {
     return velocity_links_switch(body, &plii_links_class, &plii_velocity_links_class, __func__);
 }

@@ -23,7 +23,6 @@ PLII_SIMD_INLINE void nodes_move(const plii_pbd_nodes* nodes, int node, bool are
 PLII_SIMD_INLINE void nodes_add_gravity_at(const plii_pbd_nodes* nodes, int node, bool are_two) {
     plii_float8_to(nodes->velocities, node, are_two, nodes_with_gravity(nodes, node, are_two));
 }
-
 PLII_SIMD_INLINE void nodes_fly_at(const plii_pbd_nodes* nodes, int node, bool are_two) {
     nodes_move(nodes, node, are_two, nodes_with_gravity(nodes, node, are_two));
 }

@@ -2,7 +2,6 @@
    positions. Matches btSoftBody::predictMotion and solveConstraints. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "solver/pbd/pbd_nodes.h"
 
 void plii_solver_set_start(pli_body* body) {
@@ -68,18 +67,21 @@ void plii_solver_update_predicted_bounds(pli_body* body) {
     body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
 }
 
+void plii_solver_set_step(pli_body* body, float dt) {
+    body->step.dt = dt * body->solver.time_scale;
+    body->step.inverse_dt = 1.0f / body->step.dt;
+}
+
 static void solver_predict(pli_body* body, float dt) {
-    plii_step* step = &body->step;
-    step->dt = dt * body->solver.time_scale;
-    step->inverse_dt = 1.0f / step->dt;
+    plii_solver_set_step(body, dt);
     const plii_pbd_nodes_kernel* pass = PLII_KERNEL(body->context, &plii_pbd_nodes);
     plii_pbd_nodes nodes = solver_nodes_of(body);
-    nodes.dt = step->dt;
-    nodes.gravity = pli_vec3_scale(body->world->def.gravity, step->dt);
+    nodes.dt = body->step.dt;
+    nodes.gravity = pli_vec3_scale(body->world->def.gravity, body->step.dt);
     if (body->forces == NULL && plii_stage_is_empty(body, PLII_STAGE_FORCES)) {
         solver_run_pass(body, &nodes, pass->fly);
     } else {
-        nodes.limit = body->world->def.max_force_displacement / step->dt;
+        nodes.limit = body->world->def.max_force_displacement / body->step.dt;
         solver_run_pass(body, &nodes, pass->add_gravity);
         plii_run_stage(body, PLII_STAGE_FORCES);
         solver_run_pass(body, &nodes, pass->add_forces);
@@ -107,7 +109,6 @@ static void solver_begin(pli_body* body) {
 void plii_solver_sweep(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_POSITION);
 }
-
 void plii_solver_couple(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_COUPLE);
 }
@@ -150,10 +151,8 @@ const plii_solver_class plii_position_solver = {
 };
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
-    if (body->solver_class != &plii_position_solver && body->solver_class != solver_class) {
-        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
-                         "the body is stepped by the %s solver, which has to be disabled first",
-                         body->solver_class->name);
-    }
+    PLII_FAIL_IF(body->solver_class != &plii_position_solver && body->solver_class != solver_class, body->context,
+                 PLI_ERROR_WRONG_STATE, function,
+                 "the body is stepped by the %s solver, which has to be disabled first", body->solver_class->name);
     return PLI_OK;
 }

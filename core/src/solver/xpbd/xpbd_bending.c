@@ -1,9 +1,7 @@
 /* XPBD: dihedral angles, C = angle between the normals of two faces with a common edge - rest angle. The gradient is
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
-#include "base/csr.h"
 #include "body/all_features.h"
-#include "math/definition.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -27,8 +25,6 @@ typedef struct xpbd_bending_state {
     uint8_t* colors;             /* [hinge_count] */
     int* order;                  /* [hinge_count] */
 } xpbd_bending_state;
-
-// ----------------------------------------------------------------------------------------------- angle
 
 typedef struct xpbd_hinge_shape {
     float angle; /* in (-pi, pi] */
@@ -71,8 +67,6 @@ static float xpbd_hinge_difference(float angle, float rest) {
     return difference > pi ? difference - 2.0f * pi : difference < -pi ? difference + 2.0f * pi : difference;
 }
 
-// ----------------------------------------------------------------------------------------------- solving
-
 static void xpbd_bending_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_bending_state* state = data;
     for (PLII_EACH(xpbd_hinge, hinge, state->hinges, state->hinge_count)) {
@@ -99,8 +93,6 @@ static void xpbd_bending_sweep(pli_body* body, void* data, const plii_substep* s
     }
 }
 
-// ----------------------------------------------------------------------------------------------- finding hinges
-
 /* The edge of a face from one of its corners to the next. */
 typedef struct xpbd_face_edge {
     int from, to, tip;
@@ -120,8 +112,7 @@ static void xpbd_bending_sort_edges(const pli_body* body, const xpbd_bending_sta
     plii_csr_sort(body->node_count, count, state->keys, state->begin, state->corners);
 }
 
-/* A pair of faces that run along the edge in opposite directions; others have no common side to bend about. Of three
-   and more faces on an edge each is taken once. */
+/* Pairs of faces that run along the edge in opposite directions; of three and more on an edge each is taken once. */
 static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_state* state) {
     int count = 0, *corners = state->corners;
     for (int node = 0; node < body->node_count; ++node) {
@@ -162,8 +153,6 @@ static void xpbd_bending_build(pli_body* body, void* data) {
             (xpbd_hinge){{nodes[0], nodes[1], nodes[2], nodes[3]}, shape.is_valid ? shape.angle : 0.0f, 0.0f};
     }
 }
-
-// ------------------------------------------------------------------------------------------------------ the feature
 
 #define XPBD_BENDING_PER_HINGE PLII_PER_FACE, .times = 3, .per = 2
 

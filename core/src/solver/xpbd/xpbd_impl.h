@@ -1,6 +1,7 @@
 #pragma once
 
-/* What the kinds of constraints know of the XPBD solver: where nodes are, and how to take part in its sweeps. */
+/* What the kinds of constraints know of the XPBD solver: where nodes are, and how to take part in its sweeps. And its
+   passes over the nodes between sweeps, one kernel per instruction set, from xpbd_nodes_base.c. */
 
 #include "body/pipeline.h"
 #include "body/substep.h"
@@ -10,9 +11,8 @@
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state);
 
-/* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26).
-   c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. 0 where the
-   constraint has nothing to act on. */
+/* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26), 0 where it cannot act.
+   c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. */
 static inline float plii_xpbd_multiplier(float c, float weight, float compliance, float damping, float multiplier,
                                          float c_motion, const plii_substep* substep) {
     const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
@@ -20,3 +20,21 @@ static inline float plii_xpbd_multiplier(float c, float weight, float compliance
     const float change = (-c - alpha * multiplier - gamma * c_motion) / ((1.0f + gamma) * weight + alpha);
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }
+
+/* The w of velocities and accelerations is 0, that of positions, displacements and what they were at the start of the
+   substep is the inverse mass. Ranges of nodes take one as their task. */
+typedef struct plii_xpbd_nodes {
+    pli_vec4 *positions, *velocities, *displacements, *start_displacements;
+    const pli_vec4 *previous, *accelerations;
+    float dt, inverse_dt; /* of the substep */
+    bool follows;         /* positions, with the nodes */
+} plii_xpbd_nodes;
+
+typedef struct plii_xpbd_nodes_kernel {
+    pli_range_fn* begin;  /* from the end of the prediction to the first substep, and moves */
+    pli_range_fn* move;   /* freely, to the end of a substep */
+    pli_range_fn* finish; /* after the sweeps of a substep: velocities */
+    pli_range_fn* finish_and_move;
+} plii_xpbd_nodes_kernel;
+
+extern const plii_xpbd_nodes_kernel plii_xpbd_nodes_base, plii_xpbd_nodes_avx2;

@@ -1,7 +1,6 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
 #include "body/all_features.h"
-#include "math/definition.h"
 #include "solver/coloring/links_kernel.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -14,8 +13,6 @@ typedef struct xpbd_links_state {
     int rest_capacity, multiplier_capacity, compliance_capacity, damping_capacity, vector_capacity;
     uint32_t link_revision; /* of the numbers of links */
 } xpbd_links_state;
-
-// --------------------------------------------------------------------------------------------------------- solving
 
 static bool xpbd_links_are_soft(const xpbd_links_state* state) {
     return state->def.compliance > 0.0f || state->def.bending_compliance > 0.0f;
@@ -81,8 +78,6 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
                                   .writes_multipliers = !substep->is_last_sweep};
     plii_links_sweep_colors(&task);
 }
-
-// ------------------------------------------------------------------------------------------------------ the feature
 
 static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;

@@ -1,8 +1,7 @@
-/* Free motion and velocities of nodes under XPBD, two records at a time, for the instruction set that the build
-   selects. */
+/* Free motion and velocities of nodes under XPBD, two records at a time, by the instruction set of the build. */
 
 #include "math/simd_float8.h"
-#include "solver/xpbd/xpbd_nodes.h"
+#include "solver/xpbd/xpbd_impl.h"
 
 PLII_SIMD_INLINE void nodes_fly(const plii_xpbd_nodes* nodes, int node, bool are_two, plii_float8 velocity,
                                 plii_float8 start_displacements) {

@@ -5,13 +5,9 @@
 #include "math/simd_float4.h"
 
 #include "body/all_features.h"
-#include "body/pipeline.h"
 #include "body/substep_kinds.h"
 #include "body/substep_rigid.h"
-#include "body/world_state.h"
-#include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
-#include "solver/xpbd/xpbd_nodes.h"
 
 enum {
     XPBD_NODES_GRAIN = 2048,
@@ -32,8 +28,6 @@ typedef struct xpbd_state {
     bool had_links;                                                /* on positions, before this solver came */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
-
-// -------------------------------------------------------------------------------------------------------- the step
 
 /* Consumes the forces; `limit` of accelerations by them, m/s^2. */
 static pli_vec3 xpbd_acceleration(const pli_body* body, int node, float limit) {
@@ -65,9 +59,7 @@ static void xpbd_integrate_free(int begin, int end, void* data) {
 }
 
 static void xpbd_predict(pli_body* body, float dt) {
-    plii_step* step = &body->step;
-    step->dt = dt * body->solver.time_scale;
-    step->inverse_dt = 1.0f / step->dt;
+    plii_solver_set_step(body, dt);
     body->gas = NULL;
     plii_run_stage(body, PLII_STAGE_FORCES);
     plii_parallel_for(body->context, xpbd_integrate_free, body, body->node_count, XPBD_NODES_GRAIN);
@@ -78,7 +70,6 @@ static void xpbd_predict(pli_body* body, float dt) {
 static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* range) {
     plii_parallel_for(body->context, range, nodes, body->node_count, XPBD_NODES_GRAIN);
 }
-
 static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
     return PLII_KERNEL(body->context, &plii_xpbd_nodes);
 }
@@ -117,8 +108,7 @@ static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
     const int count = state->def.substeps, done = run->substep.index + 1;
     run->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
     xpbd_run_pass(body, &run->nodes, done < count && !run->has_finish ? pass->finish_and_move : pass->finish);
-    for (int k = 0; k < run->kinds.count; ++k) {
-        const plii_feature* feature = run->kinds.at[k];
+    for (PLII_EACH_AT(const plii_feature, feature, run->kinds.at, run->kinds.count)) {
         plii_substep_fn* finish = feature->klass->substepped->finish;
         if (finish != NULL) { finish(body, feature->state, &run->substep); }
     }
@@ -171,8 +161,6 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
                                               .end = xpbd_end,
                                               .has_substeps = true};
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
@@ -188,19 +176,13 @@ const plii_feature_class plii_xpbd_class = {
     .solver = &xpbd_solver,
 };
 
-// -------------------------------------------------------------------------------------------- kinds of constraints
-
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
-    if (!plii_feature_is_enabled(body, &plii_xpbd_class)) {
-        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
-                         "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
-    }
+    PLII_FAIL_IF(!plii_feature_is_enabled(body, &plii_xpbd_class), body->context, PLI_ERROR_WRONG_STATE, function,
+                 "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     return plii_feature_enable_with(body, klass, given, size, state);
 }
-
-// --------------------------------------------------------------------------------------------------------- settings
 
 pli_xpbd_def pli_xpbd_def_default(void) {
     return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};

@@ -4,7 +4,6 @@
 #include "body/all_features.h"
 #include "math/simd_float4.h"
 
-#include "base/scratch.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -121,8 +120,6 @@ static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_substep* su
     xpbd_tetras_range(state->color_begin[PLII_CONSTRAINT_COLORS - 1], state->group_count, &task);
 }
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 static float xpbd_tetra_volume(const pli_body* body, const int* nodes) {
     const pli_vec3 a = plii_xyz(body->positions[nodes[0]]);
     const pli_vec3 b = pli_vec3_sub(plii_xyz(body->positions[nodes[1]]), a);
@@ -206,9 +203,8 @@ const plii_feature_class plii_xpbd_tetras_class = {
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_limits(body->context, &compliance, &plii_xpbd_tetras_class.settings, __func__));
-    if (body->topology->tetra_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
-    }
+    PLII_FAIL_IF(body->topology->tetra_count == 0, body->context, PLI_ERROR_INVALID_MESH, __func__,
+                 "the body has no tetrahedra");
     return plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, &compliance, sizeof compliance, __func__, NULL);
 }
 

@@ -1,13 +1,9 @@
-/* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all nodes of the
-   surface. */
+/* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all their nodes. */
 
 #include "body/all_features.h"
 #include "math/simd_float4.h"
 
-#include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
-
-#include <string.h>
 
 typedef struct xpbd_volume_state {
     pli_xpbd_volume_def def;
@@ -31,7 +27,6 @@ typedef struct xpbd_volume_nodes {
 PLII_SIMD_INLINE plii_float4 xpbd_volume_corner(const xpbd_volume_nodes* nodes, int node) {
     return plii_float4_from(&nodes->positions[node]) - nodes->origin + plii_float4_from(&nodes->displacements[node]);
 }
-
 PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
     plii_float4_to(sum, plii_float4_from(sum) + cross);
 }
@@ -112,16 +107,12 @@ static void xpbd_volume_ask_for_gas(pli_body* body, void* data) {
     body->gas = &state->gas;
 }
 
-// ------------------------------------------------------------------------------------------------------ the feature
-
 static pli_status xpbd_volume_enable(pli_body* body, void* data) {
     ((xpbd_volume_state*)data)->rest_volume = (double)plii_body_volume(body);
     return PLI_OK;
 }
 
-enum { XPBD_VOLUME_GAS_ORDER = 15 }; /* before pressure */
-
-enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
+enum { XPBD_VOLUME_GAS_ORDER = 15, XPBD_VOLUME_ORDER = 30 }; /* before pressure; after tetrahedra, before links */
 
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
