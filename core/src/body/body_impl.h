@@ -183,6 +183,21 @@ static inline float plii_link_mass_term(const pli_body* body, int link) {
     const int* nodes = body->links[link].nodes;
     return (body->positions[nodes[0]].w + body->positions[nodes[1]].w) / plii_link_stiffness(body, link);
 }
+/* Inverse of the mass that some nodes show at a point, 1/kg, if pinned ones were as light as the lightest of the
+   others. Where the point moves by what this tells, no node goes much farther than the point would; without it, a node
+   that bears a thousandth of it beside pinned ones goes a thousand times as far. `nodes`: w = inverse mass. */
+static inline float plii_point_weight_unpinned(const pli_vec4* nodes, int count, const int* indices,
+                                               const float* weights) {
+    float lightest = 0.0f, sum = 0.0f;
+    for (int k = 0; k < count; ++k) {
+        lightest = plii_max(lightest, nodes[indices[k]].w);
+    }
+    for (int k = 0; k < count; ++k) {
+        const float inverse_mass = nodes[indices[k]].w;
+        sum += weights[k] * weights[k] * (inverse_mass > 0.0f ? inverse_mass : lightest);
+    }
+    return sum;
+}
 /* What follows from positions, after they were set. */
 void plii_body_refresh(pli_body* body);
 void plii_body_refresh_in_step(pli_body* body); /* the thread is in a walk */
@@ -259,8 +274,7 @@ pli_status plii_body_check_between(const pli_body* body, const char* what, int i
 /* PLI_OK, or the error of a body without faces, for something that needs them: "pressure acts on faces". */
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function);
 
-/* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from
-   everything. */
+/* For contacts of how many nodes there is room ahead: of large bodies most nodes are far from everything. */
 static inline int plii_body_contact_bound(const pli_body* body) {
     const int most = 1024;
     return body->node_count < most ? body->node_count : most;

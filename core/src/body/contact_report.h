@@ -54,3 +54,10 @@ static inline pli_vec3 plii_contact_impulses_get(const pli_body* body, const pli
 static inline void plii_contact_impulses_push(const plii_contact_impulses* impulses, int index, pli_vec3 impulse) {
     impulses->items[index] = pli_vec3_add(impulses->items[index], impulse);
 }
+
+/* An order of contacts that the caller gives, for comparisons with engines that solve in another one. Of a feature
+   whose first array are its contacts: contact `order[i]` comes to place i. Fails, with the contacts as they were, when
+   the feature is not enabled, when the body's world is not between predict and solve, or when `order` does not name
+   each of them once. */
+pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass, const int* order, int count,
+                                 const char* function);

@@ -15,7 +15,6 @@
    file/file_features.c): what a program does not enable it does not link. */
 
 #include "math/definition.h"
-#include "pliant/body.h"
 #include "pliant/rigid.h"
 
 #include <stddef.h>

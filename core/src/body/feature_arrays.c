@@ -1,8 +1,6 @@
 /* Arrays of features by their table. */
 
-#include "body/feature_arrays.h"
-
-#include "body/body_impl.h"
+#include "body/pipeline.h"
 
 #include <string.h>
 
@@ -19,7 +17,6 @@ static feature_counts feature_counts_of(int nodes, int links, int faces) {
 static feature_counts feature_counts_now(const pli_body* body) {
     return feature_counts_of(body->node_count, body->link_count, body->topology->face_count);
 }
-
 static feature_counts feature_counts_before(const pli_body* body, const plii_topology_change* change) {
     return feature_counts_of(change->old_node_count, change->old_link_count, change->old_face_count);
 }

@@ -2,7 +2,6 @@
 
 #include "body/pipeline.h"
 
-#include "body/feature_arrays.h"
 #include "body/node_constraint.h"
 #include "body/substep.h"
 

@@ -311,7 +311,6 @@ pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
 bool pli_rigid_is_sensor(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->is_sensor;
 }
-
 pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
 }

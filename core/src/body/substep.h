@@ -59,9 +59,6 @@ typedef struct plii_substep_class {
     bool (*is_limit)(const void* state);        /* after `begin`: to be asked for room; NULL: always */
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const void* state);
-    /* The body goes on with another solver: frees what only substeps need. Optional; not called at the feature's end.
-     */
-    void (*leave)(pli_body* body, void* state);
 } plii_substep_class;
 
 static inline pli_vec3 plii_substep_place(const pli_body* body, const plii_substep* substep,

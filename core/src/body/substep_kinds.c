@@ -94,7 +94,6 @@ static void iterated_sweeps_iterate(pli_body* body, void* data) {
 }
 
 enum { ITERATED_SWEEPS_ORDER = 300 }; /* after all else */
-
 const plii_feature_class plii_iterated_sweeps_class = {
     .name = "iterated sweeps",
     .state_size = sizeof(iterated_sweeps),

@@ -263,7 +263,6 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
 static void clusters_prepare(pli_body* body, void* state) {
     clusters_apply(body, state, body->step.dt, false, 0.0f);
 }
-
 static void clusters_begin_substeps(pli_body* body, void* state) {
     clusters_apply(body, state, body->step.dt, false, body->step.inverse_dt);
 }

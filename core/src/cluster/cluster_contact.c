@@ -2,7 +2,6 @@
    of the correction and of the sliding velocity; other contacts are solved as rows. */
 
 #include "cluster/cluster_contacts_impl.h"
-#include "math/range.h"
 
 /* Share of the margin that contacts may be too deep without being corrected, so that bodies keep their contacts when
    they rest. */

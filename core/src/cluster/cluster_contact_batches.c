@@ -3,8 +3,6 @@
    temporal coherence", 2005). A contact is a long chain of operations that waits for the one before, so pairs that have
    nothing movable in common are found first come, first served, and solved four at a time. */
 
-#include "cluster/cluster_contact_batch.h"
-
 #include "cluster/cluster_contacts_impl.h"
 
 #include <string.h>

@@ -1,9 +1,9 @@
 /* Contacts of clusters with rigid bodies, with clusters of other bodies and of their own, solved together with the
    joints. Bullet: CollideCL_RS, CollideCL_SS, SolveContact and CJoint. */
 
+#include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "cluster/cluster_contacts_impl.h"
-#include "contact/contact_order.h"
 #include "pliant/bullet_reference.h"
 
 static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
@@ -281,7 +281,6 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
     if (status != PLI_OK && !had_clusters) { (void)pli_body_disable_clusters(body); }
     return status;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {

@@ -4,9 +4,7 @@
    cluster_contacts_body.c look for pairs, cluster_distance.c measures them, cluster_contacts_pair.c knows them
    from step to step, cluster_contact.c makes and solves a contact. */
 
-#include "base/key_table.h"
 #include "cluster/cluster_contact_batch.h"
-#include "cluster/joint_end.h"
 #include "geometry/bvh.h"
 #include "geometry/pair_cache.h"
 

@@ -20,7 +20,6 @@ static const manifold_limits manifold_soft_limits = {20, 0.5f, 0.42f, 0.006f};
 static const manifold_limits* manifold_limits_of(const pli_cluster_contact* info) {
     return info->other != NULL ? &manifold_soft_limits : &manifold_rigid_limits;
 }
-
 static pli_mat3 manifold_rotation(pli_transform a, pli_transform b) {
     return pli_mat3_mul(pli_mat3_transpose(b.rotation), a.rotation);
 }

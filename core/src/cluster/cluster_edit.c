@@ -6,7 +6,6 @@
 plii_clusters* plii_body_clusters(const pli_body* body) {
     return plii_feature_state(body, &plii_clusters_class);
 }
-
 pli_clusters_def pli_clusters_def_default(void) {
     return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
 }

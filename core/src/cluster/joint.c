@@ -142,7 +142,6 @@ static const plii_field joint_softness_fields[] = {
     PLII_FIELD(pli_joint_softness, velocity_factor, 0, 1),
     PLII_FIELD(pli_joint_softness, split, 0, 1),
 };
-
 const plii_feature_class plii_joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),

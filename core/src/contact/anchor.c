@@ -226,7 +226,6 @@ static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep*
 }
 
 enum { ANCHOR_SUBSTEP_ORDER = 50 }; /* they take their nodes along after links and tethers */
-
 static const plii_substep_class anchor_substepped = {
     .order = ANCHOR_SUBSTEP_ORDER,
     .begin = anchor_substeps_begin,
@@ -302,7 +301,6 @@ static const plii_field anchor_fields[] = {
     PLII_FIELD(plii_anchor, influence, 0, PLI_MAX_FACTOR),
     PLII_FIELD(plii_anchor, compliance, 0, PLI_MAX_COEFFICIENT),
 };
-
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .is_made_by_calls = true,

@@ -1,8 +1,6 @@
 /* Permutes contacts through a copy. */
 
-#include "contact/contact_order.h"
-
-#include "body/feature_arrays.h"
+#include "body/contact_report.h"
 #include "body/pipeline.h"
 
 #include <string.h>

@@ -2,7 +2,6 @@
 
 /* What contacts with rigid and with soft bodies have in common. */
 
-#include "body/point_weight.h"
 #include "body/substep.h"
 
 /* At a point of a face, by its barycentric weights. */

@@ -105,21 +105,13 @@ static void faces_sweep(pli_body* body, void* data, const plii_substep* substep)
     }
 }
 
-static void faces_leave(pli_body* body, void* data) {
-    plii_point_contacts* contacts = &((plii_rigid_faces*)data)->substeps;
-    PLII_RELEASE(body->context, contacts->items, contacts->capacity);
-    *contacts = (plii_point_contacts){0};
-}
-
 enum { RIGID_FACES_SUBSTEP_ORDER = 58 }; /* before those of nodes */
-
 static const plii_substep_class rigid_faces_substepped = {
     .order = RIGID_FACES_SUBSTEP_ORDER,
     .is_in_iterations = true,
     .begin = faces_begin,
     .restart = faces_restart,
     .sweep = faces_sweep,
-    .leave = faces_leave,
 };
 
 // -------------------------------------------------------------------------------------------------------- the feature
@@ -162,7 +154,6 @@ enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 static void rigid_faces_on_restored(pli_body* body, void* data) {
     (void)plii_pair_cache_index_before(body->context, &((plii_rigid_faces*)data)->memory);
 }
-
 static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
     return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
 }
@@ -208,7 +199,6 @@ pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_f
     PLII_TRY_SETTINGS(body, pli_rigid_face_contacts_def, used, def, plii_rigid_faces_class);
     return plii_feature_enable_with(body, &plii_rigid_faces_class, &used, sizeof used, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_face_contacts, plii_check_body_change, plii_rigid_faces_class)
 
 int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {

@@ -9,7 +9,6 @@
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
-#include "shape/shape_impl.h"
 
 #include <string.h>
 

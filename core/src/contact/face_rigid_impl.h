@@ -3,14 +3,11 @@
 /* Contacts of faces with rigid shapes: state shared by the feature (face_rigid_contacts.c), their making
    (face_rigid_detect.c) and their solve (face_rigid_solve.c). */
 
-#include "body/contact_report.h"
 #include "body/node_constraint.h"
 #include "body/world_state.h"
 #include "contact/face_sweep.h"
 #include "contact/node_rigid_impl.h"
-#include "contact/point_contacts.h"
 #include "geometry/pair_cache.h"
-#include "pliant/contact.h"
 
 typedef struct plii_rigid_face_contact {
     pli_rigid* rigid;

@@ -4,7 +4,6 @@
    the core belongs to. The core turns evenly, the corners of the face go straight. */
 
 #include "geometry/convex_distance.h"
-#include "math/dvec3.h"
 #include "shape/shape_impl.h"
 
 typedef struct plii_face_core {

@@ -31,7 +31,6 @@ static void node_boxes_topology_commit(pli_body* body, void* state, const plii_t
 }
 
 enum { NODE_BOXES_ORDER = 30 }; /* after clusters, as in Bullet */
-
 const plii_feature_class plii_node_boxes_class = {
     .name = "node boxes",
     .arrays = PLII_ARRAYS(
@@ -45,5 +44,4 @@ pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     return plii_feature_enable(body, &plii_node_boxes_class, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_bullet_node_boxes, plii_check_body_idle, plii_node_boxes_class)

@@ -2,15 +2,13 @@
    and their position solve (btSoftBody::PSolve_RContacts). Given the same distances, all results equal Bullet's bit
    for bit, but for the order of the contacts: shape by shape, ascending nodes. */
 
+#include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/rigid_lanes.h"
-#include "math/bounds.h"
-
-#include "body/node_constraint.h"
 #include "body/substep_kinds.h"
-#include "contact/contact_order.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
+#include "math/bounds.h"
 #include "pliant/bullet_reference.h"
 #include "shape/shape_impl.h"
 
@@ -457,7 +455,6 @@ static const plii_field rigid_contacts_fields[] = {
     PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
     PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
 };
-
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
@@ -497,7 +494,6 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
     PLII_TRY_DEF(body->context, pli_rigid_contacts_def, &used, rigid_contacts_fields, __func__);
     return plii_feature_enable_with(body, &plii_rigid_contacts_class, &used, sizeof used, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {

@@ -1,7 +1,6 @@
 /* Contacts of nodes with rigid bodies in substeps. They were found at the predicted positions; their planes move with
    the rigid body. Those with bodies that nothing moves are solved in groups (node_rigid_groups.h). */
 
-#include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
@@ -44,16 +43,6 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
     const int partial_groups = count < MOST_PARTIAL_GROUPS ? count : MOST_PARTIAL_GROUPS;
     const int groups = count / PLII_RIGID_GROUP_SIZE + partial_groups;
     (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
-}
-
-static void rigid_substeps_release(pli_body* body, void* data) {
-    plii_rigid_substeps* substeps = &((plii_rigid_contacts*)data)->substeps;
-    plii_rigid_groups* groups = &substeps->groups;
-    PLII_RELEASE(body->context, substeps->contacts.items, substeps->contacts.capacity);
-    PLII_RELEASE(body->context, groups->groups, groups->capacity);
-    PLII_RELEASE(body->context, groups->surfaces, groups->surface_capacity);
-    PLII_RELEASE(body->context, substeps->fixed_of_node, body->node_count);
-    *substeps = (plii_rigid_substeps){0};
 }
 
 // ----------------------------------------------------------------------------------------------------------- groups
@@ -278,7 +267,6 @@ static bool rigid_substep_is_idle(const void* data) {
 }
 
 enum { RIGID_SUBSTEP_ORDER = 60 }; /* after all that holds the body together and self-collision of nodes */
-
 const plii_substep_class plii_rigid_contacts_substepped = {
     .order = RIGID_SUBSTEP_ORDER,
     .is_in_iterations = true,
@@ -289,5 +277,4 @@ const plii_substep_class plii_rigid_contacts_substepped = {
     .carry = rigid_substep_carry,
     .is_limit = rigid_substep_is_limit,
     .is_idle = rigid_substep_is_idle,
-    .leave = rigid_substeps_release,
 };

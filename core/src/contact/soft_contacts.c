@@ -2,9 +2,7 @@
    solve, reports, and access to contacts. */
 
 #include "body/pipeline.h"
-#include "contact/contact_order.h"
 #include "contact/soft_contacts_impl.h"
-#include "math/bounds.h"
 #include "pliant/bullet_reference.h"
 
 #include <string.h>
@@ -141,13 +139,9 @@ static void soft_contacts_solve_bullet(pli_body* body, void* data) {
 /* What contacts have pushed, for contact events. A contact stands in the list of the body whose node it is; the body of
    the face finds it there, through the bodies that it met. */
 
-static bool soft_pair_is_recorded(const pli_body* a, const pli_body* b) {
-    return a->records_contacts || b->records_contacts;
-}
-
 bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* state = pass->node_state;
-    if (!soft_pair_is_recorded(pass->node_body, pass->face_body)) { return true; }
+    if (!pass->node_body->records_contacts && !pass->face_body->records_contacts) { return true; }
     if (state->impulse_count > state->count) { state->impulse_count = state->count; } /* a pair was given up */
     while (state->impulse_count <= state->count) {
         if (!plii_contact_impulses_add(pass->node_body, &state->impulses, state->impulse_count)) { return false; }
@@ -365,7 +359,6 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
     state->def = used;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_soft_contacts, plii_check_body_change, plii_soft_contacts_class)
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {

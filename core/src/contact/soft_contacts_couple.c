@@ -5,7 +5,6 @@
    velocities, as a rigid body does. */
 
 #include "contact/soft_contacts_impl.h"
-#include "math/simd_float4.h"
 
 #include <string.h>
 
@@ -79,7 +78,6 @@ typedef plii_float4 soft_couple_quantity(const soft_couple_side* side, int node)
 PLII_SIMD_INLINE plii_float4 soft_couple_place(const soft_couple_side* side, int node) {
     return plii_float4_from(&side->positions[node]) + plii_float4_from(&side->moves[node]) * side->here;
 }
-
 PLII_SIMD_INLINE plii_float4 soft_couple_motion(const soft_couple_side* side, int node) {
     return plii_float4_from(&side->moves[node]) * side->along - plii_float4_from(&side->starts[node]) * side->before;
 }

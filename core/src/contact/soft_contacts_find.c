@@ -7,9 +7,7 @@
 
 #include "body/pipeline.h"
 #include "contact/soft_contacts_impl.h"
-#include "geometry/bvh.h"
 #include "geometry/closest_point.h"
-#include "math/simd_float4.h"
 
 #include <string.h>
 
@@ -192,8 +190,6 @@ static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contact
            plii_bvh4_reserve(context, &search->near, faces);
 }
 
-/* Of large bodies most nodes are far from others. */
-#define SOFT_CONTACTS_MAX_ROOM 1024
 /* Most nodes have one with each body near them. */
 #define SOFT_CONTACTS_PER_NODE 4
 
@@ -202,9 +198,9 @@ void plii_soft_contacts_reserve(pli_body* body, void* data) {
     const pli_world* world = body->world;
     pli_context* context = body->context;
     if (!plii_feature_is_shared(body, &plii_soft_contacts_class)) { return; }
-    const int nodes = body->node_count < SOFT_CONTACTS_MAX_ROOM ? body->node_count : SOFT_CONTACTS_MAX_ROOM;
-    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, SOFT_CONTACTS_PER_NODE * nodes);
-    plii_soft_contacts_record_reserve(body, state, SOFT_CONTACTS_PER_NODE * nodes);
+    const int room = SOFT_CONTACTS_PER_NODE * plii_body_contact_bound(body);
+    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, room);
+    plii_soft_contacts_record_reserve(body, state, room);
     /* Made later, from other positions, the order is another one. */
     if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_contacts_order_faces(body, state)) {
         plii_world_note_shortage(body->world);
@@ -311,7 +307,6 @@ static void soft_contacts_measure_motion(plii_soft_contacts_pass* pass) {
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
-    const float dt = body->step.dt;
     const bool use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL;
     pli_status status = PLI_OK;
     for (int i = 0; i < 2 && status == PLI_OK; ++i) { /* nodes of the one, then of the other */
@@ -321,7 +316,7 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .face_state = i == 0 ? other_state : state,
                                         .search = state,
                                         .margin = body->collision_margin + other->collision_margin,
-                                        .fall = pli_vec3_length(body->world->def.gravity) * dt * dt,
+                                        .fall = plii_step_fall(body),
                                         .use_boxes = use_boxes,
                                         .is_second = i == 1};
         if (!use_boxes) { soft_contacts_measure_motion(&pass); }

@@ -4,7 +4,6 @@
 
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
-#include "math/simd_float4.h"
 
 /* Contacts of a node with one other body. */
 enum { SOFT_CONTACTS_MOST_NEAREST = 3 };

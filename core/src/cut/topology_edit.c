@@ -5,7 +5,6 @@
 #include "cut/topology_edit.h"
 
 #include "base/scratch.h"
-#include "body/feature_arrays.h"
 #include "body/pipeline.h"
 #include "math/range.h"
 

@@ -3,10 +3,7 @@
    models act before pressure and the face models after it. Formulas are written for four areas at a time. */
 
 #include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
-#include "math/definition.h"
 #include "math/simd_float4.h"
 #include "pliant/forces.h"
 
@@ -288,7 +285,6 @@ static const plii_field aero_fields[] = {
     PLII_FIELD(pli_aero_def, drag, 0, PLI_MAX_FACTOR),
     PLII_FIELD(pli_aero_def, wind, -PLI_MAX_SPEED, PLI_MAX_SPEED),
 };
-
 const plii_feature_class plii_aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),

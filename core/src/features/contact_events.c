@@ -5,10 +5,8 @@
 #include "body/all_features.h"
 #include "body/contact_report.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "geometry/pair_cache.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #include <string.h>
@@ -370,7 +368,6 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     body->records_contacts = true;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_contact_events, plii_check_body_idle, plii_contact_events_class)
 
 const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_contact_phase phase, int* count) {

@@ -9,7 +9,6 @@
 #include "body/pipeline.h"
 #include "body/substep.h"
 #include "geometry/closest_point.h"
-#include "math/definition.h"
 
 #include <string.h>
 

@@ -2,10 +2,7 @@
    looks at positions, motions or velocities sees the same. Afterwards it stays. */
 
 #include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "math/range.h"
-#include "pliant/body.h"
 
 typedef struct node_motion {
     int node;

@@ -4,7 +4,6 @@
 #include "pliant/query.h"
 
 #include "body/body_impl.h"
-#include "math/definition.h"
 #include "math/dvec3.h"
 
 #define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
@@ -19,11 +18,9 @@ typedef struct ray_cast {
 pli_ray_def pli_ray_def_default(void) {
     return (pli_ray_def){.targets = PLI_RAY_FACES | PLI_RAY_TETRAS, .cookie = PLII_DEF_COOKIE};
 }
-
 static pli_vec3 ray_position(const ray_cast* ray, int node) {
     return plii_xyz(ray->body->positions[node]);
 }
-
 static pli_vec3 ray_point(const ray_cast* ray, float fraction) {
     return pli_vec3_add(ray->from, pli_vec3_scale(ray->direction, fraction));
 }

@@ -6,8 +6,6 @@
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
-#include "body/world_state.h"
-#include "math/definition.h"
 #include "pliant/contact.h"
 
 /* Of what gravity gives in a step: slower approach is that of what lies. */
@@ -118,7 +116,6 @@ static void restitution_reserve(pli_body* body, void* data) {
 
 /* Before all that solves; after contacts of faces and before what holds nodes. */
 enum { RESTITUTION_ORDER = 0, RESTITUTION_FINISH_ORDER = 90 };
-
 const plii_feature_class plii_restitution_class = {
     .name = "restitution",
     .state_size = sizeof(restitution_state),
@@ -139,5 +136,4 @@ pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
     PLII_TRY(plii_check_limits(body->context, &restitution, &plii_restitution_class.settings, __func__));
     return plii_feature_enable_with(body, &plii_restitution_class, &restitution, sizeof restitution, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_restitution, plii_check_body_change, plii_restitution_class)

@@ -6,7 +6,6 @@
 #include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
-#include "math/definition.h"
 
 #include <string.h>
 
@@ -275,7 +274,6 @@ static const plii_field target_fields[] = {
     PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
     PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE),
 };
-
 const plii_feature_class plii_target_class = {
     .name = "targets",
     .state_size = sizeof(target_state),
@@ -430,7 +428,6 @@ pli_status pli_body_disable_targets(pli_body* body) {
 pli_status pli_body_move_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     return target_move(body, positions, normals, count, false, __func__);
 }
-
 pli_status pli_body_teleport_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     return target_move(body, positions, normals, count, true, __func__);
 }

@@ -163,7 +163,6 @@ static float tether_limit(float longest, float start, float dt) {
 static float tether_factor(const tether_state* state) {
     return (1.0f + state->def.slack) * state->spread;
 }
-
 static float tether_longest(const tether_state* state, const pli_tether* tether) {
     return tether->length * tether_factor(state);
 }
@@ -513,7 +512,6 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
 /* Not in Bullet. After the links, which stretch them; contacts and anchors come after them in substeps and before them
    in iterations. */
 enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
-
 const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
@@ -558,7 +556,6 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     state->def = used;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_tethers, plii_check_body_idle, plii_tether_class)
 
 pli_tether pli_body_get_tether(const pli_body* body, int node) {

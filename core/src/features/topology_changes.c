@@ -1,7 +1,6 @@
 /* What cuts and refinements have made of nodes and faces, for whoever keeps data beside them. */
 
 #include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "pliant/drawing.h"
 
@@ -67,7 +66,6 @@ pli_status pli_body_enable_topology_changes(pli_body* body) {
     }
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_topology_changes, plii_check_body_idle, plii_topology_changes_class)
 
 pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {

@@ -9,9 +9,6 @@
 
 #include "body/all_features.h"
 #include "body/pipeline.h"
-#include "body/point_weight.h"
-#include "math/definition.h"
-#include "math/range.h"
 #include "self_collision/self_faces_impl.h"
 
 #include <string.h>
@@ -181,7 +178,6 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 
 /* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
 enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
-
 const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
@@ -238,7 +234,6 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     state->reach = 0.0f;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {

@@ -3,7 +3,6 @@
 #include "base/csr.h"
 #include "geometry/closest_point.h"
 #include "math/bounds.h"
-#include "math/range.h"
 #include "self_collision/self_faces_impl.h"
 
 /* Of the thickness: what rounding may take from a distance. */

@@ -6,7 +6,6 @@
 #include "body/link_graph.h"
 #include "body/pipeline.h"
 #include "geometry/spatial_hash.h"
-#include "math/definition.h"
 #include "self_collision/self_collision_impl.h"
 
 typedef struct self_grids_state {
@@ -86,7 +85,6 @@ static void self_grids_run(pli_body* body, void* data) {
 
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
 enum { SELF_GRIDS_ORDER = 50 };
-
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
@@ -111,7 +109,6 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
     PLII_TRY_SETTINGS(body, pli_self_grids_def, used, def, plii_self_grids_class);
     return plii_feature_enable_with(body, &plii_self_grids_class, &used, sizeof used, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_self_grids, plii_check_body_idle, plii_self_grids_class)
 
 pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {

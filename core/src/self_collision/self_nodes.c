@@ -4,7 +4,6 @@
 
 #include "body/all_features.h"
 #include "body/pipeline.h"
-#include "math/definition.h"
 #include "math/simd_float4.h"
 #include "self_collision/self_node_pairs.h"
 
@@ -273,7 +272,6 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
 static void self_nodes_disable(pli_body* body, void* data) {
     plii_self_node_pairs_release(body->context, &((self_nodes_state*)data)->pairs);
 }
-
 static size_t self_nodes_bytes(const void* data) {
     return plii_self_node_pairs_bytes(&((const self_nodes_state*)data)->pairs);
 }
@@ -362,7 +360,6 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
     PLII_TRY_SETTINGS(body, pli_self_collision_def, used, def, plii_self_nodes_class);
     return plii_feature_enable_with(body, &plii_self_nodes_class, &used, sizeof used, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {

@@ -6,7 +6,6 @@
    first `thickness` is inside; farther behind there is nothing. */
 
 #include "base/edge_map.h"
-#include "base/scratch.h"
 #include "base/union_find.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"

@@ -5,8 +5,7 @@
 
 #include "pliant/snapshot.h"
 
-#include "body/feature_arrays.h"
-#include "body/world_state.h"
+#include "body/pipeline.h"
 #include "world/checksum.h"
 
 #include <stddef.h>
