@@ -87,18 +87,6 @@ void plii_body_release(pli_body* body) {
     plii_handle_release(body->context, body, PLII_HANDLE_BODY, sizeof *body);
 }
 
-static pli_status body_allocate(pli_body* body, pli_mesh* mesh) {
-    pli_context* context = body->context;
-    body->node_count = mesh->node_count;
-    body->link_count = mesh->link_count;
-    body->material_count = mesh->material_count;
-    body->materials = plii_duplicate(context, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
-    body->topology = plii_mesh_acquire_topology(mesh, context);
-    const bool complete = plii_body_allocate_arrays(body, body_needs_link_tags(mesh)) && body->materials != NULL &&
-                          body->topology != NULL;
-    return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
 static double mesh_distance(const pli_mesh* mesh, int a, int b) {
     return (double)pli_vec3_length(pli_vec3_sub(mesh->positions[a], mesh->positions[b]));
 }
@@ -123,6 +111,7 @@ static float body_margin_of_mesh(const pli_world* world, const pli_mesh* mesh) {
 }
 
 static void body_cook(pli_body* body, const pli_mesh* mesh) {
+    memcpy(body->materials, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 p = mesh->positions[i];
         body->positions[i] = (pli_vec4){p.x, p.y, p.z, mesh->inverse_masses[i]};
@@ -139,34 +128,38 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
     plii_body_update_bounds(body);
 }
 
-/* What every body is at first. */
-static pli_body* body_begin(pli_world* world) {
+/* With its arrays, not yet in the world; the topology, which may be NULL for lack of memory, is its own then. NULL when
+   out of memory. */
+static pli_body* body_make(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                           plii_topology* topology) {
     pli_body* made = plii_handle_create(world->context, PLII_HANDLE_BODY, sizeof *made);
-    if (made == NULL) { return NULL; }
+    if (made == NULL) {
+        plii_topology_release(world->context, topology);
+        return NULL;
+    }
     made->world = world;
     made->context = world->context;
     made->solver_class = &plii_position_solver;
     made->sweep_links = plii_links_sweep;
     made->interval.steps = 1;
-    return made;
-}
-
-pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
-                                plii_topology* topology) {
-    pli_body* made = body_begin(world);
-    if (made == NULL) {
-        plii_topology_release(world->context, topology);
-        return NULL;
-    }
     made->node_count = node_count;
     made->link_count = link_count;
     made->material_count = material_count;
     made->topology = topology;
-    const bool complete = plii_body_allocate_arrays(made, has_tags) &&
-                          PLII_ALLOCATE(world->context, &made->materials, material_count) && topology != NULL &&
-                          plii_world_add_body(world, made) == PLI_OK;
-    if (!complete) { plii_body_release(made); }
-    return complete ? made : NULL;
+    if (topology != NULL && plii_body_allocate_arrays(made, has_tags) &&
+        PLII_ALLOCATE(world->context, &made->materials, material_count)) {
+        return made;
+    }
+    plii_body_release(made);
+    return NULL;
+}
+
+pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                                plii_topology* topology) {
+    pli_body* made = body_make(world, node_count, link_count, material_count, has_tags, topology);
+    if (made == NULL || plii_world_add_body(world, made) == PLI_OK) { return made; }
+    plii_body_release(made);
+    return NULL;
 }
 
 pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body) {
@@ -186,22 +179,25 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
                          mesh->material_count, PLII_MAX_MATERIALS);
     }
 
-    pli_body* made = body_begin(world);
-    if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the body"); }
-    made->user_data = used.user_data;
-    made->collision_margin =
-        used.collision_margin != PLI_MARGIN_OF_MESH ? used.collision_margin : body_margin_of_mesh(world, mesh);
-    made->solver = used.solver;
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
-    pli_status status = body_allocate(made, (pli_mesh*)(uintptr_t)mesh);
-    if (status == PLI_OK) {
+    plii_topology* topology = plii_mesh_acquire_topology((pli_mesh*)(uintptr_t)mesh, context);
+    pli_body* made = body_make(world, mesh->node_count, mesh->link_count, mesh->material_count,
+                               body_needs_link_tags(mesh), topology);
+    pli_status status = made != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    if (made != NULL) {
+        made->user_data = used.user_data;
+        made->collision_margin =
+            used.collision_margin != PLI_MARGIN_OF_MESH ? used.collision_margin : body_margin_of_mesh(world, mesh);
+        made->solver = used.solver;
         body_cook(made, mesh);
         status = plii_feature_enable(made, &plii_links_class, NULL);
         if (status == PLI_OK) { status = plii_world_add_body(world, made); }
+        if (status != PLI_OK) {
+            plii_feature_disable_all(made);
+            plii_body_release(made);
+        }
     }
     if (status != PLI_OK) {
-        plii_feature_disable_all(made);
-        plii_body_release(made);
         return PLII_FAIL(context, status, "no memory for a body of %d nodes and %d links", mesh->node_count,
                          mesh->link_count);
     }

@@ -2,17 +2,10 @@
 
 /* What a feature of a body is.
 
-   A step runs stages, never features:
-
-       per body    FORCES -> (integrate) -> UPDATE            pli_world_predict
-       per pair    collide_rigid, collide_body                pli_world_collide_*
-       all bodies  JOINT_PREPARE -> JOINT_SOLVE*n -> JOINT_FINISH           pli_world_solve
-       per body    PREPARE -> VELOCITY*n -> (POSITION -> COUPLE)*n -> SETTLE -> DRIFT*n -> FINISH   pli_world_solve
-       per body    REFRESH, after all bodies are solved
-
-   These are btSoftBody's stages, so that results can be compared one by one. A feature is one file, or a few of one
-   name, with one class and one enable function. Only the reader of files names all features (body/all_features.h,
-   file/file_features.c): what a program does not enable it does not link. */
+   A step runs stages, never features (docs/architecture.md). They are those of btSoftBody, so that results can be
+   compared one by one. A feature is one file, or a few of one name, with one class and one enable function. Only the
+   reader of files names all features (body/all_features.h, file/file_features.c): what a program does not enable it
+   does not link. */
 
 #include "math/definition.h"
 #include "pliant/rigid.h"
@@ -125,6 +118,12 @@ typedef struct plii_feature_array {
 #define PLII_LIST_OF(type, pointer, capacity_member)                                                                   \
     PLII_MEMBER(type, pointer), .length = PLII_LIST, .capacity = offsetof(type, capacity_member)
 
+/* One that each step makes anew. */
+#define PLII_LEFT_LIST(type, pointer, capacity_member)                                                                 \
+    { PLII_LIST_OF(type, pointer, capacity_member), .snapshot = PLII_LEFT }
+#define PLII_LEFT_COUNTED(type, pointer, capacity_member, count_member)                                                \
+    { PLII_COUNTED_LIST(type, pointer, capacity_member, count_member), .snapshot = PLII_LEFT }
+
 #define PLII_SAVED_AS(letters) .snapshot = PLII_SAVED, .fields = letters
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 #define PLII_COUNTED_LIST(type, pointer, capacity_member, count_member)                                                \
@@ -136,11 +135,9 @@ typedef struct plii_feature_array {
 
 /* Lists of a plii_bvh. */
 #define PLII_BVH_LISTS(type, tree)                                                                                     \
-    {PLII_LIST_OF(type, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},                                       \
-        {PLII_LIST_OF(type, tree.boxes.groups, tree.boxes.capacity), .snapshot = PLII_LEFT},                           \
-        {PLII_LIST_OF(type, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT}, {                                   \
-        PLII_LIST_OF(type, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT                                 \
-    }
+    PLII_LEFT_LIST(type, tree.items, tree.item_capacity),                                                              \
+        PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity),                                                  \
+        PLII_LEFT_LIST(type, tree.keys, tree.key_capacity), PLII_LEFT_LIST(type, tree.sorting, tree.sorting_capacity)
 
 /* Of a plii_pair_record. */
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"

@@ -59,7 +59,7 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
         void* block = plii_allocate(body->context, size);
         feature_array_set(body, array, state, block);
         if (block == NULL && size > 0) {
-            plii_feature_arrays_release(body, klass, state);
+            plii_feature_arrays_release(body, klass, state, false);
             return false;
         }
     }
@@ -72,15 +72,9 @@ static void feature_array_release(pli_body* body, const plii_feature_array* arra
     feature_array_set(body, array, state, NULL);
 }
 
-void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state) {
+void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state, bool only_scratch) {
     for (EACH_ARRAY(array, klass)) {
-        feature_array_release(body, array, state);
-    }
-}
-
-void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_class* klass, void* state) {
-    for (EACH_ARRAY(array, klass)) {
-        if (array->is_scratch) { feature_array_release(body, array, state); }
+        if (array->is_scratch || !only_scratch) { feature_array_release(body, array, state); }
     }
 }
 
@@ -136,5 +130,5 @@ void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, v
     for (EACH_ARRAY(array, klass)) {
         plii_release(body->context, blocks[array - klass->arrays], feature_array_size(array, &before));
     }
-    plii_feature_arrays_release_scratch(body, klass, state);
+    plii_feature_arrays_release(body, klass, state, true);
 }

@@ -22,10 +22,16 @@ pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, 
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
 /* The call of a user, when it was found allowed; returns `check`. */
 pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass);
-/* That call, which looks the same for all features. */
+/* That call, which looks the same for all features; and that which enables one, where settings are all it takes. */
 #define PLII_DEFINE_DISABLE(function, check, klass)                                                                    \
     pli_status function(pli_body* body) {                                                                              \
         return plii_feature_disable_if(check(body, __func__), body, &(klass));                                         \
+    }
+#define PLII_DEFINE_ENABLE(function, check, type, klass)                                                               \
+    pli_status function(pli_body* body, const type* def) {                                                             \
+        PLII_TRY(check(body, __func__));                                                                               \
+        PLII_TRY_SETTINGS(body, type, used, def, klass);                                                               \
+        return plii_feature_enable_with(body, &(klass), &used, sizeof used, NULL);                                     \
     }
 
 bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
@@ -74,8 +80,7 @@ static inline void plii_run_stage(pli_body* body, plii_stage stage) {
 
 /* All or none; zeroed. */
 bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state);
-void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state);
-void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_class* klass, void* state);
+void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state, bool only_scratch);
 size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state);
 /* Of one array: bytes that it has now, and where it is; NULL when it is not there. */
 size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* array, const void* state);

@@ -5,7 +5,6 @@
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/rigid_lanes.h"
-#include "body/substep_kinds.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
 #include "math/bounds.h"
@@ -448,32 +447,28 @@ static void rigid_contacts_disable(pli_body* body, void* data) {
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
-static const plii_field rigid_contacts_fields[] = {
-    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
-};
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
-    .settings = PLII_LIMITS(plii_rigid_contacts, def, rigid_contacts_fields),
+    .settings = PLII_LIMITS_AT(offsetof(plii_rigid_contacts, def),
+                               PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
+                               PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
+                               PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
+                               PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+                               PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
                                     PLII_STATE(plii_rigid_contacts, linked, PLII_LEFT),
                                     PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
-    .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
-         .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_rigid_contacts, last_of_node), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
-        {PLII_LIST_OF(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
-         .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
-         .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS(PLII_LEFT_COUNTED(plii_rigid_contacts, contacts, capacity, count),
+                    {PLII_MEMBER(plii_rigid_contacts, last_of_node), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
+                    PLII_LEFT_LIST(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity),
+                    PLII_LEFT_LIST(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity),
+                    PLII_LEFT_LIST(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
+                    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
+                     .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,
@@ -488,12 +483,8 @@ const plii_feature_class plii_rigid_contacts_class = {
     .build = rigid_contacts_clear,
 };
 
-pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
-    PLII_TRY_DEF(body->context, pli_rigid_contacts_def, &used, rigid_contacts_fields, __func__);
-    return plii_feature_enable_with(body, &plii_rigid_contacts_class, &used, sizeof used, NULL);
-}
+PLII_DEFINE_ENABLE(pli_body_enable_rigid_contacts, plii_check_body_change, pli_rigid_contacts_def,
+                   plii_rigid_contacts_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {

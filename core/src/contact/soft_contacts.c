@@ -13,8 +13,7 @@
 static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->previous[i]);
-        state->node_boxes[i].min = x;
-        state->node_boxes[i].max = x;
+        state->node_boxes[i] = (pli_bounds){x, x};
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
         state->face_boxes[i] =
@@ -24,13 +23,10 @@ static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_s
 }
 
 static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_state* state) {
-    const float margin = body->collision_margin;
-    const float slack = margin * 0.25f;
-    const float ahead = body->step.dt * 3.0f;
+    const float margin = body->collision_margin, slack = margin * 0.25f, ahead = body->step.dt * 3.0f;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
-        const pli_bounds box = {x, x};
-        plii_fat_aabb_update(&state->node_boxes[i], plii_bounds_grow(box, margin),
+        plii_fat_aabb_update(&state->node_boxes[i], plii_bounds_grow((pli_bounds){x, x}, margin),
                              pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
@@ -300,20 +296,20 @@ const plii_feature_class plii_soft_contacts_class = {
     .is_sound = soft_contacts_is_sound,
     .on_restored = soft_contacts_on_restored,
     .arrays = PLII_ARRAYS(
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, contacts, capacity, count), .snapshot = PLII_LEFT},
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, contacts, capacity, count),
         {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, shifts), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
         {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, met, met_capacity, met_count), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, faces, face_capacity, face_count), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, near.groups, near.capacity), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, hits, hit_capacity, hit_count), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, groups, group_capacity), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, nodes, node_capacity, node_count), .snapshot = PLII_LEFT},
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, met, met_capacity, met_count),
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, faces, face_capacity, face_count),
+        PLII_LEFT_LIST(plii_soft_contacts_state, boxes, box_capacity),
+        PLII_LEFT_LIST(plii_soft_contacts_state, near.groups, near.capacity),
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, hits, hit_capacity, hit_count),
+        PLII_LEFT_LIST(plii_soft_contacts_state, groups, group_capacity),
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, nodes, node_capacity, node_count),
         {PLII_COUNTED_LIST(plii_soft_contacts_state, face_order, order_capacity, order_count), PLII_SAVED_AS("F")}),
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},

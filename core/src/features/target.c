@@ -137,11 +137,8 @@ static void target_sweep(pli_body* body, void* data, const plii_substep* substep
     }
 }
 
-static bool target_has_limits(const void* data) {
-    return ((const target_state*)data)->has_limits;
-}
-static bool target_has_none(const void* data) {
-    return !target_has_limits(data);
+static bool target_is_idle(const void* data) {
+    return !((const target_state*)data)->has_limits;
 }
 
 /* To the ball around the target. */
@@ -286,11 +283,9 @@ const plii_feature_class plii_target_class = {
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},
-    .substepped = &(const plii_substep_class){.order = TARGET_SUBSTEP_ORDER,
-                                              .sweep = target_sweep,
-                                              .room = target_room,
-                                              .is_limit = target_has_limits,
-                                              .is_idle = target_has_none},
+    .substepped =
+        &(const plii_substep_class){
+            .order = TARGET_SUBSTEP_ORDER, .sweep = target_sweep, .room = target_room, .is_idle = target_is_idle},
     .topology_reserve = target_topology_reserve,
     .topology_commit = target_topology_commit,
 };

@@ -527,12 +527,12 @@ const plii_feature_class plii_tether_class = {
                                               .sweep = tether_sweep,
                                               .room = tether_room,
                                               .carry = tether_carry},
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
-        {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-        {PLII_COUNTED_LIST(tether_state, constraints, constraint_capacity, constraint_count), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
-        {PLII_COUNTED_LIST(tether_state, loads, load_capacity, load_count), .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
+                    {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                    PLII_LEFT_COUNTED(tether_state, constraints, constraint_capacity, constraint_count),
+                    {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
+                    PLII_LEFT_COUNTED(tether_state, loads, load_capacity, load_count)),
     .topology_commit = tether_topology_commit,
     .visit_springs = tether_visit_springs,
 };

@@ -104,11 +104,7 @@ pli_self_grids_def pli_self_grids_def_default(void) {
     return (pli_self_grids_def){.distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE};
 }
 
-pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY_SETTINGS(body, pli_self_grids_def, used, def, plii_self_grids_class);
-    return plii_feature_enable_with(body, &plii_self_grids_class, &used, sizeof used, NULL);
-}
+PLII_DEFINE_ENABLE(pli_body_enable_self_grids, plii_check_body_idle, pli_self_grids_def, plii_self_grids_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_grids, plii_check_body_idle, plii_self_grids_class)
 
 pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {

@@ -327,21 +327,21 @@ const plii_feature_class plii_self_nodes_class = {
                                               .restart = self_nodes_restart,
                                               .sweep = self_nodes_sweep,
                                               .finish = self_nodes_finish},
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
-         .fields = "3f"},
-        {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
-        {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-        {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-        {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, PLII_SAVED_AS("B")},
-        {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
-         .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
-        {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
-        {PLII_COUNTED_LIST(self_nodes_state, pairs.found.items, pairs.found.capacity, pairs.found.count),
-         PLII_SAVED_AS("2nf")},
-        {PLII_COUNTED_LIST(self_nodes_state, touching, touching_capacity, touching_count), .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
+                     .fields = "3f"},
+                    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
+                    {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, PLII_SAVED_AS("B")},
+                    {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
+                     .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
+                    {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
+                    {PLII_COUNTED_LIST(self_nodes_state, pairs.found.items, pairs.found.capacity, pairs.found.count),
+                     PLII_SAVED_AS("2nf")},
+                    PLII_LEFT_COUNTED(self_nodes_state, touching, touching_capacity, touching_count)),
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,
     .bytes = self_nodes_bytes,
@@ -355,11 +355,7 @@ pli_self_collision_def pli_self_collision_def_default(void) {
         .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f, .cookie = PLII_DEF_COOKIE};
 }
 
-pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY_SETTINGS(body, pli_self_collision_def, used, def, plii_self_nodes_class);
-    return plii_feature_enable_with(body, &plii_self_nodes_class, &used, sizeof used, NULL);
-}
+PLII_DEFINE_ENABLE(pli_body_enable_self_collision, plii_check_body_idle, pli_self_collision_def, plii_self_nodes_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {

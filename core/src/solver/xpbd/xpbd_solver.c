@@ -6,7 +6,7 @@
 
 #include "body/all_features.h"
 #include "body/pipeline.h"
-#include "body/substep_kinds.h"
+#include "body/substep.h"
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "math/definition.h"
