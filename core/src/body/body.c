@@ -128,8 +128,7 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
     plii_body_update_bounds(body);
 }
 
-/* With its arrays, not yet in the world; the topology, which may be NULL for lack of memory, is its own then. NULL when
-   out of memory. */
+/* With arrays, not in the world; takes the topology, NULL for lack of memory. NULL when out of memory. */
 static pli_body* body_make(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
                            plii_topology* topology) {
     pli_body* made = plii_handle_create(world->context, PLII_HANDLE_BODY, sizeof *made);

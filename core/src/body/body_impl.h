@@ -23,16 +23,14 @@ typedef struct plii_solver_pace {
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    /* The solve: begin -> (sweep -> couple)*n -> SETTLE -> end. Bodies that touch each other go through it side by side
-       where they can (world/world_impl.h). */
+    /* begin -> (sweep -> couple)*n -> SETTLE -> end; bodies that touch side by side (world/world_impl.h). */
     plii_solver_pace (*pace)(const pli_body* body);
     void (*begin)(pli_body* body);
     void (*sweep)(pli_body* body);
     void (*couple)(pli_body* body);
     void (*end)(pli_body* body);
     bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
-    /* Of the collision margin: contacts with rigid bodies that are not solved in sweeps are looked for so much further
-       out. */
+    /* Of the margin: so much further out contacts with rigid bodies are looked for that sweeps do not solve. */
     float contact_reach;
     /* Takes the constraints of features (node_constraint.h) into its system; their position solves rest. */
     bool solves_constraints;
@@ -219,8 +217,7 @@ void plii_solver_couple(pli_body* body);
 /* PLI_OK when an idle body may start or stop to be stepped by `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
 
-/* Bounds of the nodes. False when one is NaN or beyond the largest coordinate: the body is put back to the start of the
-   step and frozen then, with an event. */
+/* Bounds of the nodes. False when one is beyond the largest coordinate: then the body is put back and frozen. */
 bool plii_solver_update_bounds(pli_body* body);
 /* The same for velocities, at the end of a step; where they follow from positions in bounds nothing is looked at. */
 bool plii_solver_check_velocities(pli_body* body);
@@ -290,8 +287,7 @@ static inline size_t plii_body_node_block_size(const pli_body* body) {
 bool plii_body_allocate_arrays(pli_body* body, bool has_tags);
 /* With the topology. */
 void plii_body_release_arrays(pli_body* body);
-/* A body of the world that has nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when
-   out of memory. */
+/* Nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when out of memory. */
 pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
                                 plii_topology* topology);
 /* Of one that is in no world, and has no features. */

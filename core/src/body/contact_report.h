@@ -55,9 +55,8 @@ static inline void plii_contact_impulses_push(const plii_contact_impulses* impul
     impulses->items[index] = pli_vec3_add(impulses->items[index], impulse);
 }
 
-/* An order of contacts that the caller gives, for comparisons with engines that solve in another one. Of a feature
-   whose first array are its contacts: contact `order[i]` comes to place i. Fails, with the contacts as they were, when
-   the feature is not enabled, when the body's world is not between predict and solve, or when `order` does not name
-   each of them once. */
+/* An order of contacts that the caller gives, for comparisons with other engines: contact `order[i]` of the first array
+   of a feature comes to place i. Fails, and changes nothing, when the feature is not enabled, the world not between
+   predict and solve, or `order` does not name each once. */
 pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass, const int* order, int count,
                                  const char* function);

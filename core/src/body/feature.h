@@ -82,8 +82,7 @@ typedef struct plii_topology_change {
 /* What the length of an array follows. */
 typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PLII_LIST } plii_array_length;
 
-/* What snapshots do with an array, or with a part of a state. Each says: the test of snapshots fails on one that does
-   not. */
+/* What snapshots do with an array, or a part of a state. Each says it: the test of snapshots fails else. */
 typedef enum plii_snapshot_share {
     PLII_NOT_SAID,
     PLII_SAVED,
@@ -191,15 +190,13 @@ typedef struct plii_feature_class {
         plii_run_fn* run; /* NULL: nothing in this stage */
         int order;
     } stages[PLII_STAGE_COUNT];
-    /* How it takes part in the substeps of a solver that has them, where POSITION is not run (substep.h). NULL: not.
-     */
+    /* How it takes part in substeps, where POSITION is not run (substep.h). NULL: not. */
     const struct plii_substep_class* substepped;
 
     /* All optional. */
     /* After the needs, with its arrays; must leave nothing behind on failure. */
     pli_status (*enable)(pli_body* body, void* state);
-    /* After `enable`, and after each change of topology: makes anew what follows from nodes, links and faces, and ends
-       what no longer fits them, as contacts. */
+    /* After `enable` and each cut: makes anew what follows from nodes, links and faces, ends what fits no more. */
     void (*build)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
@@ -220,8 +217,7 @@ typedef struct plii_feature_class {
     void (*visit_joined)(const void* state, plii_joined_fn* visit, void* user);
     /* The rigid bodies that its contacts of this step are with, some more than once. */
     void (*visit_met)(const void* state, plii_joined_fn* visit, void* user);
-    /* Does nothing until a call puts something into it, which makes it: worlds without it are the same. Its `enable`
-       may be called again. */
+    /* Made by calls that put something into it: worlds without it are the same. Its `enable` may be called again. */
     bool is_made_by_calls;
     const struct plii_solver_class* solver; /* that it brings: steps the body while it is enabled */
     bool meets_sensors;                     /* its collide_rigid is for them too */
@@ -247,9 +243,8 @@ typedef struct plii_feature_class {
     /* A change of topology has two phases, so that it happens wholly or not at all. Features go in the order of
        enabling, needs first. First each makes room in its lists, where it will need more; the body is as before, and
        may stay so. False when out of memory. When memory suffices for all, each gets the body with its new nodes, links
-       and faces, and must not fail: the new arrays of its table are in place, the old ones in `change->old_arrays`.
-       Needed by what keeps lists, as of contacts, which end, and by everything else that keeps data per node, link or
-       face. */
+       and faces, and must not fail: new arrays are in place, old ones in `change->old_arrays`. For what keeps lists, as
+       of contacts, which end, and all other data per node, link or face. */
     bool (*topology_reserve)(const pli_body* body, void* state, const plii_topology_change* change);
     void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change);
 } plii_feature_class;

@@ -6,12 +6,10 @@
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
-/* The same with what the user gives, which was checked: so many bytes, which go to where the `settings` of the class
-   are in the state. */
+/* The same with what the user gives, checked: so many bytes, to where the `settings` of the class are in the state. */
 pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                     void** state);
-/* Of such a call: `used` becomes what the user gives, or the default where that is NULL, and is checked by the limits
-   of the class; returns early as PLII_TRY. */
+/* Of such a call: `used` is what the user gives, or the default for NULL, checked by the class; returns as PLII_TRY. */
 #define PLII_TRY_SETTINGS(body, type, used, def, klass)                                                                \
     const type used = (def) != NULL ? *(def) : type##_default();                                                       \
     PLII_TRY(PLII_CHECK_MADE((body)->context, type, &used, __func__));                                                 \

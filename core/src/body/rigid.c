@@ -482,8 +482,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
 
 // ---------------------------------------------------------------------------------------------------- responses
 
-/* For contacts and anchors between a node and a rigid body. Bullet: ImpulseMatrix(dt, ima, imb, iwi, r) and MassMatrix,
-   in their order of operations. */
+/* Bullet: ImpulseMatrix(dt, ima, imb, iwi, r) and MassMatrix, in their order of operations. */
 
 pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset) {
     const pli_mat3 cross = plii_mat3_cross(offset);

@@ -26,9 +26,8 @@ typedef struct plii_substep_limits {
     const void* states[PLII_MAX_SUBSTEP_LIMITS];
 } plii_substep_limits;
 
-/* During the substeps nodes are at body->positions + displacements. Positions are those of the start of this substep or
-   of one not long before; what their rounding left out is in the displacements, so that nothing is lost however short a
-   substep is. */
+/* Nodes are at body->positions + displacements. Positions are those of the start of this substep or of one not long
+   before; what rounding left out is in the displacements, so that nothing is lost however short a substep is. */
 struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
     float remaining;                    /* s, of the step after it */
@@ -106,6 +105,5 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
 void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
 
-/* A feature: to contacts with rigid bodies the position-based step is one substep, and each iteration a sweep. They
-   come last in it, and so have the last word. */
+/* A feature: to contacts with rigid bodies the step is one substep, each iteration a sweep, which has the last word. */
 extern const plii_feature_class plii_iterated_sweeps_class;

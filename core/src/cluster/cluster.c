@@ -1,6 +1,5 @@
-/* Clusters: frames, shape matching, damping, and handing impulses of clusters on to nodes (Müller and others,
-   "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
-   dampClusters, in their order of operations. */
+/* Clusters: frames, shape matching (Müller and others, "Meshless deformations based on shape matching", 2005), damping,
+   impulses for nodes. Bullet, in order of operations: updateClusters, applyClusters, dampClusters. */
 
 #include "base/scratch.h"
 #include "body/pipeline.h"
@@ -134,8 +133,7 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
     return sums;
 }
 
-/* Sets centre and velocities, of which the angular one has still to go through the inverse inertia, and returns the
-   covariance. */
+/* Sets centre and velocities, the angular one still without the inverse inertia, and returns the covariance. */
 static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sums) {
     const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
     const plii_float4 centre = sums->moment * inverse_mass;

@@ -86,9 +86,8 @@ static void groups_meet_rigid(plii_contact_batches* groups, const plii_joint_tar
     touched->open_groups = 0;
 }
 
-/* A rigid body may be in several lanes, each of which then has a share of its mass, and moves as their mean (Tonge,
-   Benevolenski, Voroshilov, "Mass splitting for jitter-free parallel rigid body simulation", 2012). Where the cluster
-   is much lighter, that changes little for it. */
+/* A rigid body may be in several lanes, each with a share of its mass, and moves as their mean (Tonge and others, "Mass
+   splitting", 2012). Where the cluster is much lighter, that changes little. */
 static bool groups_may_share(const plii_cluster_contact* contact) {
     const plii_cluster* cluster = contact->targets[0].cluster;
     const pli_rigid* rigid = contact->targets[1].rigid;
@@ -291,8 +290,7 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
     return terms;
 }
 
-/* Two unit vectors at right angles to a third and to each other (Duff and others, "Building an orthonormal basis,
-   revisited", 2017). */
+/* Unit vectors at right angles to a third and each other: Duff and others, "Building an orthonormal basis". */
 static inline void groups_find_tangents(plii_vec3x4 n, plii_vec3x4 tangents[2]) {
     const plii_float4 one = plii_float4_all(1.0f), zero = plii_float4_all(0.0f);
     const plii_float4 sign = plii_lanes_select(n.z < zero, -one, one);
@@ -374,8 +372,7 @@ static void groups_prepare(plii_contact_batches* groups, const plii_step* step) 
 
 // -------------------------------------------------------------------------------------------------------------- solve
 
-/* Friction as far as the impulse along the normal allows. What slides cannot be foreseen: a branch would cost more than
-   the root and the quotient. */
+/* Friction as far as the normal impulse allows. What slides is hard to foresee: a branch costs more than the root. */
 static inline void groups_bound_friction(plii_float4 friction, plii_float4 impulses[3]) {
     const plii_float4 bound = friction * impulses[0];
     const plii_float4 squared = impulses[1] * impulses[1] + impulses[2] * impulses[2];

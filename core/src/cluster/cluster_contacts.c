@@ -78,8 +78,7 @@ static void cluster_contacts_solve(pli_body* body, void* data) {
     if (state->leads) { plii_contact_batches_solve(&state->groups); }
 }
 
-/* The first contact, then the others from the last one back: cleanupClusters removes contacts while it walks their list
-   and fills each gap with the last one. */
+/* The first contact, then from the last one back: cleanupClusters fills each gap with the last one. */
 static void cluster_contacts_finish(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     const bool has_own = plii_body_clusters(body)->def.reference_mode;

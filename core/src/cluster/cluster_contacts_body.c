@@ -1,6 +1,5 @@
-/* Clusters against clusters, of another body or of their own. A pair has the contact of its nearest points, which is
-   all there is in reference mode (CollideCL_SS); otherwise up to three more at nodes of each side far from it, so that
-   flat sides rest on each other. */
+/* Clusters against clusters, of another body or their own. A pair has the contact of its nearest points (CollideCL_SS),
+   not in reference mode up to three more at far nodes of each side, so that flat sides rest on each other. */
 
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
@@ -25,8 +24,7 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
     return state->has_tree;
 }
 
-/* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
-   normal of `info` points to `body`. */
+/* Nodes of cluster `info->cluster` over the other one, near the plane of the nearest points; normal: to `body`. */
 static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
                                              float margin, plii_near_nodes* found) {
     const plii_clusters* clusters = plii_body_clusters(body);
@@ -94,8 +92,7 @@ void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
     state->neighbours_revision = 0;
 }
 
-/* Pairs that share a node, or lie within reach of each other as the body is now, never meet: the cloth would push
-   itself apart. */
+/* Pairs that share a node, or are within reach as the body is now, never meet: cloth would push itself apart. */
 static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contacts* state) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const float margin = 2.0f * body->collision_margin;

@@ -32,13 +32,11 @@ typedef struct plii_cluster_contact {
     } as;
 } plii_cluster_contact;
 
-/* Contacts prepared for the iterations of one step: those of four pairs that share nothing movable are solved side by
-   side, and those of a pair one after the other. */
+/* Contacts prepared for the iterations of a step, four pairs side by side that share nothing movable. */
 
 enum { PLII_GROUP_LANES = 4 };
 
-/* One contact of each pair of a group; lanes without one have no mass. Directions are the normal, from side 1 to side
-   0, and two tangents. */
+/* A contact of each pair of a group; lanes without one have no mass. Directions: the normal to side 0, and tangents. */
 typedef struct plii_contact_block {
     plii_vec3x4 directions[3];
     plii_vec3x4 arms[2];         /* of the sides */

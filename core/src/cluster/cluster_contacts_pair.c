@@ -11,8 +11,7 @@
 /* As Bullet (SolveContact, CJoint, in their order of operations) every iteration adds a share of the correction and of
    the sliding velocity; contacts that are not in reference mode are solved as rows (cluster_contact_batches.c). */
 
-/* Share of the margin that contacts may be too deep without being corrected, so that bodies keep their contacts when
-   they rest. */
+/* Share of the margin that contacts may be too deep, so that bodies at rest keep them. */
 #define CLUSTER_CONTACT_SLOP 0.05f
 
 /* Distances may come from the user. */
@@ -127,8 +126,7 @@ static pli_mat3 manifold_rotation(pli_transform a, pli_transform b) {
     return pli_mat3_mul(pli_mat3_transpose(b.rotation), a.rotation);
 }
 
-/* Keeps the contacts [first, state->count) of a pair, at least one and at most PLII_MANIFOLD_POINTS; `key` and `margin`
-   are what they depend on besides the frames. */
+/* Keeps contacts [first, count), up to PLII_MANIFOLD_POINTS; beside frames they depend on `key` and `margin`. */
 static void manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
                           float margin, plii_manifold* manifold) {
     manifold->count = 0;

@@ -152,9 +152,8 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
 /* Whether two sides are near enough. */
 typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
 
-/* Where the shape's core and the hull end along the normal of the hull's deepest node, no more apart than that node is,
-   it is the nearest point: no point of the hull is nearer along any other direction, or has less far to go. The hull is
-   given from its origin, as is the core. */
+/* Where core and hull end along the normal of the hull's deepest node, no more apart than that node is, it is the
+   nearest point: no point of the hull is nearer along any other direction. Both are given from the hull's origin. */
 static near_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_hull* soft,
                                                     const rigid_hull* hard, float max_distance,
                                                     plii_convex_cache* cache, pli_cluster_contact* info,

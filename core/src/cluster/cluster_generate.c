@@ -82,8 +82,7 @@ static void generate_group_nodes(const pli_body* body, generate_work* g, int max
     plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
 }
 
-/* All nodes, of group -1; else those of the group, then those beyond that share a face with one of them. Returns how
-   many there are. */
+/* All nodes, of group -1; else the group's, then those that share a face with one of them. Returns their number. */
 static int generate_list_members(const pli_body* body, generate_work* g, int group) {
     int count = 0;
     if (group < 0) {

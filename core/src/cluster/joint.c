@@ -1,5 +1,4 @@
-/* The list of joints of a body and when a step solves it. Bullet: m_joints, prepareClusters, solveClusters,
-   cleanupClusters. */
+/* The joints of a body, and when a step solves them. Bullet: prepareClusters, solveClusters, cleanupClusters. */
 
 #include "base/id_pool.h"
 #include "body/all_features.h"

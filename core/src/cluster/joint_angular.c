@@ -1,5 +1,4 @@
-/* The joint that lets two ends turn about one axis only, driven and steered by a controller. Bullet: AJoint, in its
-   order of operations. */
+/* The joint about one axis, driven and steered by a controller. Bullet: AJoint, in its order of operations. */
 
 #include "cluster/joint_impl.h"
 

@@ -41,8 +41,7 @@ static inline pli_vec3 plii_joint_velocity_at(const plii_joint_target* target, p
 }
 pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target);
 
-/* Velocity impulses change the velocity at once; drift impulses move the nodes of a cluster at the end of the step,
-   and are velocity impulses for a rigid body. */
+/* Impulses change velocities at once; drifts move nodes at the end of the step, and act on rigid bodies as impulses. */
 static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
     if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
     plii_cluster* cluster = target->cluster;

@@ -51,8 +51,7 @@ static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
     return body->solver_class->has_substeps ? !(anchor->compliance > 0.0f) : anchor->influence >= 1.0f;
 }
 
-/* Of a static or kinematic body at the end of the step: where its host has put it since the prediction, else where its
-   velocities lead it. */
+/* Of a static or kinematic body: where its host has put it since the prediction, else where its velocities lead. */
 static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
     const pli_rigid_state* state = &anchor->rigid->state;
     if (anchor->rigid->kind == PLI_RIGID_STATIC || anchor->pose_version != anchor->rigid->pose_version) {
@@ -115,8 +114,7 @@ static void anchor_solve(pli_body* body, void* state) {
         const pli_vec3 way = pli_vec3_scale(pli_vec3_sub(anchor->step.goal, node), anchors->hardness);
         const pli_vec3 error = pli_vec3_add(pli_vec3_sub(goal_motion, moved), way);
         const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
-        /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
-           numbers and must not take the rigid body along. */
+        /* Neither side can move, or the soft body leaves finite numbers and must not take the rigid body along. */
         if (!plii_vec3_is_finite(impulse)) { continue; }
         plii_set_xyz(position, pli_vec3_add(node, pli_vec3_scale(impulse, dt * position->w)));
         if (is_fixed) { continue; }

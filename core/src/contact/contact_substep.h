@@ -31,8 +31,7 @@ static inline float plii_contact_recovery_speed(float of_definition) {
     return of_definition > 0.0f ? of_definition : 1.0f;
 }
 
-/* Change of the multiplier of a contact that is `gap` above what it allows. `alpha`: compliance / dt^2. 0 where it has
-   nothing to act on. */
+/* Change of the multiplier of a contact that is `gap` above what it allows. alpha: compliance / dt^2 */
 static inline float plii_contact_multiplier(float gap, float weight, float alpha, float multiplier) {
     const float change = (-gap - alpha * multiplier) / (weight + alpha);
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;

@@ -1,5 +1,4 @@
-/* Contacts of faces with rigid shapes, as a feature: their solve, what other solvers and reports ask of them, their
-   part in substeps, and settings. */
+/* Contacts of faces with rigid shapes, as a feature: solve, what solvers and reports ask, substeps, settings. */
 
 #include "body/pipeline.h"
 #include "contact/contact_substep.h"
@@ -22,8 +21,7 @@ pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face
     return plii_contact_blend(positions, contact->nodes, contact->weights);
 }
 
-/* From the centre of mass to the point of the surface whose tangent plane is at a right angle to the contact's normal,
-   above or below the nearest point of the core. */
+/* From the centre of mass to the tangent plane of the surface at the contact's normal, at the core point. */
 static plii_dvec3 rigid_faces_arm(const plii_rigid_faces_candidate* candidate, pli_mat3 rotation,
                                   const plii_rigid_face_contact* contact) {
     const plii_face_core core = {.shape = candidate->shape,
@@ -37,9 +35,8 @@ static plii_dvec3 rigid_faces_arm(const plii_rigid_faces_candidate* candidate, p
     return plii_dvec3_add_scaled(core_arm, n, height - plii_dvec3_dot(n, core_arm));
 }
 
-/* Impulses act where the surface is at the start of the step, and a margin further out, where the face goes round with
-   a body that turns. Acting where it comes to lie, a corner that tips over would be pushed on, and a box that lands on
-   one would start to spin. */
+/* Impulses act where the surface is at the start, and a margin further out, where the face goes round with a body that
+   turns. Where it comes to lie, a corner that tips over would be pushed on, and a box that lands on one would spin. */
 void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                       pli_transform end, plii_rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
@@ -153,8 +150,7 @@ static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, in
     return longest;
 }
 
-/* Points that were only moved back are not to go on into the surface: that speed would stay, and be moved back in each
-   step. */
+/* Points that were only moved back must not go on into the surface: the speed would be moved back in each step. */
 static void rigid_faces_stop(pli_body* body, const plii_rigid_faces* state, int first) {
     for (int i = first; i < state->count; ++i) {
         const plii_rigid_face_contact* contact = &state->contacts[i];
@@ -275,8 +271,7 @@ static void rigid_faces_finish(pli_body* body, void* data) {
 
 // ----------------------------------------------------------------------------------------------------------- reports
 
-/* Height of the witness point above the surface at the start of the step, less the margin and what is given up of it.
- */
+/* Height of the witness point above the surface at the start, less the margin and what is given up of it. */
 static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact* contact) {
     const plii_dvec3 apart =
         plii_dvec3_sub(plii_dvec3_from(contact->start), plii_dvec3_from(contact->rigid->path.begin.origin));

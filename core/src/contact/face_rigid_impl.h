@@ -1,7 +1,6 @@
 #pragma once
 
-/* Contacts of faces with rigid shapes: state shared by the feature (face_rigid_contacts.c) and their making
-   (face_rigid_detect.c). */
+/* Contacts of faces with rigid shapes: the feature is face_rigid_contacts.c, their making face_rigid_detect.c. */
 
 #include "body/node_constraint.h"
 #include "body/world_state.h"

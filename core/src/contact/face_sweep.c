@@ -1,5 +1,4 @@
-/* Conservative advancement of a face past a convex core (Mirtich, "Impulse-based dynamic simulation of rigid body
-   systems", 1996). */
+/* Conservative advancement of a face past a convex core: Mirtich, "Impulse-based dynamic simulation", 1996. */
 
 #include "contact/face_sweep.h"
 

@@ -13,21 +13,15 @@
 
 /* Nodes whose distances are asked in one call. */
 #define RIGID_CONTACTS_BATCH 64
-
 /* Shapes that nodes can be inside of are not deeper; a callback's distance is not believed beyond, m. */
 #define RIGID_CONTACTS_MAX_DEPTH (4.0f * PLI_MAX_COORDINATE)
-
-/* Of the margin, in sweeps: a node that rests on a surface and was not found would fall into it for the rest of the
-   step, and come back with speed. */
+/* Of the margin, in sweeps: a node at rest that was not found would fall into the surface, and come back with speed. */
 #define RIGID_CONTACTS_REACH 1.0f
-
 /* Of the margin, how far a node may have started behind a surface before another one is looked for. */
 #define RIGID_CONTACTS_BEHIND 0.25f
-
 /* Of the margin, how far beyond it a node still touches. Planes of nodes that are only near would spread a cloth around
    a ball that falls into it, until it is through. */
 #define RIGID_CONTACTS_TOUCHING 0.1f
-
 /* Of the margin, what a rigid body moves in a step before it matters where on it a node is that goes along. */
 #define RIGID_CONTACTS_MOVING 0.05f
 
@@ -74,9 +68,8 @@ static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
     return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
 }
 
-/* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: that
-   is looked at from where the rigid body is now, so far back. Zero for others, which may go past it or meet it, or lie
-   still. */
+/* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: so
+   far back it is looked at from where the rigid body is now. Zero for others, which go past, meet it or lie still. */
 static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
     const pli_body* body = candidate->body;
     const pli_vec3 none = pli_vec3_make(0, 0, 0);
@@ -122,9 +115,8 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     return PLI_OK;
 }
 
-/* Where the step leads, the nearest surface may be one that the node did not come through: at the edge of a box, the
-   side. Behind that it would be pushed out sideways. Then the surface that was nearest at the start is taken, if the
-   node was farther from it. */
+/* Where the step leads, the nearest surface may be one that the node did not come through, as the side at the edge of a
+   box, which would push it out sideways. Then that which was nearest at the start is taken, if it was farther away. */
 static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, pli_vec3 shift,
                                      pli_vec3* normal, float* distance) {
     const pli_body* body = candidate->body;
@@ -226,9 +218,8 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
     return PLI_OK;
 }
 
-/* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
-   plane of a contact stands for the shape. The same where a solver wants what lies to keep its contacts, and as far as
-   a node falls from a body that its host moves after the search. */
+/* Where contacts are looked for once for many substeps, or must last, as far as the surface gets meanwhile, and a node
+   falls from a body that its host moves later; not farther than the plane of a contact stands for the shape. */
 static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, const plii_shape_place* place) {
     const pli_body* body = candidate->body;
     const pli_rigid* rigid = candidate->rigid;

@@ -1,7 +1,6 @@
 #pragma once
 
-/* Contacts of nodes with rigid bodies: state shared by the feature (node_rigid_contacts.c) and its part in substeps
-   (node_rigid_substep.c). */
+/* Contacts of nodes with rigid bodies: the feature is node_rigid_contacts.c, its substeps node_rigid_substep.c. */
 
 #include "body/contact_report.h"
 #include "contact/node_rigid_groups.h"

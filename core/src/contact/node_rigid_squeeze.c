@@ -8,7 +8,6 @@
 
 /* Cosine between the normals of two surfaces that a node is between. */
 #define RIGID_SQUEEZE_FACING (-0.8f)
-
 /* What presses the node, as a motion that is stopped, in what is missing: the surfaces are firm. */
 #define RIGID_SQUEEZE_FIRMNESS 4.0f
 

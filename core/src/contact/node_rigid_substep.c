@@ -8,9 +8,7 @@
 /* Cosine between the way in which a rigid body presses a node and the way into a still surface: at larger angles the
    node slips out from between them, and holds nothing up. */
 #define RIGID_SUBSTEP_WEDGE 0.9f
-
-/* A node that slides away before a rigid body gives way to it so many times as fast as it has: what friction takes from
-   it in a step, a push gives it back. */
+/* A node that slides away before a rigid body gives way so many times as fast: friction takes some in each step. */
 #define RIGID_SUBSTEP_GIVING_WAY 2.0f
 
 // ----------------------------------------------------------------------------------------------------------- memory

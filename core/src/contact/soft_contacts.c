@@ -1,5 +1,4 @@
-/* Contacts of nodes with the faces of other soft bodies, as a feature: its stages and settings, Bullet's boxes and
-   solve, reports, and access to contacts. */
+/* Contacts of nodes with the faces of other soft bodies, as a feature; Bullet's boxes and solve; reports. */
 
 #include "body/pipeline.h"
 #include "contact/soft_contacts_impl.h"
@@ -42,9 +41,8 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
 
 // --------------------------------------------------------------------------------------------------- Bullet's solve
 
-/* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other, and a contact
-   moves its nodes. With a recovery speed, which Bullet does not have, it gives those of a body that was solved before
-   their velocities, too. */
+/* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other. With a recovery
+   speed, which Bullet lacks, a contact gives the nodes of a body that was solved before their velocities too. */
 
 /* As if the node had been there at the start of the step, so that no velocity comes of it. */
 static void soft_bullet_shift(pli_body* body, int node, pli_vec3 by) {
@@ -76,8 +74,7 @@ static void soft_contacts_recover_bullet(pli_body* body, void* data) {
     }
 }
 
-/* A contact of Bullet's has moved its node and face apart by shares of `correction`, m; only of contacts below
-   impulse_count. */
+/* A contact of Bullet's, below impulse_count, has moved its node and face apart by shares of `correction`, m. */
 static void soft_contacts_note(const pli_body* body, const plii_soft_contacts_state* state, int index,
                                pli_vec3 correction) {
     const plii_soft_contact* contact = &state->contacts[index];

@@ -1,8 +1,7 @@
 /* The solve of contacts of nodes with the faces of another soft body, C = n . (node - point of the face) - margins >= 0
    with Coulomb friction, by all solvers outside of reference mode. It runs after the sweeps of all bodies that are
-   solved side by side, so that contacts have the last word, and moves both bodies where they are in the step or
-   substep. Another body, with another solver or other substeps, is solved before or after: it takes part by its
-   velocities, as a rigid body does. */
+   solved side by side, so that contacts have the last word, and moves both. A body with another solver or other
+   substeps is solved before or after: it takes part by its velocities, as a rigid body does. */
 
 #include "contact/soft_contacts_impl.h"
 
@@ -88,8 +87,7 @@ PLII_SIMD_INLINE plii_float4 soft_couple_solved_motion(const soft_couple_side* s
     return side->shifts != NULL ? motion - plii_lanes_from_vec3(&side->shifts[node]) : motion;
 }
 
-/* Of the node against the point of the face; w: 0. By differences, which far from the origin are more exact than what
-   they are of. */
+/* Of the node against the point of the face; w: 0. By differences, which far from the origin are more exact. */
 PLII_SIMD_INLINE plii_float4 soft_couple_relative(const soft_couple_pair* pair, const plii_soft_contact* contact,
                                                   soft_couple_quantity* of) {
     const int* face = pair->face.body->topology->faces[contact->face];
@@ -156,8 +154,7 @@ static void soft_couple_record(const plii_soft_contacts_state* state, int index,
    each step, and what drew them out at once would make them tremble for ever. */
 #define SOFT_COUPLE_RECOVERY_TIME (1.0f / 15.0f)
 
-/* How much of an overlap at the start goes in the step or substep at most, m. What a fast node keeps beyond the margins
-   is no overlap. */
+/* m, of an overlap at the start that goes in the step at most. What a fast node keeps beyond the margins is none. */
 static float soft_couple_recovery(const pli_body* body, const plii_soft_contact* contact, float start_gap,
                                   float recovery_speed, soft_couple_time time) {
     const float beyond = contact->margin - body->collision_margin - contact->face_body->collision_margin;

@@ -16,8 +16,7 @@
 #define SOFT_CONTACTS_SLACK 0.25f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 
-/* How far a node looks for faces. What moves it within the step beside its velocity is not known yet; in the step
-   before it was so much. */
+/* How far a node looks for faces. What moves it in the step beside its velocity is taken from the step before. */
 static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
     const pli_body* body = pass->node_body;
     const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
@@ -25,15 +24,13 @@ static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass
     const float reach = pass->margin + relative * 2.0f;
     if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach, 0.0f}; }
     const float slack = SOFT_CONTACTS_SLACK * pass->margin + 2.0f * pass->node_state->missed[node];
-    /* What is fast is stopped before it is there, and so stays on its side. What gravity does in a step to a body at
-       rest does not count. */
+    /* What is fast is stopped before it is there, and so stays on its side; gravity in a step does not count. */
     return (plii_soft_contacts_node){node, reach + plii_min(slack, SOFT_CONTACTS_MOST_SLACK * pass->margin),
                                      plii_max(pass->margin, reach - 2.0f * pass->fall), relative + pass->other_motion};
 }
 
-/* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
-   the face then, too, nodes of the first body go one way and those of the second the other, so that bodies in the same
-   place part. */
+/* For a node that lies on its face: the normal of the face, to the side where the node was. If it lay on it then, too,
+   nodes of the first body go one way and those of the second the other, so that bodies in the same place part. */
 static pli_vec3 soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face,
                                           pli_vec3 weights) {
     const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
@@ -49,8 +46,7 @@ static pli_vec3 soft_contacts_face_normal(const plii_soft_contacts_pass* pass, i
     return is_opposite ? pli_vec3_neg(normal) : normal;
 }
 
-/* Inverse of the mass that the face shows at a point, 1/kg. In Bullet the mean of its nodes, and one pinned node makes
-   the whole face immovable. */
+/* Inverse of the mass that the face shows at a point, 1/kg. In Bullet its mean; one pinned node makes it immovable. */
 static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights,
                                        float node_weight) {
     const pli_vec4* positions = pass->face_body->positions;
@@ -117,16 +113,14 @@ static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int no
 
 // ---------------------------------------------------------------------------------------------- which faces of a node
 
-/* Which of the faces near a node get a contact: the first one that the node crosses in the step, held on the side that
-   it comes from; else the nearest one, and those whose own nearest point lies inside of them and that face another way.
-   The others only repeat what these say. */
+/* Faces near a node that get a contact: the first one that it crosses in the step, held on the side that it comes from;
+   else the nearest, and those that have their nearest point inside and face another way. Others only repeat these. */
 
 /* Contacts of a node with one other body. */
 enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
 
 /* Faces of one node look the same way when the cosine of their normals is above this. */
 #define SOFT_CONTACTS_ALIKE 0.7f
-
 /* Of the longest edge: a node that passes so close beside a face crosses it. */
 #define SOFT_CONTACTS_EDGE 1e-3f
 
@@ -358,8 +352,7 @@ static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
     }
 }
 
-/* Nodes whose reach touches the bounds of the other body, and the faces there. The positions of predicted bodies are
-   finite. */
+/* Nodes whose reach touches the bounds of the other body, and the faces there; predicted positions are finite. */
 static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;

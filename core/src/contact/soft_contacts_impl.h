@@ -1,7 +1,6 @@
 #pragma once
 
-/* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
-   (soft_contacts_find.c) and the solve (soft_contacts_couple.c). */
+/* Contacts of nodes with the faces of other soft bodies: the feature is soft_contacts.c, others search and solve. */
 
 #include "body/contact_report.h"
 #include "contact/contact_substep.h"

@@ -60,8 +60,7 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit_drag(plii_vec3x4 drag, plii_vec3x4 veloc
     return plii_vec3x4_select(is_cut, plii_vec3x4_scale(drag, 0.8f * ratio), drag);
 }
 
-/* One- and two-sided models: force on a surface, and where it moves against the air with its front; elsewhere there is
-   none. */
+/* One- and two-sided models: force on a surface, where it moves against the air with its front. */
 PLII_SIMD_INLINE plii_mask4 aero_resistance(const aero_state* aero, float density, plii_float4 doubled_area,
                                             float area_share, plii_vec3x4 normal, plii_vec3x4 velocity,
                                             plii_vec3x4* force) {

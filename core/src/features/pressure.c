@@ -1,5 +1,4 @@
-/* Pressure of a gas in a closed surface: coefficient / |volume| on its faces.
-   Bullet: kPR in btSoftBody::applyForces. */
+/* Pressure of a gas in a closed surface: coefficient / |volume| on its faces. Bullet: kPR in applyForces. */
 
 #include "body/all_features.h"
 #include "body/pipeline.h"

@@ -31,8 +31,7 @@ typedef struct restitution_visit {
     restitution_state* state;
 } restitution_visit;
 
-/* The nodes that carry the point of a contact; each is sent back by its own speed, so that none gets more than it had.
- */
+/* The nodes that carry the point of a contact: each is sent back by its own speed, lest one gets more than it had. */
 static bool restitution_takes(const plii_contact_report* report, int k) {
     return report->weights[k] > RESTITUTION_LEAST_WEIGHT;
 }

@@ -5,8 +5,7 @@
 #include "body/all_features.h"
 #include "body/pipeline.h"
 
-/* The reference length falls as errors do, by no more and no less than this in a step: an error d acts as a spring of
-   m / H^2, the energy of which does not grow where H falls no faster than d. */
+/* The reference length falls as errors do, within these bounds: an error d acts as a spring of m / H^2. */
 #define STEP_SMOOTHING_FASTEST 0.75
 #define STEP_SMOOTHING_SLOWEST 0.98
 
@@ -66,8 +65,7 @@ static void step_smoothing_finish(pli_body* body, void* data) {
     state->error = (float)error;
 }
 
-/* Not in Bullet. Before pressure and volume, which act against what holds them as links do, and after all that changes
-   velocities. */
+/* Before pressure and volume, which act against what holds them as links do; after all that changes velocities. */
 enum { STEP_SMOOTHING_START_ORDER = 15, STEP_SMOOTHING_FINISH_ORDER = 100 };
 const plii_feature_class plii_step_smoothing_class = {
     .name = "step smoothing",

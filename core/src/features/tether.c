@@ -12,13 +12,10 @@
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
-
 /* Stiffness of a tether under solvers that have it as a spring, in that of a link. */
 #define TETHER_FIRMNESS 100.0f
-/* How far these may give, as a factor of the length, before nodes are held after the solution: in a fast turn springs
-   are not enough, as they know the directions of the start. */
+/* How far these may give, times the length, before nodes are held after the solution, as in a fast turn. */
 #define TETHER_YIELD 1.015f
-
 /* Room that a node has by sliding counts so many times: it is not what stops the rigid body, until little is left. */
 #define TETHER_SLIDING 10.0f
 #define TETHER_LEAST_SLIDING 0.02f /* m, what nodes under a load at rest have */
@@ -62,8 +59,7 @@ typedef struct tether_state {
 
 // ------------------------------------------------------------------------------------------------------- measuring
 
-/* The origin that is farthest from all landmarks so far, the first one at the start. PLI_NULL_INDEX: there is none, or
-   no other one. */
+/* The origin farthest from all landmarks so far, the first one at the start; PLI_NULL_INDEX: there is no other one. */
 static int tether_farthest_origin(const pli_body* body, const tether_state* state, int landmark_count) {
     int farthest = PLI_NULL_INDEX, origin_count = 0;
     float most = 0.0f;
@@ -133,8 +129,7 @@ static bool tether_measure(const pli_body* body, tether_state* state) {
     return !scratch.is_short;
 }
 
-/* Origins that are drawn apart farther than the body reaches let it stretch by as much, or nodes near the one would be
-   drawn to the other. */
+/* Origins drawn apart farther than the body reaches let it stretch by as much, or nodes would be drawn over. */
 static float tether_spread(const tether_state* state, const pli_vec3 origins[TETHER_LANDMARKS]) {
     float spread = 1.0f;
     for (int a = 0; a < TETHER_LANDMARKS && state->landmarks[a] != PLI_NULL_INDEX; ++a) {
@@ -334,8 +329,7 @@ static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* s
                         pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt));
 }
 
-/* What would get too far away in free flight is on a spring, along the tether: held after the system is solved, no
-   force would reach the rigid bodies in it. */
+/* What would get too far away is on a spring: held after the solution, no force would reach rigid bodies in it. */
 static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest, plii_spring_fn* visit,
                                 void* user) {
     const pli_vec3 free = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
@@ -458,8 +452,7 @@ static pli_vec3 tether_drawn_in(const tether_spheres* spheres, pli_vec3 p) {
     return p;
 }
 
-/* How far along the direction a node gets that slides along the spheres: the surface that pushes it and the spheres in
-   turn, by secants. */
+/* How far along the direction a node gets that slides along the spheres: pushed and drawn in in turn, by secants. */
 static float tether_sliding_room(const tether_spheres* spheres, pli_vec3 at, pli_vec3 direction, float wanted) {
     enum { PASSES = 6 };
     pli_vec3 place = at;
@@ -509,8 +502,7 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
     (void)tether_measure(body, state);
 }
 
-/* Not in Bullet. After the links, which stretch them; contacts and anchors come after them in substeps and before them
-   in iterations. */
+/* After the links, which stretch them; contacts and anchors come later in substeps, before them in iterations. */
 enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
 const plii_feature_class plii_tether_class = {
     .name = "tethers",

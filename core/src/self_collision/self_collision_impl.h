@@ -29,8 +29,7 @@ static inline pli_vec3 plii_self_difference(const plii_self_nodes* nodes, int a,
 static inline pli_vec3 plii_self_motion(const plii_self_nodes* nodes, int node) {
     return pli_vec3_sub(plii_xyz(nodes->offsets[node]), plii_xyz(nodes->starts[node]));
 }
-/* From `from` to the start, from the start on where that is NULL; and the mean of all nodes, which brings no two of
- * them nearer. */
+/* From `from` to the start, or (NULL) from there on; and the mean of all nodes, which brings no two nearer. */
 static inline pli_vec3 plii_self_motion_from(const plii_self_nodes* nodes, const pli_vec3* from, int node) {
     return from != NULL ? pli_vec3_sub(plii_self_start(nodes, node), from[node]) : plii_self_motion(nodes, node);
 }
@@ -51,8 +50,7 @@ static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, c
     return (plii_self_nodes){body->positions, substep->displacements, substep->start_displacements};
 }
 
-/* Lists of a feature for a plii_spatial_hash and a plii_node_pairs of its state: nothing in them is needed by the next
-   step. */
+/* Lists of a plii_spatial_hash and a plii_node_pairs of a state: nothing in them is needed by the next step. */
 #define PLII_SPATIAL_HASH_LISTS(type, hash, near)                                                                      \
     {PLII_LIST_OF(type, hash.starts, hash.start_capacity), .is_kept = true, .snapshot = PLII_LEFT},                    \
         {PLII_LIST_OF(type, hash.cells, hash.cell_capacity), .is_kept = true, .snapshot = PLII_LEFT},                  \

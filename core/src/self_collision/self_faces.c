@@ -19,8 +19,7 @@
 /* Share of its distance that a pair keeps at least. */
 #define SELF_FACES_KEPT 0.2f
 
-/* The inverse mass of both sides. Where all of one side is pinned, a node of the other that bears little of the point
-   beside pinned ones does not go far for them. */
+/* The inverse mass of both sides. Where one is pinned, a node that bears little beside pinned ones does not go far. */
 static float self_faces_weight(const plii_self_nodes* nodes, const plii_self_faces_pair* pair) {
     const int second = pair->is_edges ? 2 : 1;
     float weights[2] = {0};

@@ -184,7 +184,6 @@ static bool self_faces_take_hits(const self_faces_search* search, const plii_sel
 }
 
 enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_BOX_NS = 10, SELF_FACES_PAIR_NS = 10 };
-
 /* In the order of items, whatever the threads. */
 static bool self_faces_find_pairs(self_faces_search* search, int count) {
     pli_context* context = search->body->context;
@@ -297,8 +296,7 @@ static float self_faces_distance_at_rest(const plii_self_faces_state* state, con
     return pli_vec3_length(self_faces_nearest(x, pair->is_edges, weights));
 }
 
-/* Looks at a pair as it is at the start of a step or substep, where `last` is. True when it could come together in it
-   and has a normal. */
+/* Looks at a pair at the start, where `last` is. True when it has a normal and could come together. */
 static bool self_faces_activate(plii_self_faces_state* state, int index) {
     plii_self_faces_pair* pair = &state->pairs[index];
     const float thickness = state->def.thickness;

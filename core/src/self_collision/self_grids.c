@@ -1,6 +1,5 @@
-/* Self-collision of nodes by two grids, the second shifted by half a cell: only nodes in one cell are compared, once
-   per grid, after each step. Kang, "Efficient Methods for Cloth Animation and Collision Handling". A pair that lies
-   across a wall of both grids is not seen. */
+/* Self-collision of nodes by two grids, the second shifted by half a cell (Kang, "Efficient Methods for Cloth Animation
+   and Collision Handling"): nodes in one cell are compared after each step. Pairs across walls of both are not seen. */
 
 #include "body/all_features.h"
 #include "body/link_graph.h"

@@ -1,6 +1,5 @@
-/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their paths; distances at rest count as the
-   thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
-   Physics" 15. */
+/* Self-collision of nodes (Mueller, "Ten Minute Physics" 15): pairs from a dense hash, found as nodes leave their
+   paths; smaller distances at rest count as thickness; a speed limit; friction towards the mean motion of a pair. */
 
 #include "body/all_features.h"
 #include "body/pipeline.h"
@@ -36,7 +35,6 @@ static void self_nodes_copy_range(int begin, int end, void* data) {
 }
 
 enum { SELF_NODES_COPY_NS = 1 }; /* per node */
-
 /* Takes positions over, relative to the origin. */
 static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     self_nodes_copy copy = {&state->pairs, nodes, plii_lanes_from_vec3(&state->origin)};
@@ -151,8 +149,7 @@ static bool self_nodes_is_near(plii_float4 apart, const plii_self_pair* pair, fl
    of an eighth of it; it is small enough for its nodes to stay in the first cache. All of a batch are looked at,
    without a branch, before those that are too near are parted. */
 enum { SELF_NODES_STRIDES = 8, SELF_NODES_BATCH = 8 * 64 };
-/* Others may be pushed together meanwhile. Pairs that are so little too far, of distances squared, are looked at again;
-   without that, coils of cloth keep trembling. */
+/* Pairs a little too far, of distances squared, are looked at again; or coils of cloth keep trembling. */
 #define SELF_NODES_ALMOST 1.2f
 
 /* Pairs too near, or almost, of a batch. */

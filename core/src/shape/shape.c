@@ -1,5 +1,4 @@
-/* Life and queries of collision shapes. What a shape is lies in its callbacks; each built-in shape is a file of its
-   own. */
+/* Life and queries of shapes. What a shape is lies in its callbacks; each built-in one is a file of its own. */
 
 #include "base/handle.h"
 #include "math/definition.h"

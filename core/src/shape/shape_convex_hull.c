@@ -10,8 +10,7 @@
 
 #include <string.h>
 
-/* Doubled area below this share of the longest edge squared: the normal is too rough for the plane through the
-   triangle to hold all points. */
+/* Doubled area, of the longest edge squared, below which the normal is too rough for its plane to hold all points. */
 #define HULL_ROUGH_TRIANGLE 1e-3f
 
 typedef struct hull_plane {

@@ -63,8 +63,7 @@ static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli
     const pli_vec3 offset = pli_vec3_sub(local, pli_vec3_scale(inside, mesh->cell_size));
     const float largest = plii_max(fabsf(offset.x), plii_max(fabsf(offset.y), fabsf(offset.z)));
     if (!(largest > 0.0f)) { return distance; }
-    /* Where the line to the surface enters the grid it goes on at an obtuse angle. Far away the squares would
-       overflow. */
+    /* Where the line to the surface enters the grid it goes on at an obtuse angle; far squares would overflow. */
     const pli_vec3 before = pli_vec3_make(offset.x / largest, offset.y / largest, offset.z / largest);
     const pli_vec3 after = pli_vec3_scale(*normal, plii_max(distance, 0.0f) / largest);
     const float length = sqrtf(pli_vec3_length_squared(before) + pli_vec3_length_squared(after));
