@@ -13,23 +13,19 @@
 pli_status plii_check_body_free(const pli_body* body, const char* function) {
     return PLII_LOAD(&body->world->is_entered) ? plii_refuse_entered(body->world, function) : PLI_OK;
 }
-
 pli_status plii_check_body_between_steps(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_world_idle(body->world, function);
 }
-
 pli_status plii_check_body_idle(pli_body* body, const char* function) {
     PLII_TRY(plii_check_body_between_steps(body, function));
     plii_body_note_change(body);
     return PLI_OK;
 }
-
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_index(body->context, node, body->node_count, "node", "body", function);
 }
-
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function) {
     if (body->topology->face_count > 0) { return PLI_OK; }
     return plii_fail(body->context, PLI_ERROR_INVALID_MESH, function, "%s, the body has none", need);
@@ -80,7 +76,7 @@ void plii_body_release_arrays(pli_body* body) {
     plii_topology_release(body->context, body->topology);
 }
 
-void plii_body_release(pli_body* body) {
+static void body_release(pli_body* body) {
     plii_body_release_arrays(body);
     PLII_RELEASE(body->context, body->materials, body->material_count);
     PLII_RELEASE(body->context, body->ignored_rigids, body->ignored_rigid_capacity);
@@ -149,7 +145,7 @@ static pli_body* body_make(pli_world* world, int node_count, int link_count, int
         PLII_ALLOCATE(world->context, &made->materials, material_count)) {
         return made;
     }
-    plii_body_release(made);
+    body_release(made);
     return NULL;
 }
 
@@ -157,7 +153,7 @@ pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count
                                 plii_topology* topology) {
     pli_body* made = body_make(world, node_count, link_count, material_count, has_tags, topology);
     if (made == NULL || plii_world_add_body(world, made) == PLI_OK) { return made; }
-    plii_body_release(made);
+    body_release(made);
     return NULL;
 }
 
@@ -193,12 +189,11 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
         if (status == PLI_OK) { status = plii_world_add_body(world, made); }
         if (status != PLI_OK) {
             plii_feature_disable_all(made);
-            plii_body_release(made);
+            body_release(made);
         }
     }
     if (status != PLI_OK) {
-        return PLII_FAIL(context, status, "no memory for a body of %d nodes and %d links", mesh->node_count,
-                         mesh->link_count);
+        return PLII_FAIL(context, status, "no memory for %d nodes and %d links", mesh->node_count, mesh->link_count);
     }
     *body = made;
     return PLI_OK;
@@ -208,7 +203,7 @@ void pli_body_destroy(pli_body* body) {
     if (body == NULL || plii_check_body_idle(body, __func__) != PLI_OK) { return; }
     plii_world_remove_body(body->world, body);
     plii_feature_disable_all(body);
-    plii_body_release(body);
+    body_release(body);
 }
 
 // ------------------------------------------------------------------------------------------------- settings
@@ -248,8 +243,6 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     plii_body_update_bounds(body);
     return PLI_OK;
 }
-
-// ------------------------------------------------------------------------------------------ derived quantities
 
 void plii_body_refresh_in_step(pli_body* body) {
     if (plii_solver_update_bounds(body) && plii_solver_check_velocities(body)) {
@@ -299,7 +292,6 @@ static pli_status body_check_link(const pli_body* body, int link, const char* fu
     PLII_TRY(plii_check_body(body, function));
     return plii_check_index(body->context, link, body->link_count, "link", "body", function);
 }
-
 float pli_body_get_rest_length(const pli_body* body, int link) {
     return body_check_link(body, link, __func__) == PLI_OK ? sqrtf(body->links[link].rest_length_squared) : 0.0f;
 }
@@ -482,7 +474,6 @@ static int body_find_ignored_rigid(const pli_body* body, const pli_rigid* rigid)
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     return body_find_ignored_rigid(body, rigid) != PLI_NULL_INDEX;
 }
-
 bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     if (plii_check_body(body, __func__) != PLI_OK) { return false; }
     if (plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__) != PLI_OK) { return false; }

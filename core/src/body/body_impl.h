@@ -290,5 +290,3 @@ void plii_body_release_arrays(pli_body* body);
 /* Nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when out of memory. */
 pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
                                 plii_topology* topology);
-/* Of one that is in no world, and has no features. */
-void plii_body_release(pli_body* body);

@@ -13,7 +13,6 @@ static feature_counts feature_counts_of(int nodes, int links, int faces) {
     return (feature_counts){
         {[PLII_PER_NODE] = (size_t)nodes, [PLII_PER_LINK] = (size_t)links, [PLII_PER_FACE] = (size_t)faces}};
 }
-
 static feature_counts feature_counts_now(const pli_body* body) {
     return feature_counts_of(body->node_count, body->link_count, body->topology->face_count);
 }
@@ -27,7 +26,6 @@ void* plii_feature_array_address(const pli_body* body, const plii_feature_array*
     memcpy(&block, (array->is_in_body ? (const char*)body : (const char*)state) + array->member, sizeof block);
     return block;
 }
-
 static void feature_array_set(pli_body* body, const plii_feature_array* array, void* state, void* block) {
     memcpy((array->is_in_body ? (char*)body : (char*)state) + array->member, &block, sizeof block);
 }
@@ -66,15 +64,12 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
     return true;
 }
 
-static void feature_array_release(pli_body* body, const plii_feature_array* array, void* state) {
-    plii_release(body->context, plii_feature_array_address(body, array, state),
-                 plii_feature_array_bytes(body, array, state));
-    feature_array_set(body, array, state, NULL);
-}
-
 void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state, bool only_scratch) {
     for (EACH_ARRAY(array, klass)) {
-        if (array->is_scratch || !only_scratch) { feature_array_release(body, array, state); }
+        if (only_scratch && !array->is_scratch) { continue; }
+        plii_release(body->context, plii_feature_array_address(body, array, state),
+                     plii_feature_array_bytes(body, array, state));
+        feature_array_set(body, array, state, NULL);
     }
 }
 

@@ -14,6 +14,10 @@ pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* kl
     const type used = (def) != NULL ? *(def) : type##_default();                                                       \
     PLII_TRY(PLII_CHECK_MADE((body)->context, type, &used, __func__));                                                 \
     PLII_TRY(plii_check_limits((body)->context, &used, &(klass).settings, __func__))
+/* Of a call: `state` becomes the state of a feature, which is enabled; returns early as PLII_TRY. */
+#define PLII_TRY_ENABLE(body, type, state, klass)                                                                      \
+    type* state = NULL;                                                                                                \
+    PLII_TRY(plii_feature_enable(body, &(klass), (void**)&state))
 /* One that is not enabled, while its needs are; those that only others need are appended before these. */
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */

@@ -113,7 +113,6 @@ static inline bool plii_rigid_is_slow(const pli_rigid* rigid) {
     return plii_vec3_is_within(rigid->state.linear_velocity, PLI_MAX_SPEED) &&
            plii_vec3_is_within(rigid->state.angular_velocity, PLI_MAX_ANGULAR_SPEED);
 }
-
 static inline plii_twist plii_rigid_velocity(const pli_rigid* rigid) {
     return plii_twist_make(rigid->state.linear_velocity, rigid->state.angular_velocity);
 }

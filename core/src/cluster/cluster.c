@@ -22,13 +22,12 @@ pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters
 }
 
 /* In reference mode; others sum up in one pass. */
-static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
-                                   pli_vec3 centre) {
+static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     const float epsilon = 1e-4f;
     pli_mat3 covariance = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
-        const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
+        const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), cluster->frame.origin);
         const pli_vec3 rest = plii_xyz(members[i].rest);
         covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
         covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
@@ -92,7 +91,7 @@ static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, in
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
         cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-        const pli_mat3 covariance = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
+        const pli_mat3 covariance = cluster_covariance(body, clusters, cluster);
         const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
         cluster->has_no_frame = !plii_mat3_is_finite(rotation);
         cluster->frame.rotation =

@@ -101,12 +101,10 @@ static void cluster_contacts_on_body_removed(pli_body* body, void* data, const p
     ((plii_cluster_contacts*)data)->count = 0;
     plii_cluster_contacts_clear(data);
 }
-
 static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, const pli_body* other) {
     cluster_contacts_on_body_removed(body, data, other);
     if (other == body) { plii_cluster_contacts_drop_neighbours(data); }
 }
-
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     cluster_contacts_on_body_removed(body, data, NULL);
 }

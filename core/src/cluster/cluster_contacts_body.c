@@ -117,11 +117,6 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     return true;
 }
 
-/* As the search for the first names them both, each pair comes twice. */
-static bool cluster_contacts_may_meet(const plii_cluster_contacts* state, int a, int b) {
-    return a < b && plii_key_table_find(&state->neighbours, plii_edge_key(a, b)) == PLI_NULL_INDEX;
-}
-
 /* Of clusters near each other; of one body each pair once, but for neighbours. */
 static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts* state, pli_body* other,
                                            plii_cluster_contacts* other_state, float reach) {
@@ -140,8 +135,10 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
         other_state->candidate_count = plii_bvh4_overlaps(&other_state->tree, &near, other_state->candidates);
         for (int k = 0; k < other_state->candidate_count; ++k) {
             const int candidate = other_state->candidates[k];
-            if (!other_clusters->items[candidate].settings.collides ||
-                (body == other && !cluster_contacts_may_meet(state, i, candidate))) {
+            if (!other_clusters->items[candidate].settings.collides) { continue; }
+            if (body == other &&
+                (candidate <= i ||
+                 plii_key_table_find(&state->neighbours, plii_edge_key(i, candidate)) != PLI_NULL_INDEX)) {
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};

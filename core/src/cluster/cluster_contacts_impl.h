@@ -165,8 +165,6 @@ typedef struct plii_cluster_hull {
 
 plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_vec3 origin);
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
-/* How far along a direction it reaches from its origin. */
-float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
 /* The point is inside, or nearer than `margin`. */
 bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, float margin);
 

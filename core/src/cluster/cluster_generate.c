@@ -13,13 +13,12 @@ typedef struct generate_work {
     int* node_order;    /* [node_count] nodes of one group after the other, in the order they joined */
     int* group_begin;   /* [group_count + 1] into node_order */
     pli_vec3* centres;  /* [group_count] */
-    int*
-        corner_groups; /* [3 * face_count] groups of the nodes of all faces, and these corners group by group, in the */
-    int* corners;      /* order of faces */
-    int* corner_begin; /* [group_count + 1] into them */
-    int* members;      /* [node_count] of the group in work */
-    int* listed_in1;   /* [node_count] the last group, + 1, that got the node as one beyond its own */
-    int* order;        /* [group_count + 1] of the clusters: group, or -1 for all nodes */
+    int* corner_groups; /* [3 * face_count] of the nodes of all faces, */
+    int* corners;       /* and these group by group, in the order of faces */
+    int* corner_begin;  /* [group_count + 1] into them */
+    int* members;       /* [node_count] of the group in work */
+    int* listed_in1;    /* [node_count] the last group, + 1, that got the node as one beyond its own */
+    int* order;         /* [group_count + 1] of the clusters: group, or -1 for all nodes */
 } generate_work;
 
 /* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */

@@ -201,8 +201,7 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
     const bool was_enabled = plii_feature_is_enabled(body, &plii_joints_class);
-    joints_state* joints = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_joints_class, (void**)&joints));
+    PLII_TRY_ENABLE(body, joints_state, joints, plii_joints_class);
     if (!plii_id_pool_reserve(body->context, &joints->ids, 1) ||
         !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_joints_class); }

@@ -332,8 +332,7 @@ static pli_status anchor_check_rigid(const pli_body* body, const pli_rigid* rigi
                                      const char* function) {
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, name, function));
     if (rigid->world != body->world) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is in another world than the body",
-                         name);
+        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is in another world", name);
     }
     return PLI_OK;
 }
@@ -378,8 +377,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check(body, def, __func__));
     const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
-    plii_anchors* anchors = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, (void**)&anchors));
+    PLII_TRY_ENABLE(body, plii_anchors, anchors, plii_anchor_class);
     pli_status status = anchor_reserve(body, anchors, 1) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
     if (status == PLI_OK && def->disable_collision) { status = pli_body_ignore_rigid(body, def->rigid, true); }
     if (status != PLI_OK) {
@@ -458,8 +456,7 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
     PLII_TRY(anchor_check_list(body, nodes, count, __func__));
     PLII_TRY(anchor_check_rigid(body, rigid, "rigid", __func__));
     const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
+    PLII_TRY_ENABLE(body, void, state, plii_anchor_class);
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
     if (anchor_reserve(body, state, count)) { status = anchor_mark_nodes(body, nodes, count, false, __func__); }
     pli_anchor_def def = pli_anchor_def_default();

@@ -126,8 +126,8 @@ static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_
 }
 
 /* From the first one on. The longest way that a node was moved, squared; 0 when no contact had anything to do. */
-static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int first, float dt,
-                               bool with_velocities) {
+static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int first, bool with_velocities) {
+    const float dt = body->step.dt;
     float longest = 0.0f;
     for (int i = first; i < state->count; ++i) {
         plii_rigid_face_contact* contact = &state->contacts[i];
@@ -170,7 +170,7 @@ static void rigid_faces_stop(pli_body* body, const plii_rigid_faces* state, int 
 }
 
 static void rigid_faces_solve(pli_body* body, void* data) {
-    if (!plii_rigid_faces_are_solved(body)) { (void)rigid_faces_sweep(body, data, 0, body->step.dt, false); }
+    if (!plii_rigid_faces_are_solved(body)) { (void)rigid_faces_sweep(body, data, 0, false); }
 }
 
 // ------------------------------------------------------------------------------------------------------------- memory
@@ -249,8 +249,7 @@ static void rigid_faces_finish(pli_body* body, void* data) {
         rigid_faces_prepare_all(body, state);
         float longest = 0.0f;
         for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
-            const float moved =
-                rigid_faces_sweep(body, state, first, body->step.dt, !body->solver_class->solves_constraints);
+            const float moved = rigid_faces_sweep(body, state, first, !body->solver_class->solves_constraints);
             if (!(moved > 0.0f)) { break; }
             longest = plii_max(longest, moved);
         }
@@ -268,8 +267,6 @@ static void rigid_faces_finish(pli_body* body, void* data) {
     if (plii_follows_rigids(body)) { rigid_faces_remember_points(state, first); }
     plii_rigid_faces_drop_candidates(state, 0);
 }
-
-// ----------------------------------------------------------------------------------------------------------- reports
 
 /* Height of the witness point above the surface at the start, less the margin and what is given up of it. */
 static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact* contact) {
@@ -399,12 +396,10 @@ static pli_status rigid_faces_enable(pli_body* body, void* data) {
     ++body->sweeping_features;
     return PLI_OK;
 }
-
 static void rigid_faces_build(pli_body* body, void* data) {
     rigid_faces_clear(body, data);
     plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
 }
-
 static void rigid_faces_disable(pli_body* body, void* data) {
     --body->sweeping_features;
     rigid_faces_build(body, data);

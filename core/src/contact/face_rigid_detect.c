@@ -1,6 +1,5 @@
 /* Contacts of faces (of links where a body has no faces) with convex rigid shapes and with the triangles of meshes,
    which btSoftBody lacks.
-
    Conservative advancement finds where on the way of a step a face comes near a shape; the normal of that moment makes
    the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */

@@ -25,7 +25,6 @@ static pli_status node_boxes_enable(pli_body* body, void* state) {
     node_boxes_start(body, body->node_boxes, 0);
     return PLI_OK;
 }
-
 static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     node_boxes_start(body, body->node_boxes, change->old_node_count);
 }

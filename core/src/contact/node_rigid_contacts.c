@@ -430,7 +430,6 @@ static pli_status rigid_contacts_enable(pli_body* body, void* data) {
     body->node_contacts = data;
     return PLI_OK;
 }
-
 static void rigid_contacts_disable(pli_body* body, void* data) {
     body->node_contacts = NULL;
 }

@@ -11,8 +11,6 @@
 /* A node that slides away before a rigid body gives way so many times as fast: friction takes some in each step. */
 #define RIGID_SUBSTEP_GIVING_WAY 2.0f
 
-// ----------------------------------------------------------------------------------------------------------- memory
-
 static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
     return PLII_RESERVE(body->context, &groups->groups, &groups->capacity, count) &&
            PLII_RESERVE(body->context, &groups->surfaces, &groups->surface_capacity, surface_count);
@@ -49,7 +47,6 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
 static int rigid_groups_lane(int record) {
     return record / 2 + 4 * (record % 2);
 }
-
 static void rigid_groups_put(float* components, int lane, pli_vec3 value) {
     components[lane] = value.x;
     components[lane + PLII_RIGID_GROUP_SIZE] = value.y;

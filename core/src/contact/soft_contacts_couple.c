@@ -54,10 +54,6 @@ static soft_couple_side soft_couple_side_of(pli_body* body, bool is_beside, soft
     return side;
 }
 
-static bool soft_couple_is_beside(const pli_body* body, const pli_body* other) {
-    return body->island != NULL && other->island == body->island;
-}
-
 /* Contacts of one body with another one. */
 typedef struct soft_couple_pair {
     soft_couple_side node, face;
@@ -66,8 +62,9 @@ typedef struct soft_couple_pair {
 } soft_couple_pair;
 
 static soft_couple_pair soft_couple_pair_of(pli_body* body, pli_body* other, soft_couple_time time) {
+    const bool is_beside = body->island != NULL && other->island == body->island;
     return (soft_couple_pair){.node = soft_couple_side_of(body, true, time),
-                              .face = soft_couple_side_of(other, soft_couple_is_beside(body, other), time),
+                              .face = soft_couple_side_of(other, is_beside, time),
                               .is_idle = plii_body_is_idle(other),
                               .time = time};
 }

@@ -1,7 +1,6 @@
 /* The search for contacts of nodes with the faces of another soft body: which of them are near, and the contact of a
    node and a face (btSoftColliders::CollideVF_SS). Given the same pairs of node and face, contacts equal Bullet's bit
    for bit. They come in the order of nodes, then of faces; Bullet's order depends on memory addresses.
-
    Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 
@@ -17,7 +16,7 @@
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 
 /* How far a node looks for faces. What moves it in the step beside its velocity is taken from the step before. */
-static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
+static plii_soft_contacts_node soft_reach(const plii_soft_contacts_pass* pass, int node) {
     const pli_body* body = pass->node_body;
     const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
     const float relative = pli_vec3_length(pli_vec3_sub(motion, pass->common_motion));
@@ -31,8 +30,7 @@ static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass
 
 /* For a node that lies on its face: the normal of the face, to the side where the node was. If it lay on it then, too,
    nodes of the first body go one way and those of the second the other, so that bodies in the same place part. */
-static pli_vec3 soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face,
-                                          pli_vec3 weights) {
+static pli_vec3 soft_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face, pli_vec3 weights) {
     const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
     const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(plii_xyz(pass->face_body->positions[face[1]]), a),
                                           pli_vec3_sub(plii_xyz(pass->face_body->positions[face[2]]), a));
@@ -47,8 +45,8 @@ static pli_vec3 soft_contacts_face_normal(const plii_soft_contacts_pass* pass, i
 }
 
 /* Inverse of the mass that the face shows at a point, 1/kg. In Bullet its mean; one pinned node makes it immovable. */
-static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights,
-                                       float node_weight) {
+static float soft_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights,
+                              float node_weight) {
     const pli_vec4* positions = pass->face_body->positions;
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
     if (!pass->use_boxes) {
@@ -61,11 +59,11 @@ static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, cons
 }
 
 /* Of which node, face, weights, normal and margin are set; unless nothing in it can move. */
-static pli_status soft_contacts_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
+static pli_status soft_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
     const pli_vec3 weights = contact.weights;
     const float node_weight = pass->node_body->positions[contact.node].w;
     const float face_weight =
-        soft_contacts_face_weight(pass, pass->face_body->topology->faces[contact.face], weights, node_weight);
+        soft_face_weight(pass, pass->face_body->topology->faces[contact.face], weights, node_weight);
     const float sum = node_weight + face_weight;
     if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;
@@ -89,7 +87,7 @@ static pli_status soft_contacts_append(const plii_soft_contacts_pass* pass, plii
 }
 
 /* As Bullet does it. */
-static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
+static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
     const int* face = pass->face_body->topology->faces[face_index];
     const pli_vec3 origin = plii_xyz(pass->node_body->positions[node]);
     const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
@@ -105,8 +103,8 @@ static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int no
     const pli_vec3 weights = plii_barycentric_by_areas(a, b, c, pli_vec3_add(point, origin));
     const float distance = sqrtf(distance_squared);
     const pli_vec3 normal =
-        distance > 0.0f ? plii_vec3_divide(point, -distance) : soft_contacts_face_normal(pass, node, face, weights);
-    return soft_contacts_append(
+        distance > 0.0f ? plii_vec3_divide(point, -distance) : soft_face_normal(pass, node, face, weights);
+    return soft_append(
         pass,
         (plii_soft_contact){.node = node, .face = face_index, .weights = weights, .normal = normal, .margin = margin});
 }
@@ -124,19 +122,19 @@ enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
 /* Of the longest edge: a node that passes so close beside a face crosses it. */
 #define SOFT_CONTACTS_EDGE 1e-3f
 
-typedef struct soft_contacts_pick {
+typedef struct soft_pick {
     int face;
     pli_vec3 weights, normal;
     float distance, time; /* m; share of the step at which it crosses */
-} soft_contacts_pick;
+} soft_pick;
 
 /* Corners of a face as the node sees them. */
-typedef struct soft_contacts_corners {
+typedef struct soft_corners {
     pli_vec3 at[3];
-} soft_contacts_corners;
+} soft_corners;
 
-static soft_contacts_corners soft_contacts_seen(const pli_vec4* faces, const int* face, pli_vec4 node) {
-    soft_contacts_corners corners;
+static soft_corners soft_seen(const pli_vec4* faces, const int* face, pli_vec4 node) {
+    soft_corners corners;
     for (int k = 0; k < 3; ++k) {
         corners.at[k] = pli_vec3_sub(plii_xyz(faces[face[k]]), plii_xyz(node));
     }
@@ -144,9 +142,8 @@ static soft_contacts_corners soft_contacts_seen(const pli_vec4* faces, const int
 }
 
 /* The nearest point of a face within reach. */
-static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* face,
-                                  const soft_contacts_corners* now, soft_contacts_pick* pick,
-                                  plii_triangle_feature* feature) {
+static bool soft_is_near(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* face,
+                         const soft_corners* now, soft_pick* pick, plii_triangle_feature* feature) {
     plii_closest_feature closest;
     const pli_vec3 point =
         plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), now->at[0], now->at[1], now->at[2], &closest);
@@ -157,17 +154,15 @@ static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft
     pick->distance = distance;
     pick->weights = closest.weights;
     pick->normal = distance > noise ? plii_vec3_divide(point, -distance)
-                                    : soft_contacts_face_normal(pass, near.node, face, closest.weights);
+                                    : soft_face_normal(pass, near.node, face, closest.weights);
     *feature = closest.feature;
     return true;
 }
 
 /* The node is on one side of the face at the start of the step and on the other one now, and meets it between. */
-static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, int node, const int* face,
-                                  const soft_contacts_corners* now, const plii_triangle_size* size,
-                                  soft_contacts_pick* pick) {
-    const soft_contacts_corners before =
-        soft_contacts_seen(pass->face_body->previous, face, pass->node_body->previous[node]);
+static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const int* face, const soft_corners* now,
+                         const plii_triangle_size* size, soft_pick* pick) {
+    const soft_corners before = soft_seen(pass->face_body->previous, face, pass->node_body->previous[node]);
     const float to = -pli_vec3_dot(now->at[0], size->normal);
     const pli_vec3 cross =
         pli_vec3_cross(pli_vec3_sub(before.at[1], before.at[0]), pli_vec3_sub(before.at[2], before.at[0]));
@@ -191,7 +186,7 @@ static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, int node,
 }
 
 /* Keeps the nearest ones that differ, the nearest first. */
-static int soft_contacts_keep(soft_contacts_pick* kept, int count, const soft_contacts_pick* pick) {
+static int soft_keep(soft_pick* kept, int count, const soft_pick* pick) {
     int place = count;
     while (place > 0 && pick->distance < kept[place - 1].distance) {
         --place;
@@ -205,7 +200,7 @@ static int soft_contacts_keep(soft_contacts_pick* kept, int count, const soft_co
     return count + 1;
 }
 
-static bool soft_contacts_is_alike(const soft_contacts_pick* kept, int count, const soft_contacts_pick* pick) {
+static bool soft_is_alike(const soft_pick* kept, int count, const soft_pick* pick) {
     for (int k = 0; k < count; ++k) {
         if (pli_vec3_dot(kept[k].normal, pick->normal) > SOFT_CONTACTS_ALIKE) { return true; }
     }
@@ -213,45 +208,42 @@ static bool soft_contacts_is_alike(const soft_contacts_pick* kept, int count, co
 }
 
 /* The faces of one node and one other body. */
-typedef struct soft_contacts_picks {
-    soft_contacts_pick crossed, nearest; /* INFINITY as time or distance: none */
-    soft_contacts_pick inside[SOFT_CONTACTS_MOST_NEAREST];
+typedef struct soft_picks {
+    soft_pick crossed, nearest; /* INFINITY as time or distance: none */
+    soft_pick inside[SOFT_CONTACTS_MOST_NEAREST];
     int inside_count;
-} soft_contacts_picks;
+} soft_picks;
 
-static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int face_index,
-                                  bool may_cross, soft_contacts_picks* picks) {
+static void soft_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int face_index,
+                         bool may_cross, soft_picks* picks) {
     const int* face = pass->face_body->topology->faces[face_index];
-    const soft_contacts_corners now =
-        soft_contacts_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
+    const soft_corners now = soft_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
     const plii_triangle_size size = plii_measure_triangle(now.at[0], now.at[1], now.at[2]);
     const float height = -pli_vec3_dot(now.at[0], size.normal);
     if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
-    soft_contacts_pick pick = {.face = face_index};
-    if (may_cross && soft_contacts_crosses(pass, near.node, face, &now, &size, &pick)) {
+    soft_pick pick = {.face = face_index};
+    if (may_cross && soft_crosses(pass, near.node, face, &now, &size, &pick)) {
         if (pick.time < picks->crossed.time) { picks->crossed = pick; }
         return;
     }
     plii_triangle_feature feature;
-    if (!soft_contacts_is_near(pass, near, face, &now, &pick, &feature)) { return; }
+    if (!soft_is_near(pass, near, face, &now, &pick, &feature)) { return; }
     if (pick.distance < picks->nearest.distance) { picks->nearest = pick; }
-    if (feature == PLII_TRIANGLE_FACE) {
-        picks->inside_count = soft_contacts_keep(picks->inside, picks->inside_count, &pick);
-    }
+    if (feature == PLII_TRIANGLE_FACE) { picks->inside_count = soft_keep(picks->inside, picks->inside_count, &pick); }
 }
 
 /* Of faces whose nearest point is on their rim only the nearest one counts. */
-typedef struct soft_contacts_rim {
+typedef struct soft_rim {
     float squared; /* of the distance, m^2 */
     int face_index;
-} soft_contacts_rim;
+} soft_rim;
 
 /* A triangle this much longer than the reach is not measured in float. */
 #define SOFT_CONTACTS_COARSE 1e3f
 
 /* Faces that a node may have met in the step: only what is no farther than both moved. */
-static int soft_contacts_may_cross(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
-                                   const int* const faces[4], const plii_distance4* now) {
+static int soft_may_cross(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* const faces[4],
+                          const plii_distance4* now) {
     const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
     const plii_float4 most = now->longest_squared * (3.0f * edge) + 3.0f * near.motion * near.motion;
     if (plii_lanes_bits(now->squared <= most) == 0) { return 0; }
@@ -261,9 +253,8 @@ static int soft_contacts_may_cross(const plii_soft_contacts_pass* pass, plii_sof
 }
 
 /* Looks at four faces from afar, and closer at those that the node may cross or whose nearest point lies inside. */
-static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
-                                       const int* face_indices, int count, soft_contacts_picks* picks,
-                                       soft_contacts_rim* rim) {
+static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
+                              const int* face_indices, int count, soft_picks* picks, soft_rim* rim) {
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
     const int* faces[4];
     for (int k = 0; k < 4; ++k) {
@@ -277,56 +268,55 @@ static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii
     const int low = plii_lanes_bits((height <= reach) & (height >= -reach));
     const int close = plii_lanes_bits(squared <= reach * reach);
     const int is_coarse = plii_lanes_bits(distance.longest_squared > coarse * coarse);
-    const int crossed = is_coarse | soft_contacts_may_cross(pass, near, faces, &distance);
+    const int crossed = is_coarse | soft_may_cross(pass, near, faces, &distance);
     const int wanted = distance.usable & low & ((1 << count) - 1);
     const int looked_at = wanted & (crossed | (close & distance.inside));
     for (int k = 0; k < count; ++k) {
         if (looked_at >> k & 1) {
-            soft_contacts_look_at(pass, near, face_indices[k], (crossed >> k & 1) != 0, picks);
+            soft_look_at(pass, near, face_indices[k], (crossed >> k & 1) != 0, picks);
         } else if ((wanted & close) >> k & 1 && squared[k] < rim->squared) {
-            *rim = (soft_contacts_rim){squared[k], face_indices[k]};
+            *rim = (soft_rim){squared[k], face_indices[k]};
         }
     }
 }
 
 /* The faces near a node that are found. */
-static soft_contacts_picks soft_contacts_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+static soft_picks soft_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     const plii_soft_contacts_state* search = pass->search;
-    soft_contacts_picks picks; /* what is not set is not read */
+    soft_picks picks; /* what is not set is not read */
     picks.crossed.time = picks.nearest.distance = INFINITY;
     picks.inside_count = 0;
-    soft_contacts_rim rim = {INFINITY, -1};
+    soft_rim rim = {INFINITY, -1};
     for (int i = 0; i < search->hit_count; i += 4) {
         const int left = search->hit_count - i;
-        soft_contacts_look_at_four(pass, near, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
+        soft_look_at_four(pass, near, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
     }
     if (rim.squared < 1.001f * picks.nearest.distance * picks.nearest.distance) {
-        soft_contacts_look_at(pass, near, rim.face_index, false, &picks);
+        soft_look_at(pass, near, rim.face_index, false, &picks);
     }
     return picks;
 }
 
-static pli_status soft_contacts_add(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
-                                    const soft_contacts_pick* pick) {
-    return soft_contacts_append(pass, (plii_soft_contact){.node = near.node,
-                                                          .face = pick->face,
-                                                          .weights = pick->weights,
-                                                          .normal = pick->normal,
-                                                          .margin = near.margin});
+static pli_status soft_add(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const soft_pick* pick) {
+    return soft_append(pass, (plii_soft_contact){.node = near.node,
+                                                 .face = pick->face,
+                                                 .weights = pick->weights,
+                                                 .normal = pick->normal,
+                                                 .margin = near.margin});
 }
 
-static pli_status soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+static pli_status soft_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     if (pass->search->hit_count == 0) { return PLI_OK; }
-    const soft_contacts_picks picks = soft_contacts_look(pass, near);
-    if (picks.crossed.time < INFINITY) { return soft_contacts_add(pass, near, &picks.crossed); }
+    const soft_picks picks = soft_look(pass, near);
+    if (picks.crossed.time < INFINITY) { return soft_add(pass, near, &picks.crossed); }
     if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
-    PLII_TRY(soft_contacts_add(pass, near, &picks.nearest));
+    PLII_TRY(soft_add(pass, near, &picks.nearest));
     if (picks.inside_count == 0) { return PLI_OK; }
-    soft_contacts_pick added[SOFT_CONTACTS_MOST_NEAREST] = {picks.nearest};
+    soft_pick added[SOFT_CONTACTS_MOST_NEAREST] = {picks.nearest};
     int count = 1;
     for (int k = 0; k < picks.inside_count && count < SOFT_CONTACTS_MOST_NEAREST; ++k) {
-        if (soft_contacts_is_alike(added, count, &picks.inside[k])) { continue; }
-        PLII_TRY(soft_contacts_add(pass, near, &picks.inside[k]));
+        if (soft_is_alike(added, count, &picks.inside[k])) { continue; }
+        PLII_TRY(soft_add(pass, near, &picks.inside[k]));
         added[count++] = picks.inside[k];
     }
     return PLI_OK;
@@ -335,13 +325,13 @@ static pli_status soft_contacts_add_nearest(const plii_soft_contacts_pass* pass,
 // --------------------------------------------------------------------------------------------------------- the search
 
 /* All nodes and faces with finite boxes that can meet. */
-static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
+static void soft_collect_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < pass->node_body->node_count; ++i) {
         const pli_bounds box = pass->node_state->node_boxes[i];
         if (!plii_soft_contacts_box_is_finite(box)) { continue; }
-        search->nodes[search->node_count++] = soft_contacts_reach(pass, i);
+        search->nodes[search->node_count++] = soft_reach(pass, i);
         all = plii_bounds_join(all, box);
     }
     for (int i = 0; i < pass->face_body->topology->face_count; ++i) {
@@ -353,14 +343,14 @@ static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
 }
 
 /* Nodes whose reach touches the bounds of the other body, and the faces there; predicted positions are finite. */
-static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
+static void soft_collect_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
     const plii_float4 body_low = plii_lanes_from_vec3(&face_body->bounds.min);
     const plii_float4 body_high = plii_lanes_from_vec3(&face_body->bounds.max);
     plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < node_body->node_count; ++i) {
-        const plii_soft_contacts_node near = soft_contacts_reach(pass, i);
+        const plii_soft_contacts_node near = soft_reach(pass, i);
         /* A little more, for what rounding takes away. */
         const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(near.reach * 1.0001f);
         const plii_float4 from = x - wide, to = x + wide;
@@ -385,7 +375,7 @@ static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
 }
 
 /* Along the curve that the tree sorts by; good for as long as the body has these faces, however it bends. */
-static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_state* state) {
+static bool soft_order_faces(const pli_body* body, plii_soft_contacts_state* state) {
     pli_context* context = body->context;
     const int face_count = body->topology->face_count;
     if (state->order_count == face_count) { return true; }
@@ -401,7 +391,7 @@ static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_s
 }
 
 /* For a search in which a body takes part. */
-static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contacts_state* search, int nodes, int faces) {
+static bool soft_reserve_search(pli_context* context, plii_soft_contacts_state* search, int nodes, int faces) {
     return PLII_RESERVE(context, &search->nodes, &search->node_capacity, nodes) &&
            PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
            PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
@@ -422,38 +412,38 @@ void plii_soft_contacts_reserve(pli_body* body, void* data) {
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, room);
     plii_soft_contacts_record_reserve(body, state, room);
     /* Made later, from other positions, the order is another one. */
-    if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_contacts_order_faces(body, state)) {
+    if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_order_faces(body, state)) {
         plii_world_note_shortage(body->world);
     }
     /* The first body of a pair searches for both. */
     if (body->world_index + 1 < world->body_count) {
-        (void)soft_contacts_reserve_search(context, state, world->most_nodes, world->most_faces);
+        (void)soft_reserve_search(context, state, world->most_nodes, world->most_faces);
     }
 }
 
 /* Nodes and faces that can be near each other, and what finds the faces. False when out of memory. */
-static bool soft_contacts_collect(const plii_soft_contacts_pass* pass) {
+static bool soft_collect(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     pli_context* context = pass->node_body->context;
     const int face_count = pass->face_body->topology->face_count;
     search->node_count = search->face_count = 0;
-    if (!soft_contacts_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
+    if (!soft_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
     if (pass->use_boxes) {
-        soft_contacts_collect_boxes(pass);
+        soft_collect_boxes(pass);
     } else {
-        if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
-        soft_contacts_collect_near(pass);
+        if (!soft_order_faces(pass->face_body, pass->face_state)) { return false; }
+        soft_collect_near(pass);
     }
     return plii_bvh4_build(context, &search->near, search->face_count, search->boxes);
 }
 
-static pli_status soft_contacts_run_boxes(const plii_soft_contacts_pass* pass) {
+static pli_status soft_run_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
         const int count = plii_bvh4_overlaps(&search->near, &pass->node_state->node_boxes[near.node], search->hits);
         for (int k = 0; k < count; ++k) {
-            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->faces[search->hits[k]]));
+            PLII_TRY(soft_test(pass, near.node, near.reach, search->faces[search->hits[k]]));
         }
     }
     return PLI_OK;
@@ -463,19 +453,19 @@ static pli_status soft_contacts_run_boxes(const plii_soft_contacts_pass* pass) {
 enum { SOFT_CONTACTS_TOGETHER = 8 };
 #define SOFT_CONTACTS_SPREAD 2.0f
 
-static pli_bounds soft_contacts_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+static pli_bounds soft_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
     return plii_bounds_grow((pli_bounds){x, x}, near.reach * 1.0001f);
 }
 
 /* Of the nodes from `first` on, those that follow each other in space too. */
-static int soft_contacts_gather(const plii_soft_contacts_pass* pass, int first, pli_bounds* all) {
+static int soft_gather(const plii_soft_contacts_pass* pass, int first, pli_bounds* all) {
     const plii_soft_contacts_state* search = pass->search;
     const float most = SOFT_CONTACTS_SPREAD * 2.0f * search->nodes[first].reach;
-    *all = soft_contacts_looked_at(pass, search->nodes[first]);
+    *all = soft_looked_at(pass, search->nodes[first]);
     int end = first + 1;
     for (; end < search->node_count && end - first < SOFT_CONTACTS_TOGETHER; ++end) {
-        const pli_bounds one = soft_contacts_looked_at(pass, search->nodes[end]);
+        const pli_bounds one = soft_looked_at(pass, search->nodes[end]);
         const pli_bounds both = plii_bounds_join(*all, one);
         const pli_vec3 extent = pli_vec3_sub(both.max, both.min);
         if (!(plii_max(extent.x, plii_max(extent.y, extent.z)) <= most)) { break; }
@@ -484,11 +474,11 @@ static int soft_contacts_gather(const plii_soft_contacts_pass* pass, int first, 
     return end;
 }
 
-static pli_status soft_contacts_run_near(const plii_soft_contacts_pass* pass) {
+static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int first = 0, end; first < search->node_count; first = end) {
         pli_bounds all;
-        end = soft_contacts_gather(pass, first, &all);
+        end = soft_gather(pass, first, &all);
         const int group_count = plii_bvh4_find_groups(&search->near, &all, search->groups);
         for (int i = first; i < end && group_count > 0; ++i) {
             const plii_soft_contacts_node near = search->nodes[i];
@@ -497,20 +487,20 @@ static pli_status soft_contacts_run_near(const plii_soft_contacts_pass* pass) {
             for (int k = 0; k < search->hit_count; ++k) {
                 search->hits[k] = search->faces[search->hits[k]];
             }
-            PLII_TRY(soft_contacts_add_nearest(pass, near));
+            PLII_TRY(soft_add_nearest(pass, near));
         }
     }
     return PLI_OK;
 }
 
-static pli_status soft_contacts_run_pass(const plii_soft_contacts_pass* pass) {
+static pli_status soft_run_pass(const plii_soft_contacts_pass* pass) {
     if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    if (!soft_contacts_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    return pass->use_boxes ? soft_contacts_run_boxes(pass) : soft_contacts_run_near(pass);
+    if (!soft_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    return pass->use_boxes ? soft_run_boxes(pass) : soft_run_near(pass);
 }
 
 /* Of the faces in the step: the mean of their nodes, and how much others differ from it. */
-static void soft_contacts_measure_motion(plii_soft_contacts_pass* pass) {
+static void soft_measure_motion(plii_soft_contacts_pass* pass) {
     const pli_body* body = pass->face_body;
     plii_float4 sum = plii_float4_all(0.0f), low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < body->node_count; ++i) {
@@ -539,8 +529,8 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .fall = plii_step_fall(body),
                                         .use_boxes = use_boxes,
                                         .is_second = i == 1};
-        if (!use_boxes) { soft_contacts_measure_motion(&pass); }
-        status = soft_contacts_run_pass(&pass);
+        if (!use_boxes) { soft_measure_motion(&pass); }
+        status = soft_run_pass(&pass);
     }
     if (status == PLI_OK && !plii_soft_contacts_record_pair(body, state, other, other_state)) {
         status = PLI_ERROR_OUT_OF_MEMORY;

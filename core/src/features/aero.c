@@ -21,7 +21,6 @@ PLII_SIMD_INLINE plii_vec3x4 aero_face_wind(plii_vec3x4 normal, plii_vec3x4 velo
     const plii_mask4 is_away = plii_vec3x4_dot(normal, velocity) < 0.0f;
     return plii_vec3x4_select(is_away, plii_vec3x4_neg(normal), normal);
 }
-
 PLII_SIMD_INLINE plii_vec3x4 aero_divide(plii_vec3x4 a, plii_float4 s) {
     return plii_vec3x4_scale(a, 1.0f / s);
 }

@@ -42,18 +42,14 @@ typedef struct contact_events {
     int event_capacity, event_counts[CONTACT_PHASES];
 } contact_events;
 
-// ------------------------------------------------------------------------------------------------------ the list
-
 static int contact_list_find(const contact_list* list, plii_pair_key key) {
     const int index = plii_key_table_find(&list->table, plii_pair_key_hash(key));
     return index != PLI_NULL_INDEX && plii_pair_keys_equal(list->items[index].key, key) ? index : PLI_NULL_INDEX;
 }
-
 static bool contact_list_reserve(pli_context* context, contact_list* list, int count) {
     list->table.context = context;
     return PLII_RESERVE(context, &list->items, &list->capacity, count) && plii_key_table_reserve(&list->table, count);
 }
-
 static void contact_list_clear(contact_list* list) {
     list->count = 0;
     plii_key_table_clear(&list->table);
@@ -131,8 +127,6 @@ static void contact_events_visit(const plii_contact_report* report, void* user) 
     }
     contact_item_add(&list->items[index], report, weight);
 }
-
-// -------------------------------------------------------------------------------------------------------- sensors
 
 static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* rigid) {
     contact_events* state = data;
@@ -360,8 +354,7 @@ pli_contact_events_def pli_contact_events_def_default(void) {
 pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_contact_events_def, used, def, plii_contact_events_class);
-    contact_events* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_contact_events_class, (void**)&state));
+    PLII_TRY_ENABLE(body, contact_events, state, plii_contact_events_class);
     state->def = used;
     contact_list_clear(&state->present);
     memset(state->event_counts, 0, sizeof state->event_counts);

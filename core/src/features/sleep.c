@@ -298,8 +298,6 @@ static void sleep_end_step(pli_world* world, float dt) {
 
 static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, sleep_end_step};
 
-// ------------------------------------------------------------------------------------------------------------- class
-
 static pli_status sleep_enable(pli_body* body, void* data) {
     pli_world* world = body->world;
     body->can_sleep = true;
@@ -318,7 +316,6 @@ static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* 
     const bool is_under = plii_bounds_overlap(body->bounds, plii_rigid_bounds(rigid));
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
-
 static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }

@@ -208,8 +208,6 @@ static void target_set_poses(pli_body* body, target_state* state, const pli_vec3
     if (has_moved) { plii_body_note_change(body); }
 }
 
-// --------------------------------------------------------------------------------------------------- changes by cuts
-
 static bool target_topology_reserve(const pli_body* body, void* data, const plii_topology_change* change) {
     target_state* state = data;
     const int most = state->count + (change->node_count - change->old_node_count);
@@ -384,8 +382,7 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));
     const bool was_enabled = plii_feature_state(body, &plii_target_class) != NULL;
-    target_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_target_class, (void**)&state));
+    PLII_TRY_ENABLE(body, target_state, state, plii_target_class);
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, def->count)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_target_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d targets", def->count);

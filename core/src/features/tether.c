@@ -163,8 +163,7 @@ static float tether_longest(const tether_state* state, const pli_tether* tether)
 }
 
 /* Bits of the landmarks that a node is too far from. */
-static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TETHER_LANDMARKS], int node, pli_vec3 at,
-                          float factor) {
+static int tether_too_far(const tether_state* state, const pli_vec3* landmarks, int node, pli_vec3 at, float factor) {
     int bits = 0;
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
         const float longest = state->far[node].lengths[k] * factor;
@@ -249,8 +248,6 @@ static void tether_begin(pli_body* body, void* data) {
     state->load_count = 0;
     if (!body->solver_class->solves_constraints) { tether_gather_loads(body, state); }
 }
-
-// ------------------------------------------------------------------------------------------------------- holding
 
 static void tether_hold(pli_body* body, int node, int origin, float longest, const plii_substep* substep) {
     const pli_vec3 start = tether_position(body, substep, origin);
@@ -537,8 +534,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_tethers_def, used, def, plii_tether_class);
     const bool is_new = plii_feature_state(body, &plii_tether_class) == NULL;
-    tether_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_tether_class, (void**)&state));
+    PLII_TRY_ENABLE(body, tether_state, state, plii_tether_class);
     tether_list_constraints(body, state);
     (void)tether_gather_origins(body, state);
     if (!tether_measure(body, state)) {

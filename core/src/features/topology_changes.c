@@ -56,8 +56,7 @@ const plii_feature_class plii_topology_changes_class = {
 
 pli_status pli_body_enable_topology_changes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    topology_changes_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_topology_changes_class, (void**)&state));
+    PLII_TRY_ENABLE(body, topology_changes_state, state, plii_topology_changes_class);
     state->old_node_count = body->node_count;
     state->old_face_count = body->topology->face_count;
     state->new_node_count = 0;

@@ -1,5 +1,4 @@
 /* Self-collision of faces: nodes with faces and edges with edges that have no node in common.
-
    Pairs within reach are collected once per step; of those, a substep looks at the ones that could come together in it.
    Nearest points at the start of a step (or substep) give each pair a plane between its two sides. Pairs nearer than
    the thickness are pushed apart along its normal, like other contacts; whatever constraints do after that, motions are

@@ -8,8 +8,6 @@
 /* Of the thickness: what rounding may take from a distance. */
 #define SELF_FACES_SLACK 0.01f
 
-// --------------------------------------------------------------------------------------------------------------- edges
-
 /* Sorted by the first node, then looked for among those of the same node. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state) {
     const int corner_count = 3 * body->topology->face_count;
@@ -39,8 +37,6 @@ void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* sta
     state->edge_count = kept;
     state->mean_edge_length = kept > 0 ? (float)(length / kept) : 0.0f;
 }
-
-// ------------------------------------------------------------------------------------------------------ nearest points
 
 /* Nearest points of segments (Ericson, Real-Time Collision Detection, 5.1.9): shares along each. */
 static void self_faces_nearest_on_edges(const pli_vec3 p[4], float* s, float* t) {

@@ -17,8 +17,6 @@
 /* Of the thickness: the longest reach. For faster nodes a search is good for a shorter time. */
 #define SELF_NODES_MAX_REACH 0.75f
 
-// ------------------------------------------------------------------------------------------------------ paths
-
 /* How far a node is off its path, squared; share: of the travel since the search. */
 PLII_SIMD_INLINE float self_nodes_stray_squared(const plii_self_node_pairs* state, int node, float share) {
     const plii_float4 at = plii_float4_from(&state->at[node]), from = plii_float4_from(&state->searched[node]);
@@ -321,8 +319,6 @@ static void self_nodes_search(const pli_body* body, plii_self_node_pairs* state)
     state->is_known = !state->is_truncated;
 }
 
-// ------------------------------------------------------------------------------------------------------------- counts
-
 /* Of a pass over the nodes. */
 typedef struct self_nodes_paths {
     const pli_body* body;
@@ -361,8 +357,6 @@ static int self_nodes_count(const pli_body* body, plii_self_node_pairs* state, p
     const self_nodes_paths all = {.body = body, .state = state, .share = share};
     return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, &all);
 }
-
-// -------------------------------------------------------------------------------------------------------- of a step
 
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
     if (!state->is_known || state->thickness != thickness) { return false; }
@@ -483,8 +477,6 @@ void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* sta
     /* What is missing must not be missing in the steps to come. */
     if (plii_thread.shortages != shortages) { state->is_known = false; }
 }
-
-// ------------------------------------------------------------------------------------------------------ memory
 
 void plii_self_node_pairs_start(plii_self_node_pairs* state) {
     state->at = state->local;

@@ -99,7 +99,6 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
 static float self_nodes_longest_motion(const self_nodes_state* state) {
     return state->def.speed_limit_ratio * state->def.thickness;
 }
-
 static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const float longest = self_nodes_longest_motion(state);
     if (longest > 0.0f) { state->report.limited_nodes += plii_self_limit_motions(body, nodes, longest); }
@@ -345,13 +344,10 @@ const plii_feature_class plii_self_nodes_class = {
     .topology_commit = self_nodes_topology_commit,
 };
 
-// --------------------------------------------------------------------------------------------------------- settings
-
 pli_self_collision_def pli_self_collision_def_default(void) {
     return (pli_self_collision_def){
         .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f, .cookie = PLII_DEF_COOKIE};
 }
-
 PLII_DEFINE_ENABLE(pli_body_enable_self_collision, plii_check_body_idle, pli_self_collision_def, plii_self_nodes_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 

@@ -137,7 +137,6 @@ static size_t sampled_mesh_bytes(const sampled_mesh* mesh) {
     const int* counts = mesh->sampling.counts;
     return (size_t)counts[0] * (size_t)counts[1] * (size_t)counts[2] * sizeof *mesh->sampling.samples;
 }
-
 static void sampled_mesh_destroy(void* user) {
     sampled_mesh* mesh = user;
     plii_release(mesh->context, mesh->sampling.samples, sampled_mesh_bytes(mesh));
