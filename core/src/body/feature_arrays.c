@@ -16,7 +16,7 @@ static feature_counts feature_counts_of(int nodes, int links, int faces) {
 static feature_counts feature_counts_now(const pli_body* body) {
     return feature_counts_of(body->node_count, body->link_count, body->topology->face_count);
 }
-static feature_counts feature_counts_before(const pli_body* body, const plii_topology_change* change) {
+static feature_counts feature_counts_before(const plii_topology_change* change) {
     return feature_counts_of(change->old_node_count, change->old_link_count, change->old_face_count);
 }
 
@@ -53,10 +53,8 @@ size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* 
 bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state) {
     const feature_counts counts = feature_counts_now(body);
     for (EACH_ARRAY(array, klass)) {
-        const size_t size = array->is_optional ? 0 : feature_array_size(array, &counts);
-        void* block = plii_allocate(body->context, size);
-        feature_array_set(body, array, state, block);
-        if (block == NULL && size > 0) {
+        const bool is_wanted = !array->is_optional && feature_array_size(array, &counts) > 0;
+        if (is_wanted && !plii_feature_array_add(body, array, state)) {
             plii_feature_arrays_release(body, klass, state, false);
             return false;
         }
@@ -108,7 +106,7 @@ int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* kl
 
 void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klass, void* state,
                                   const plii_topology_change* change, void** blocks) {
-    const feature_counts before = feature_counts_before(body, change);
+    const feature_counts before = feature_counts_before(change);
     for (EACH_ARRAY(array, klass)) {
         void** block = &blocks[array - klass->arrays];
         if (array->length == PLII_LIST) { continue; }
@@ -121,7 +119,7 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
 
 void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
                               const plii_topology_change* change, void** blocks) {
-    const feature_counts before = feature_counts_before(body, change);
+    const feature_counts before = feature_counts_before(change);
     for (EACH_ARRAY(array, klass)) {
         plii_release(body->context, blocks[array - klass->arrays], feature_array_size(array, &before));
     }

@@ -3,7 +3,6 @@
 #include "body/pipeline.h"
 
 #include "body/node_constraint.h"
-#include "body/substep.h"
 
 #include <string.h>
 

@@ -2,6 +2,7 @@
 
 /* Features of a body: enabling them, and running those that act in a stage. */
 
+#include "body/all_features.h"
 #include "body/world_state.h"
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */

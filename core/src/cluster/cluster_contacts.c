@@ -1,5 +1,4 @@
-/* Contacts of clusters with rigid bodies, with clusters of other bodies and of their own, solved together with the
-   joints. Bullet: CollideCL_RS, CollideCL_SS, SolveContact and CJoint. */
+/* Contacts of clusters with rigid bodies and clusters, solved with the joints. Bullet: CollideCL_RS, CollideCL_SS. */
 
 #include "body/contact_report.h"
 #include "body/pipeline.h"

@@ -148,8 +148,6 @@ typedef struct plii_cluster_contacts {
     plii_key_table neighbours;    /* pairs of clusters of this body that never meet */
 } plii_cluster_contacts;
 
-extern const plii_feature_class plii_cluster_contacts_class;
-
 /* Of contacts in reference mode. */
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, float dt, int iterations);
 void plii_cluster_contact_solve(plii_cluster_contact* contact);

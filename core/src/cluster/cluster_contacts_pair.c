@@ -1,7 +1,6 @@
-/* What is known of pairs from step to step, and the contacts that they get.
-   Contacts of a pair of clusters, or of a cluster and a rigid body, are followed from step to step instead of measured
-   anew: while the sides hardly move against each other, their points move with the frames, to first order as the
-   nearest points do. As btPersistentManifold keeps contacts, but all or none. */
+/* What is known of pairs from step to step, and the contacts that they get. Contacts of clusters with each other or
+   with rigid bodies are followed instead of measured anew: while the sides hardly move against each other, their points
+   move with the frames, to first order as the nearest points do. As btPersistentManifold, but all or none. */
 
 #include "cluster/cluster_contacts_pair.h"
 

@@ -2,7 +2,6 @@
    (CollideCL_RS); otherwise up to three more at nodes and corners far from it, so that flat sides rest on each other.
    Shapes that are not convex are met node by node. */
 
-#include "body/world_state.h"
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"

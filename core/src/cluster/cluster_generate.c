@@ -2,7 +2,6 @@
 
 #include "base/csr.h"
 #include "base/scratch.h"
-#include "body/world_state.h"
 #include "cluster/cluster_impl.h"
 
 /* Everything that one generation needs besides the clusters themselves. */

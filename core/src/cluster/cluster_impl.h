@@ -59,7 +59,6 @@ typedef struct plii_clusters {
     pli_vec4* node_sums;   /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
 } plii_clusters;
 
-extern const plii_feature_class plii_clusters_class;
 extern const plii_field plii_cluster_settings_fields[6];
 
 /* NULL when clusters are not enabled. */

@@ -1,7 +1,6 @@
 /* The joints of a body, and when a step solves them. Bullet: prepareClusters, solveClusters, cleanupClusters. */
 
 #include "base/id_pool.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "cluster/joint_impl.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 
-/* One end of a joint or of a cluster contact while a step is solved: a cluster, a rigid body, or something that does
-   not move. Bullet: btSoftBody::Body, in its order of operations. */
+/* One end of a joint or cluster contact in a solve: a cluster, a rigid body, or what does not move. Bullet: Body. */
 
 #include "body/rigid_impl.h"
 #include "cluster/cluster_impl.h"
@@ -23,8 +22,7 @@ typedef struct plii_joint_end {
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster);
 plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid);
 
-/* Impulse per unit of relative velocity at offsets r_a and r_b; zero when neither side can move.
-   Bullet: ImpulseMatrix(ima, iia, ra, imb, iib, rb) */
+/* Impulse per unit of relative velocity at two offsets; zero when neither side can move. Bullet: ImpulseMatrix */
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b);
 /* Bullet: AngularImpulseMatrix */
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b);

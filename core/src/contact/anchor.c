@@ -1,9 +1,7 @@
-/* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
-   contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
+/* Anchors between nodes and points of rigid bodies, in the order of creation. Bullet: appendAnchor, PSolve_Anchors. */
 
 #include "pliant/anchor.h"
 #include "base/id_pool.h"
-#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
@@ -223,14 +221,6 @@ static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep*
     }
 }
 
-enum { ANCHOR_SUBSTEP_ORDER = 50 }; /* they take their nodes along after links and tethers */
-static const plii_substep_class anchor_substepped = {
-    .order = ANCHOR_SUBSTEP_ORDER,
-    .begin = anchor_substeps_begin,
-    .restart = anchor_substep_restart,
-    .sweep = anchor_substep_sweep,
-};
-
 // ----------------------------------------------------------------------------------------------------- the feature
 
 /* body->anchored of a node that is in the list of a call. */
@@ -284,7 +274,8 @@ static pli_status anchor_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 
-enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
+/* Before contacts; after all; they take their nodes along after links and tethers. */
+enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200, ANCHOR_SUBSTEP_ORDER = 50 };
 
 static bool anchor_is_sound(const pli_body* body, const void* data) {
     const plii_anchors* anchors = data;
@@ -317,7 +308,10 @@ const plii_feature_class plii_anchor_class = {
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
                [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},
                [PLII_STAGE_FINISH] = {anchor_finish, ANCHOR_LAST_ORDER}},
-    .substepped = &anchor_substepped,
+    .substepped = &(const plii_substep_class){.order = ANCHOR_SUBSTEP_ORDER,
+                                              .begin = anchor_substeps_begin,
+                                              .restart = anchor_substep_restart,
+                                              .sweep = anchor_substep_sweep},
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,
     .visit_joined = anchor_visit_joined,

@@ -364,15 +364,6 @@ static void faces_sweep(pli_body* body, void* data, const plii_substep* substep)
     }
 }
 
-enum { RIGID_FACES_SUBSTEP_ORDER = 58 }; /* before those of nodes */
-static const plii_substep_class rigid_faces_substepped = {
-    .order = RIGID_FACES_SUBSTEP_ORDER,
-    .is_in_iterations = true,
-    .begin = faces_begin,
-    .restart = faces_restart,
-    .sweep = faces_sweep,
-};
-
 // -------------------------------------------------------------------------------------------------------- the feature
 
 pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
@@ -405,8 +396,8 @@ static void rigid_faces_disable(pli_body* body, void* data) {
     rigid_faces_build(body, data);
 }
 
-/* After contacts of nodes with rigid bodies. */
-enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
+/* After contacts of nodes with rigid bodies; in substeps before them. */
+enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25, RIGID_FACES_SUBSTEP_ORDER = 58 };
 
 static void rigid_faces_on_restored(pli_body* body, void* data) {
     (void)plii_pair_cache_index_before(body->context, &((plii_rigid_faces*)data)->memory);
@@ -438,7 +429,11 @@ const plii_feature_class plii_rigid_faces_class = {
                [PLII_STAGE_PREPARE] = {rigid_faces_prepare, RIGID_FACES_ORDER},
                [PLII_STAGE_POSITION] = {rigid_faces_solve, RIGID_FACES_ORDER},
                [PLII_STAGE_FINISH] = {rigid_faces_finish, RIGID_FACES_ORDER}},
-    .substepped = &rigid_faces_substepped,
+    .substepped = &(const plii_substep_class){.order = RIGID_FACES_SUBSTEP_ORDER,
+                                              .is_in_iterations = true,
+                                              .begin = faces_begin,
+                                              .restart = faces_restart,
+                                              .sweep = faces_sweep},
     .enable = rigid_faces_enable,
     .disable = rigid_faces_disable,
     .collide_rigid = plii_rigid_faces_collide,

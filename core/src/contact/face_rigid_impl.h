@@ -95,7 +95,6 @@ static inline bool plii_rigid_faces_are_solved(const pli_body* body) {
 void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                       pli_transform end, plii_rigid_face_contact* contact);
 
-extern const plii_feature_class plii_rigid_faces_class;
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);

@@ -1,6 +1,5 @@
 /* Boxes of nodes that are kept from step to step. Bullet: m_ndbvt of a btSoftBody without VF_SS. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/bounds.h"
 #include "pliant/bullet_reference.h"

@@ -50,7 +50,6 @@ typedef struct plii_rigid_contacts {
     plii_rigid_substeps substeps;
 } plii_rigid_contacts;
 
-extern const plii_feature_class plii_rigid_contacts_class;
 extern const plii_substep_class plii_rigid_contacts_substepped;
 
 /* Gives way to nodes that have no room between the surfaces found last and others. */

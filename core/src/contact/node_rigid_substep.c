@@ -17,9 +17,7 @@ static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int 
 }
 
 static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps* substeps) {
-    int** nearest = &substeps->fixed_of_node;
-    if (*nearest == NULL) { *nearest = plii_allocate(body->context, (size_t)body->node_count * sizeof **nearest); }
-    return *nearest != NULL;
+    return substeps->fixed_of_node != NULL || PLII_ALLOCATE(body->context, &substeps->fixed_of_node, body->node_count);
 }
 
 /* For `count` contacts, all with dynamic bodies or all with others. */

@@ -325,21 +325,15 @@ pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     return (pli_soft_contacts_def){.friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
 
-static pli_status soft_allocate_boxes(pli_body* body, plii_soft_contacts_state* state) {
-    if (PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&
-        PLII_ALLOCATE(body->context, &state->face_boxes, body->topology->face_count)) {
-        return PLI_OK;
-    }
-    soft_release_boxes(body, state);
-    return PLI_ERROR_OUT_OF_MEMORY;
-}
-
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);
     const bool was_enabled = plii_feature_state(body, &plii_soft_contacts_class) != NULL;
     PLII_TRY_ENABLE(body, plii_soft_contacts_state, state, plii_soft_contacts_class);
-    if (used.bullet_boxes && state->node_boxes == NULL && soft_allocate_boxes(body, state) != PLI_OK) {
+    const bool wants_boxes = used.bullet_boxes && state->node_boxes == NULL;
+    if (wants_boxes && !(PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&
+                         PLII_ALLOCATE(body->context, &state->face_boxes, body->topology->face_count))) {
+        soft_release_boxes(body, state);
         if (!was_enabled) { plii_feature_disable(body, &plii_soft_contacts_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
     }

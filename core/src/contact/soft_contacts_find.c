@@ -6,7 +6,6 @@
 
 #include "body/pipeline.h"
 #include "contact/soft_contacts_impl.h"
-#include "geometry/closest_point.h"
 #include "geometry/closest_point4.h"
 
 #include <string.h>

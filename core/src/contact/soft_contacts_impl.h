@@ -68,8 +68,6 @@ typedef struct plii_soft_contacts_state {
     int group_capacity;
 } plii_soft_contacts_state;
 
-extern const plii_feature_class plii_soft_contacts_class;
-
 static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {
     return plii_vec3_is_finite(box.min) && plii_vec3_is_finite(box.max);
 }

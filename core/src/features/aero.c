@@ -1,8 +1,6 @@
-/* Lift and drag of nodes or faces that move relative to the wind.
-   Bullet: addAeroForceToNode and addAeroForceToFace, in their order of operations. Two classes, because the vertex
-   models act before pressure and the face models after it. Formulas are written for four areas at a time. */
+/* Lift and drag of nodes or faces that move relative to the wind. Bullet: addAeroForceToNode, addAeroForceToFace, in
+   their order of operations; two classes, as vertex models act before pressure and face models after it. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/simd_float4.h"
 #include "pliant/forces.h"

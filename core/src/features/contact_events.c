@@ -2,7 +2,6 @@
 
 #include "pliant/contact_events.h"
 
-#include "body/all_features.h"
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "geometry/pair_cache.h"

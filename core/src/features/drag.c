@@ -4,7 +4,6 @@
 
 #include "pliant/drag.h"
 #include "base/id_pool.h"
-#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep.h"

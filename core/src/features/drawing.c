@@ -1,7 +1,6 @@
 /* Positions and normals for renderers. */
 
 #include "pliant/drawing.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 
 #include <string.h>

@@ -1,7 +1,6 @@
 /* Pinned nodes that are led: each goes to its target within one step, in a straight line at one speed, so that what
    looks at positions, motions or velocities sees the same. Afterwards it stays. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 
 typedef struct node_motion {

@@ -2,7 +2,6 @@
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
 #include "pliant/pose.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/polar.h"
 

@@ -1,6 +1,5 @@
 /* Pressure of a gas in a closed surface: coefficient / |volume| on its faces. Bullet: kPR in applyForces. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "pliant/forces.h"
 

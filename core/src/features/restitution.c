@@ -2,7 +2,6 @@
    comes near, as in Müller and others, "Detailed Rigid Body Simulation with Extended Position Based Dynamics" (2020),
    section 3.6. Contacts of nodes and faces are asked for what they report, before and after. */
 
-#include "body/all_features.h"
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"

@@ -1,7 +1,6 @@
 /* Sleep: which bodies rest, what falls asleep together, and what wakes it. */
 
 #include "base/union_find.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/bounds.h"
 

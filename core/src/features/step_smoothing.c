@@ -2,7 +2,6 @@
    over its own length; between steps of 1/15 and 1/240 s that gives 256 times the energy. Here what a step changes
    about free flight counts as if it had taken as long as a step before. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 
 /* The reference length falls as errors do, within these bounds: an error d acts as a spring of m / H^2. */

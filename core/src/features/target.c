@@ -3,7 +3,6 @@
 
 #include "pliant/target.h"
 #include "base/scratch.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
 
@@ -264,20 +263,19 @@ static bool target_is_sound(const pli_body* body, const void* data) {
     return true;
 }
 
-static const plii_field target_fields[] = {
-    PLII_FIELD(pli_target, max_distance, 0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE),
-};
 const plii_feature_class plii_target_class = {
     .name = "targets",
     .state_size = sizeof(target_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
                                     PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B")),
     .is_sound = target_is_sound,
-    .arrays = PLII_ARRAYS({PLII_COUNTED_LIST(target_state, items, capacity, count), .is_kept = true,
-                           PLII_SAVED_AS("n3fBf2if12f"), .settings = PLII_LIMITS(target_item, limits, target_fields)},
-                          {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(target_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("n3fBf2if12f"),
+         .settings =
+             PLII_LIMITS_AT(offsetof(target_item, limits), PLII_FIELD(pli_target, max_distance, 0, PLI_MAX_COORDINATE),
+                            PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+                            PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE))},
+        {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},

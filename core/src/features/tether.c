@@ -4,7 +4,6 @@
    one side alone, neighbours whose nearest origins differ are drawn apart by what lies on them. */
 
 #include "pliant/tether.h"
-#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"

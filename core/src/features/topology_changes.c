@@ -1,6 +1,5 @@
 /* What cuts and refinements have made of nodes and faces, for whoever keeps data beside them. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "pliant/drawing.h"
 

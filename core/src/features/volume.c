@@ -1,7 +1,5 @@
-/* Conservation of volume: a pressure of (rest volume - volume) * coefficient on the faces.
-   Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
+/* Conservation of volume: a pressure of (rest volume - volume) * coefficient on the faces. Bullet: kVC. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "pliant/forces.h"
 

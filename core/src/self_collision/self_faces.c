@@ -1,12 +1,10 @@
-/* Self-collision of faces: nodes with faces and edges with edges that have no node in common.
-   Pairs within reach are collected once per step; of those, a substep looks at the ones that could come together in it.
-   Nearest points at the start of a step (or substep) give each pair a plane between its two sides. Pairs nearer than
-   the thickness are pushed apart along its normal, like other contacts; whatever constraints do after that, motions are
-   in the end cut short where a pair would get to the wrong side of its plane. So nothing that starts apart ever
-   crosses. Lan and others, "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact", cut
-   motions short in the same spirit. */
+/* Self-collision of faces: nodes with faces and edges with edges that have no node in common. Pairs within reach are
+   collected once per step; of those, a substep looks at the ones that could come together in it. Nearest points at the
+   start of a step (or substep) give each pair a plane between its sides. Pairs nearer than the thickness are pushed
+   apart along its normal, like other contacts; whatever constraints do then, motions are in the end cut short where a
+   pair would get to the wrong side of its plane. So nothing that starts apart ever crosses, as in Lan and others,
+   "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact". */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "self_collision/self_faces_impl.h"
 

@@ -1,7 +1,6 @@
 /* Self-collision of nodes by two grids, the second shifted by half a cell (Kang, "Efficient Methods for Cloth Animation
    and Collision Handling"): nodes in one cell are compared after each step. Pairs across walls of both are not seen. */
 
-#include "body/all_features.h"
 #include "body/link_graph.h"
 #include "body/pipeline.h"
 #include "geometry/spatial_hash.h"

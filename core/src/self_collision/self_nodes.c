@@ -1,7 +1,6 @@
 /* Self-collision of nodes (Mueller, "Ten Minute Physics" 15): pairs from a dense hash, found as nodes leave their
    paths; smaller distances at rest count as thickness; a speed limit; friction towards the mean motion of a pair. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/simd_float4.h"
 #include "self_collision/self_node_pairs.h"

@@ -1,5 +1,4 @@
-/* The solid inside of triangles by signed distances on a dense grid, interpolated trilinearly; the normal is the
-   gradient of the interpolant. How the samples come about: sdf_grid.c. */
+/* The solid inside of triangles by distances on a dense grid (sdf_grid.c), trilinear; normals are its gradient. */
 
 #include "geometry/sdf_grid.h"
 #include "math/bounds.h"
