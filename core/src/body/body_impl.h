@@ -231,12 +231,10 @@ bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 static inline bool plii_body_is_stopped(const pli_body* body) {
     return body->is_frozen || body->is_asleep;
 }
-
 /* Not stepped. */
 static inline bool plii_body_is_idle(const pli_body* body) {
     return plii_body_is_stopped(body) || body->interval.is_waiting;
 }
-
 /* Wakes what is asleep. */
 static inline void plii_body_note_change(pli_body* body) {
     body->is_woken = true;
@@ -276,7 +274,6 @@ static inline int plii_body_contact_bound(const pli_body* body) {
     const int most = 1024;
     return body->node_count < most ? body->node_count : most;
 }
-
 /* Bytes from `positions` to the end of `velocities`; each array begins on a line of the cache. */
 static inline size_t plii_body_node_block_size(const pli_body* body) {
     const size_t size = (size_t)body->node_count * sizeof(pli_vec4);

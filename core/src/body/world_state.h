@@ -84,13 +84,11 @@ static inline void plii_world_begin_body(const pli_body* body) {
     const plii_pass pass = {body->world_index, NULL};
     plii_thread.pass = pass;
 }
-
 /* Rigid bodies that take impulses go along while the body is solved (substep_rigid.h). */
 static inline bool plii_follows_rigids(const pli_body* body) {
     const plii_solver_class* solver = body->solver_class;
     return solver->has_substeps || !(solver->solves_constraints || body->world->def.reference_mode);
 }
-
 static inline void plii_world_profile(const pli_world* world, const char* stage, const char* feature, bool begins) {
     if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-/* Contacts of nodes with the faces of other soft bodies: the feature is soft_contacts.c, others search and solve. */
+/* Contacts of nodes with faces of other bodies: feature soft_contacts.c, search ..._find.c, solve ..._couple.c. */
 
 #include "body/contact_report.h"
 #include "contact/contact_substep.h"

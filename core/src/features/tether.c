@@ -128,7 +128,7 @@ static bool tether_measure(const pli_body* body, tether_state* state) {
     return !scratch.is_short;
 }
 
-/* Origins drawn apart farther than the body reaches let it stretch by as much, or nodes would be drawn over. */
+/* Origins farther apart than the body reaches let it stretch as much, or nodes would be drawn to the other one. */
 static float tether_spread(const tether_state* state, const pli_vec3 origins[TETHER_LANDMARKS]) {
     float spread = 1.0f;
     for (int a = 0; a < TETHER_LANDMARKS && state->landmarks[a] != PLI_NULL_INDEX; ++a) {

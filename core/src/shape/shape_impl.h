@@ -59,7 +59,6 @@ static inline pli_bounds plii_shape_source_bounds(const pli_shape* shape) {
     const pli_shape_def* def = shape->source != NULL ? &shape->source->def : &shape->def;
     return def->bounds(def->user);
 }
-
 /* Trilinear between the corners of a cell, lower face before upper one, in the operations of btSparseSdf. */
 static inline float plii_shape_interpolate(const float d[8], pli_vec3 f, pli_vec3* gradient) {
     gradient->x = plii_lerp(plii_lerp(d[1] - d[0], d[2] - d[3], f.y), plii_lerp(d[5] - d[4], d[6] - d[7], f.y), f.z);
