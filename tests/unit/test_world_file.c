@@ -2,8 +2,7 @@
    that a file says harms the library. */
 
 #include "body/all_features.h"
-#include "body/body_impl.h"
-#include "body/feature_arrays.h"
+#include "body/pipeline.h"
 #include "file/file_impl.h"
 
 #include "failing_allocator.h"

@@ -13,23 +13,19 @@
 pli_status plii_check_body_free(const pli_body* body, const char* function) {
     return PLII_LOAD(&body->world->is_entered) ? plii_refuse_entered(body->world, function) : PLI_OK;
 }
-
 pli_status plii_check_body_between_steps(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_world_idle(body->world, function);
 }
-
 pli_status plii_check_body_idle(pli_body* body, const char* function) {
     PLII_TRY(plii_check_body_between_steps(body, function));
     plii_body_note_change(body);
     return PLI_OK;
 }
-
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_index(body->context, node, body->node_count, "node", "body", function);
 }
-
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function) {
     if (body->topology->face_count > 0) { return PLI_OK; }
     return plii_fail(body->context, PLI_ERROR_INVALID_MESH, function, "%s, the body has none", need);
@@ -80,23 +76,11 @@ void plii_body_release_arrays(pli_body* body) {
     plii_topology_release(body->context, body->topology);
 }
 
-void plii_body_release(pli_body* body) {
+static void body_release(pli_body* body) {
     plii_body_release_arrays(body);
     PLII_RELEASE(body->context, body->materials, body->material_count);
     PLII_RELEASE(body->context, body->ignored_rigids, body->ignored_rigid_capacity);
     plii_handle_release(body->context, body, PLII_HANDLE_BODY, sizeof *body);
-}
-
-static pli_status body_allocate(pli_body* body, pli_mesh* mesh) {
-    pli_context* context = body->context;
-    body->node_count = mesh->node_count;
-    body->link_count = mesh->link_count;
-    body->material_count = mesh->material_count;
-    body->materials = plii_duplicate(context, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
-    body->topology = plii_mesh_acquire_topology(mesh, context);
-    const bool complete = plii_body_allocate_arrays(body, body_needs_link_tags(mesh)) && body->materials != NULL &&
-                          body->topology != NULL;
-    return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static double mesh_distance(const pli_mesh* mesh, int a, int b) {
@@ -123,6 +107,7 @@ static float body_margin_of_mesh(const pli_world* world, const pli_mesh* mesh) {
 }
 
 static void body_cook(pli_body* body, const pli_mesh* mesh) {
+    memcpy(body->materials, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 p = mesh->positions[i];
         body->positions[i] = (pli_vec4){p.x, p.y, p.z, mesh->inverse_masses[i]};
@@ -139,34 +124,37 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
     plii_body_update_bounds(body);
 }
 
-/* What every body is at first. */
-static pli_body* body_begin(pli_world* world) {
+/* With arrays, not in the world; takes the topology, NULL for lack of memory. NULL when out of memory. */
+static pli_body* body_make(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                           plii_topology* topology) {
     pli_body* made = plii_handle_create(world->context, PLII_HANDLE_BODY, sizeof *made);
-    if (made == NULL) { return NULL; }
+    if (made == NULL) {
+        plii_topology_release(world->context, topology);
+        return NULL;
+    }
     made->world = world;
     made->context = world->context;
     made->solver_class = &plii_position_solver;
     made->sweep_links = plii_links_sweep;
     made->interval.steps = 1;
-    return made;
-}
-
-pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
-                                plii_topology* topology) {
-    pli_body* made = body_begin(world);
-    if (made == NULL) {
-        plii_topology_release(world->context, topology);
-        return NULL;
-    }
     made->node_count = node_count;
     made->link_count = link_count;
     made->material_count = material_count;
     made->topology = topology;
-    const bool complete = plii_body_allocate_arrays(made, has_tags) &&
-                          PLII_ALLOCATE(world->context, &made->materials, material_count) && topology != NULL &&
-                          plii_world_add_body(world, made) == PLI_OK;
-    if (!complete) { plii_body_release(made); }
-    return complete ? made : NULL;
+    if (topology != NULL && plii_body_allocate_arrays(made, has_tags) &&
+        PLII_ALLOCATE(world->context, &made->materials, material_count)) {
+        return made;
+    }
+    body_release(made);
+    return NULL;
+}
+
+pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                                plii_topology* topology) {
+    pli_body* made = body_make(world, node_count, link_count, material_count, has_tags, topology);
+    if (made == NULL || plii_world_add_body(world, made) == PLI_OK) { return made; }
+    body_release(made);
+    return NULL;
 }
 
 pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body) {
@@ -186,24 +174,26 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
                          mesh->material_count, PLII_MAX_MATERIALS);
     }
 
-    pli_body* made = body_begin(world);
-    if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the body"); }
-    made->user_data = used.user_data;
-    made->collision_margin =
-        used.collision_margin != PLI_MARGIN_OF_MESH ? used.collision_margin : body_margin_of_mesh(world, mesh);
-    made->solver = used.solver;
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
-    pli_status status = body_allocate(made, (pli_mesh*)(uintptr_t)mesh);
-    if (status == PLI_OK) {
+    plii_topology* topology = plii_mesh_acquire_topology((pli_mesh*)(uintptr_t)mesh, context);
+    pli_body* made = body_make(world, mesh->node_count, mesh->link_count, mesh->material_count,
+                               body_needs_link_tags(mesh), topology);
+    pli_status status = made != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    if (made != NULL) {
+        made->user_data = used.user_data;
+        made->collision_margin =
+            used.collision_margin != PLI_MARGIN_OF_MESH ? used.collision_margin : body_margin_of_mesh(world, mesh);
+        made->solver = used.solver;
         body_cook(made, mesh);
         status = plii_feature_enable(made, &plii_links_class, NULL);
         if (status == PLI_OK) { status = plii_world_add_body(world, made); }
+        if (status != PLI_OK) {
+            plii_feature_disable_all(made);
+            body_release(made);
+        }
     }
     if (status != PLI_OK) {
-        plii_feature_disable_all(made);
-        plii_body_release(made);
-        return PLII_FAIL(context, status, "no memory for a body of %d nodes and %d links", mesh->node_count,
-                         mesh->link_count);
+        return PLII_FAIL(context, status, "no memory for %d nodes and %d links", mesh->node_count, mesh->link_count);
     }
     *body = made;
     return PLI_OK;
@@ -213,7 +203,7 @@ void pli_body_destroy(pli_body* body) {
     if (body == NULL || plii_check_body_idle(body, __func__) != PLI_OK) { return; }
     plii_world_remove_body(body->world, body);
     plii_feature_disable_all(body);
-    plii_body_release(body);
+    body_release(body);
 }
 
 // ------------------------------------------------------------------------------------------------- settings
@@ -253,8 +243,6 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     plii_body_update_bounds(body);
     return PLI_OK;
 }
-
-// ------------------------------------------------------------------------------------------ derived quantities
 
 void plii_body_refresh_in_step(pli_body* body) {
     if (plii_solver_update_bounds(body) && plii_solver_check_velocities(body)) {
@@ -304,7 +292,6 @@ static pli_status body_check_link(const pli_body* body, int link, const char* fu
     PLII_TRY(plii_check_body(body, function));
     return plii_check_index(body->context, link, body->link_count, "link", "body", function);
 }
-
 float pli_body_get_rest_length(const pli_body* body, int link) {
     return body_check_link(body, link, __func__) == PLI_OK ? sqrtf(body->links[link].rest_length_squared) : 0.0f;
 }
@@ -487,7 +474,6 @@ static int body_find_ignored_rigid(const pli_body* body, const pli_rigid* rigid)
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     return body_find_ignored_rigid(body, rigid) != PLI_NULL_INDEX;
 }
-
 bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     if (plii_check_body(body, __func__) != PLI_OK) { return false; }
     if (plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__) != PLI_OK) { return false; }

@@ -23,16 +23,14 @@ typedef struct plii_solver_pace {
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    /* The solve: begin -> (sweep -> couple)*n -> SETTLE -> end. Bodies that touch each other go through it side by side
-       where they can (world/world_impl.h). */
+    /* begin -> (sweep -> couple)*n -> SETTLE -> end; bodies that touch side by side (world/world_impl.h). */
     plii_solver_pace (*pace)(const pli_body* body);
     void (*begin)(pli_body* body);
     void (*sweep)(pli_body* body);
     void (*couple)(pli_body* body);
     void (*end)(pli_body* body);
     bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
-    /* Of the collision margin: contacts with rigid bodies that are not solved in sweeps are looked for so much further
-       out. */
+    /* Of the margin: so much further out contacts with rigid bodies are looked for that sweeps do not solve. */
     float contact_reach;
     /* Takes the constraints of features (node_constraint.h) into its system; their position solves rest. */
     bool solves_constraints;
@@ -183,6 +181,21 @@ static inline float plii_link_mass_term(const pli_body* body, int link) {
     const int* nodes = body->links[link].nodes;
     return (body->positions[nodes[0]].w + body->positions[nodes[1]].w) / plii_link_stiffness(body, link);
 }
+/* Inverse of the mass that some nodes show at a point, 1/kg, if pinned ones were as light as the lightest of the
+   others. Where the point moves by what this tells, no node goes much farther than the point would; without it, a node
+   that bears a thousandth of it beside pinned ones goes a thousand times as far. `nodes`: w = inverse mass. */
+static inline float plii_point_weight_unpinned(const pli_vec4* nodes, int count, const int* indices,
+                                               const float* weights) {
+    float lightest = 0.0f, sum = 0.0f;
+    for (int k = 0; k < count; ++k) {
+        lightest = plii_max(lightest, nodes[indices[k]].w);
+    }
+    for (int k = 0; k < count; ++k) {
+        const float inverse_mass = nodes[indices[k]].w;
+        sum += weights[k] * weights[k] * (inverse_mass > 0.0f ? inverse_mass : lightest);
+    }
+    return sum;
+}
 /* What follows from positions, after they were set. */
 void plii_body_refresh(pli_body* body);
 void plii_body_refresh_in_step(pli_body* body); /* the thread is in a walk */
@@ -206,8 +219,7 @@ void plii_solver_set_step(pli_body* body, float dt);
 /* PLI_OK when an idle body may start or stop to be stepped by `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
 
-/* Bounds of the nodes. False when one is NaN or beyond the largest coordinate: the body is put back to the start of the
-   step and frozen then, with an event. */
+/* Bounds of the nodes. False when one is beyond the largest coordinate: then the body is put back and frozen. */
 bool plii_solver_update_bounds(pli_body* body);
 /* The same for velocities, at the end of a step; where they follow from positions in bounds nothing is looked at. */
 bool plii_solver_check_velocities(pli_body* body);
@@ -221,12 +233,10 @@ bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 static inline bool plii_body_is_stopped(const pli_body* body) {
     return body->is_frozen || body->is_asleep;
 }
-
 /* Not stepped. */
 static inline bool plii_body_is_idle(const pli_body* body) {
     return plii_body_is_stopped(body) || body->interval.is_waiting;
 }
-
 /* Wakes what is asleep. */
 static inline void plii_body_note_change(pli_body* body) {
     body->is_woken = true;
@@ -261,13 +271,11 @@ pli_status plii_body_check_between(const pli_body* body, const char* what, int i
 /* PLI_OK, or the error of a body without faces, for something that needs them: "pressure acts on faces". */
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function);
 
-/* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from
-   everything. */
+/* For contacts of how many nodes there is room ahead: of large bodies most nodes are far from everything. */
 static inline int plii_body_contact_bound(const pli_body* body) {
     const int most = 1024;
     return body->node_count < most ? body->node_count : most;
 }
-
 /* Bytes from `positions` to the end of `velocities`; each array begins on a line of the cache. */
 static inline size_t plii_body_node_block_size(const pli_body* body) {
     const size_t size = (size_t)body->node_count * sizeof(pli_vec4);
@@ -278,9 +286,6 @@ static inline size_t plii_body_node_block_size(const pli_body* body) {
 bool plii_body_allocate_arrays(pli_body* body, bool has_tags);
 /* With the topology. */
 void plii_body_release_arrays(pli_body* body);
-/* A body of the world that has nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when
-   out of memory. */
+/* Nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when out of memory. */
 pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
                                 plii_topology* topology);
-/* Of one that is in no world, and has no features. */
-void plii_body_release(pli_body* body);

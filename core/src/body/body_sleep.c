@@ -21,7 +21,6 @@ void plii_body_fall_asleep(pli_body* body, uint32_t group) {
 bool pli_body_is_asleep(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->is_asleep && !body->is_woken;
 }
-
 bool pli_body_is_resting(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->is_resting;
 }

@@ -47,10 +47,15 @@ static inline bool plii_contact_impulses_add(const pli_body* body, plii_contact_
     impulses->items[index] = pli_vec3_make(0, 0, 0);
     return true;
 }
-static inline pli_vec3 plii_contact_impulses_get(const pli_body* body, const plii_contact_impulses* impulses,
-                                                 int index) {
-    return body->records_contacts ? impulses->items[index] : pli_vec3_make(0, 0, 0);
+static inline pli_vec3 plii_contact_impulses_get(const pli_body* body, const plii_contact_impulses* from, int index) {
+    return body->records_contacts ? from->items[index] : pli_vec3_make(0, 0, 0);
 }
 static inline void plii_contact_impulses_push(const plii_contact_impulses* impulses, int index, pli_vec3 impulse) {
     impulses->items[index] = pli_vec3_add(impulses->items[index], impulse);
 }
+
+/* An order of contacts that the caller gives, for comparisons with other engines: contact `order[i]` of the first array
+   of a feature comes to place i. Fails, and changes nothing, when the feature is not enabled, the world not between
+   predict and solve, or `order` does not name each once. */
+pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass, const int* order, int count,
+                                 const char* function);

@@ -1,21 +1,10 @@
 #pragma once
 
-/* What a feature of a body is.
-
-   A step runs stages, never features:
-
-       per body    FORCES -> (integrate) -> UPDATE            pli_world_predict
-       per pair    collide_rigid, collide_body                pli_world_collide_*
-       all bodies  JOINT_PREPARE -> JOINT_SOLVE*n -> JOINT_FINISH           pli_world_solve
-       per body    PREPARE -> VELOCITY*n -> (POSITION -> COUPLE)*n -> SETTLE -> DRIFT*n -> FINISH   pli_world_solve
-       per body    REFRESH, after all bodies are solved
-
-   These are btSoftBody's stages, so that results can be compared one by one. A feature is one file, or a few of one
-   name, with one class and one enable function. Only the reader of files names all features (body/all_features.h,
-   file/file_features.c): what a program does not enable it does not link. */
+/* What a feature of a body is. A step runs stages, never features (docs/architecture.md); they are those of btSoftBody,
+   so that results can be compared. A feature is one file, or a few of one name, with one class and one enable function.
+   Only the reader of files names all (body/all_features.h, file/file_features.c): what is not enabled is not linked. */
 
 #include "math/definition.h"
-#include "pliant/body.h"
 #include "pliant/rigid.h"
 
 #include <stddef.h>
@@ -90,8 +79,7 @@ typedef struct plii_topology_change {
 /* What the length of an array follows. */
 typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PLII_LIST } plii_array_length;
 
-/* What snapshots do with an array, or with a part of a state. Each says: the test of snapshots fails on one that does
-   not. */
+/* What snapshots do with an array, or a part of a state. Each says it: the test of snapshots fails else. */
 typedef enum plii_snapshot_share {
     PLII_NOT_SAID,
     PLII_SAVED,
@@ -126,6 +114,12 @@ typedef struct plii_feature_array {
 #define PLII_LIST_OF(type, pointer, capacity_member)                                                                   \
     PLII_MEMBER(type, pointer), .length = PLII_LIST, .capacity = offsetof(type, capacity_member)
 
+/* One that each step makes anew. */
+#define PLII_LEFT_LIST(type, pointer, capacity_member)                                                                 \
+    { PLII_LIST_OF(type, pointer, capacity_member), .snapshot = PLII_LEFT }
+#define PLII_LEFT_COUNTED(type, pointer, capacity_member, count_member)                                                \
+    { PLII_COUNTED_LIST(type, pointer, capacity_member, count_member), .snapshot = PLII_LEFT }
+
 #define PLII_SAVED_AS(letters) .snapshot = PLII_SAVED, .fields = letters
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 #define PLII_COUNTED_LIST(type, pointer, capacity_member, count_member)                                                \
@@ -137,11 +131,9 @@ typedef struct plii_feature_array {
 
 /* Lists of a plii_bvh. */
 #define PLII_BVH_LISTS(type, tree)                                                                                     \
-    {PLII_LIST_OF(type, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},                                       \
-        {PLII_LIST_OF(type, tree.boxes.groups, tree.boxes.capacity), .snapshot = PLII_LEFT},                           \
-        {PLII_LIST_OF(type, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT}, {                                   \
-        PLII_LIST_OF(type, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT                                 \
-    }
+    PLII_LEFT_LIST(type, tree.items, tree.item_capacity),                                                              \
+        PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity),                                                  \
+        PLII_LEFT_LIST(type, tree.keys, tree.key_capacity), PLII_LEFT_LIST(type, tree.sorting, tree.sorting_capacity)
 
 /* Of a plii_pair_record. */
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
@@ -195,15 +187,13 @@ typedef struct plii_feature_class {
         plii_run_fn* run; /* NULL: nothing in this stage */
         int order;
     } stages[PLII_STAGE_COUNT];
-    /* How it takes part in the substeps of a solver that has them, where POSITION is not run (substep.h). NULL: not.
-     */
+    /* How it takes part in substeps, where POSITION is not run (substep.h). NULL: not. */
     const struct plii_substep_class* substepped;
 
     /* All optional. */
     /* After the needs, with its arrays; must leave nothing behind on failure. */
     pli_status (*enable)(pli_body* body, void* state);
-    /* After `enable`, and after each change of topology: makes anew what follows from nodes, links and faces, and ends
-       what no longer fits them, as contacts. */
+    /* After `enable` and each cut: makes anew what follows from nodes, links and faces, ends what fits no more. */
     void (*build)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
@@ -224,8 +214,7 @@ typedef struct plii_feature_class {
     void (*visit_joined)(const void* state, plii_joined_fn* visit, void* user);
     /* The rigid bodies that its contacts of this step are with, some more than once. */
     void (*visit_met)(const void* state, plii_joined_fn* visit, void* user);
-    /* Does nothing until a call puts something into it, which makes it: worlds without it are the same. Its `enable`
-       may be called again. */
+    /* Made by calls that put something into it: worlds without it are the same. Its `enable` may be called again. */
     bool is_made_by_calls;
     const struct plii_solver_class* solver; /* that it brings: steps the body while it is enabled */
     bool meets_sensors;                     /* its collide_rigid is for them too */
@@ -251,9 +240,8 @@ typedef struct plii_feature_class {
     /* A change of topology has two phases, so that it happens wholly or not at all. Features go in the order of
        enabling, needs first. First each makes room in its lists, where it will need more; the body is as before, and
        may stay so. False when out of memory. When memory suffices for all, each gets the body with its new nodes, links
-       and faces, and must not fail: the new arrays of its table are in place, the old ones in `change->old_arrays`.
-       Needed by what keeps lists, as of contacts, which end, and by everything else that keeps data per node, link or
-       face. */
+       and faces, and must not fail: new arrays are in place, old ones in `change->old_arrays`. For what keeps lists, as
+       of contacts, which end, and all other data per node, link or face. */
     bool (*topology_reserve)(const pli_body* body, void* state, const plii_topology_change* change);
     void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change);
 } plii_feature_class;

@@ -1,8 +1,6 @@
 /* Arrays of features by their table. */
 
-#include "body/feature_arrays.h"
-
-#include "body/body_impl.h"
+#include "body/pipeline.h"
 
 #include <string.h>
 
@@ -15,12 +13,10 @@ static feature_counts feature_counts_of(int nodes, int links, int faces) {
     return (feature_counts){
         {[PLII_PER_NODE] = (size_t)nodes, [PLII_PER_LINK] = (size_t)links, [PLII_PER_FACE] = (size_t)faces}};
 }
-
 static feature_counts feature_counts_now(const pli_body* body) {
     return feature_counts_of(body->node_count, body->link_count, body->topology->face_count);
 }
-
-static feature_counts feature_counts_before(const pli_body* body, const plii_topology_change* change) {
+static feature_counts feature_counts_before(const plii_topology_change* change) {
     return feature_counts_of(change->old_node_count, change->old_link_count, change->old_face_count);
 }
 
@@ -30,7 +26,6 @@ void* plii_feature_array_address(const pli_body* body, const plii_feature_array*
     memcpy(&block, (array->is_in_body ? (const char*)body : (const char*)state) + array->member, sizeof block);
     return block;
 }
-
 static void feature_array_set(pli_body* body, const plii_feature_array* array, void* state, void* block) {
     memcpy((array->is_in_body ? (char*)body : (char*)state) + array->member, &block, sizeof block);
 }
@@ -58,32 +53,21 @@ size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* 
 bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state) {
     const feature_counts counts = feature_counts_now(body);
     for (EACH_ARRAY(array, klass)) {
-        const size_t size = array->is_optional ? 0 : feature_array_size(array, &counts);
-        void* block = plii_allocate(body->context, size);
-        feature_array_set(body, array, state, block);
-        if (block == NULL && size > 0) {
-            plii_feature_arrays_release(body, klass, state);
+        const bool is_wanted = !array->is_optional && feature_array_size(array, &counts) > 0;
+        if (is_wanted && !plii_feature_array_add(body, array, state)) {
+            plii_feature_arrays_release(body, klass, state, false);
             return false;
         }
     }
     return true;
 }
 
-static void feature_array_release(pli_body* body, const plii_feature_array* array, void* state) {
-    plii_release(body->context, plii_feature_array_address(body, array, state),
-                 plii_feature_array_bytes(body, array, state));
-    feature_array_set(body, array, state, NULL);
-}
-
-void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state) {
+void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state, bool only_scratch) {
     for (EACH_ARRAY(array, klass)) {
-        feature_array_release(body, array, state);
-    }
-}
-
-void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_class* klass, void* state) {
-    for (EACH_ARRAY(array, klass)) {
-        if (array->is_scratch) { feature_array_release(body, array, state); }
+        if (only_scratch && !array->is_scratch) { continue; }
+        plii_release(body->context, plii_feature_array_address(body, array, state),
+                     plii_feature_array_bytes(body, array, state));
+        feature_array_set(body, array, state, NULL);
     }
 }
 
@@ -122,7 +106,7 @@ int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* kl
 
 void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klass, void* state,
                                   const plii_topology_change* change, void** blocks) {
-    const feature_counts before = feature_counts_before(body, change);
+    const feature_counts before = feature_counts_before(change);
     for (EACH_ARRAY(array, klass)) {
         void** block = &blocks[array - klass->arrays];
         if (array->length == PLII_LIST) { continue; }
@@ -135,9 +119,9 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
 
 void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
                               const plii_topology_change* change, void** blocks) {
-    const feature_counts before = feature_counts_before(body, change);
+    const feature_counts before = feature_counts_before(change);
     for (EACH_ARRAY(array, klass)) {
         plii_release(body->context, blocks[array - klass->arrays], feature_array_size(array, &before));
     }
-    plii_feature_arrays_release_scratch(body, klass, state);
+    plii_feature_arrays_release(body, klass, state, true);
 }

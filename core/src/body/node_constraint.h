@@ -11,8 +11,7 @@ typedef struct plii_node_constraint {
     pli_vec3 weights;
     pli_rigid* rigid;
     bool is_anchor;
-    /* In the frame of the rigid body: what an anchor holds the node at, where the surface is that a face touches, where
-       a node is that goes along with it. */
+    /* In the frame of the rigid body: where an anchor holds the node, the surface is at a face, a node goes along. */
     pli_vec3 pivot;
     bool has_pivot; /* of a node that is not anchored */
     bool leads;     /* anchors: the node goes from `start` to `end` in this step, whatever else pulls at it */

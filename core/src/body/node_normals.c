@@ -1,5 +1,4 @@
-/* Services: unit normals of nodes and faces, refreshed after each step, and their areas at rest.
-   Matches btSoftBody::updateNormals and updateArea(true). */
+/* Services: normals of nodes and faces after each step, areas at rest. Bullet: updateNormals, updateArea(true). */
 
 #include "body/pipeline.h"
 #include "math/simd_float4.h"

@@ -2,9 +2,7 @@
 
 #include "body/pipeline.h"
 
-#include "body/feature_arrays.h"
 #include "body/node_constraint.h"
-#include "body/substep.h"
 
 #include <string.h>
 
@@ -61,7 +59,7 @@ static void feature_release(pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
     if (klass->disable != NULL) { klass->disable(body, feature->state); }
     if (klass->solver != NULL) { body->solver_class = &plii_position_solver; }
-    plii_feature_arrays_release(body, klass, feature->state);
+    plii_feature_arrays_release(body, klass, feature->state, false);
     plii_release(body->context, feature->state, klass->state_size);
 }
 
@@ -105,9 +103,9 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     if (status == PLI_OK && klass->build != NULL) { klass->build(body, state); }
     plii_run_fn* refresh = klass->stages[PLII_STAGE_REFRESH].run;
     if (status == PLI_OK && refresh != NULL) { refresh(body, state); }
-    plii_feature_arrays_release_scratch(body, klass, state);
+    plii_feature_arrays_release(body, klass, state, true);
     if (status != PLI_OK) {
-        plii_feature_arrays_release(body, klass, state);
+        plii_feature_arrays_release(body, klass, state, false);
         plii_release(body->context, state, klass->state_size);
         return status;
     }

@@ -2,30 +2,39 @@
 
 /* Features of a body: enabling them, and running those that act in a stage. */
 
+#include "body/all_features.h"
 #include "body/world_state.h"
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
-/* The same with what the user gives, which was checked: so many bytes, which go to where the `settings` of the class
-   are in the state. */
+/* The same with what the user gives, checked: so many bytes, to where the `settings` of the class are in the state. */
 pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                     void** state);
-/* Of such a call: `used` becomes what the user gives, or the default where that is NULL, and is checked by the limits
-   of the class; returns early as PLII_TRY. */
+/* Of such a call: `used` is what the user gives, or the default for NULL, checked by the class; returns as PLII_TRY. */
 #define PLII_TRY_SETTINGS(body, type, used, def, klass)                                                                \
     const type used = (def) != NULL ? *(def) : type##_default();                                                       \
     PLII_TRY(PLII_CHECK_MADE((body)->context, type, &used, __func__));                                                 \
     PLII_TRY(plii_check_limits((body)->context, &used, &(klass).settings, __func__))
+/* Of a call: `state` becomes the state of a feature, which is enabled; returns early as PLII_TRY. */
+#define PLII_TRY_ENABLE(body, type, state, klass)                                                                      \
+    type* state = NULL;                                                                                                \
+    PLII_TRY(plii_feature_enable(body, &(klass), (void**)&state))
 /* One that is not enabled, while its needs are; those that only others need are appended before these. */
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
 /* The call of a user, when it was found allowed; returns `check`. */
 pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass);
-/* That call, which looks the same for all features. */
+/* That call, which looks the same for all features; and that which enables one, where settings are all it takes. */
 #define PLII_DEFINE_DISABLE(function, check, klass)                                                                    \
     pli_status function(pli_body* body) {                                                                              \
         return plii_feature_disable_if(check(body, __func__), body, &(klass));                                         \
+    }
+#define PLII_DEFINE_ENABLE(function, check, type, klass)                                                               \
+    pli_status function(pli_body* body, const type* def) {                                                             \
+        PLII_TRY(check(body, __func__));                                                                               \
+        PLII_TRY_SETTINGS(body, type, used, def, klass);                                                               \
+        return plii_feature_enable_with(body, &(klass), &used, sizeof used, NULL);                                     \
     }
 
 bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
@@ -69,3 +78,27 @@ static inline void plii_run_stage(pli_body* body, plii_stage stage) {
         entry->run(body, entry->state);
     }
 }
+
+/* The arrays that a feature declares: allocating, counting and releasing them, and letting them follow a cut. */
+
+/* All or none; zeroed. */
+bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state);
+void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state, bool only_scratch);
+size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state);
+/* Of one array: bytes that it has now, and where it is; NULL when it is not there. */
+size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* array, const void* state);
+void* plii_feature_array_address(const pli_body* body, const plii_feature_array* array, const void* state);
+/* An optional one that is not there; zeroed. False when out of memory, or of no size. */
+bool plii_feature_array_add(pli_body* body, const plii_feature_array* array, void* state);
+/* Whether it has lists with contents that have to follow a cut. */
+bool plii_feature_arrays_need_commit(const plii_feature_class* klass);
+
+/* For a change of topology: sizes of the new arrays; 0 for what does not follow the body. */
+int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* klass, const void* state,
+                              const plii_topology_change* change, size_t* sizes);
+/* Exchanges the arrays with new ones; `blocks` holds the old ones then. Contents go along where they are kept. */
+void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klass, void* state,
+                                  const plii_topology_change* change, void** blocks);
+/* Releases the old ones, and scratch. */
+void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
+                              const plii_topology_change* change, void** blocks);

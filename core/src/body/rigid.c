@@ -91,7 +91,6 @@ static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind 
 static bool rigid_is_same_pose(const pli_transform* a, const pli_transform* b) {
     return memcmp(a, b, sizeof *a) == 0;
 }
-
 static void rigid_note_pose(pli_rigid* rigid) {
     ++rigid->pose_version;
     rigid->are_shapes_placed = false;
@@ -151,12 +150,6 @@ static const plii_field rigid_def_fields[] = {
     PLII_FIELD(pli_rigid_def, angular_factor, -PLI_MAX_FACTOR, PLI_MAX_FACTOR),
 };
 
-static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def, const char* function) {
-    PLII_TRY_DEF(context, pli_rigid_def, def, rigid_def_fields, function);
-    PLII_TRY(rigid_check_state(context, def->kind, &def->state, function));
-    return rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, function);
-}
-
 static void rigid_release(pli_rigid* rigid) {
     pli_context* context = rigid->context;
     for (int i = 0; i < rigid->shape_count; ++i) {
@@ -196,8 +189,9 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
     PLII_TRY(plii_check_world_change(world, __func__));
     pli_context* context = world->context;
     if (def == NULL || rigid == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def or rigid is null"); }
-    PLII_TRY(rigid_check_def(context, def, __func__));
-
+    PLII_TRY_DEF(context, pli_rigid_def, def, rigid_def_fields, __func__);
+    PLII_TRY(rigid_check_state(context, def->kind, &def->state, __func__));
+    PLII_TRY(rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, __func__));
     pli_rigid* made = plii_handle_create(context, PLII_HANDLE_RIGID, sizeof *made);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the rigid body"); }
     made->world = world;
@@ -311,7 +305,6 @@ pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
 bool pli_rigid_is_sensor(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->is_sensor;
 }
-
 pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
 }
@@ -412,18 +405,15 @@ void plii_rigid_find_places(pli_rigid* rigid) {
 static plii_twist rigid_with_shift(const plii_rigid_path* path, plii_twist velocity, float dt) {
     return plii_twist_add(plii_twist_sub(velocity, path->carried), plii_twist_scale(path->shift, 1.0f / dt));
 }
-
 plii_twist plii_rigid_end_velocity(const pli_rigid* rigid, float dt) {
     plii_twist velocity = plii_rigid_velocity(rigid);
     if (plii_rigid_is_moved_by_host(rigid)) { velocity = plii_twist_sub(velocity, rigid->given); }
     return rigid_with_shift(&rigid->path, velocity, dt);
 }
-
 pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt) {
     const plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
     return plii_rigid_advance(rigid->state.pose, velocity.linear, velocity.angular, dt);
 }
-
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
     const pli_rigid_state* state = &rigid->state;
     const pli_transform end = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
@@ -479,4 +469,27 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     if (ends_step) { rigid->path.has_begun = false; }
     rigid_note_pose(rigid);
     return PLI_OK;
+}
+
+/* Bullet: ImpulseMatrix(dt, ima, imb, iwi, r) and MassMatrix, in their order of operations. */
+
+pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset) {
+    const pli_mat3 cross = plii_mat3_cross(offset);
+    const pli_mat3 turned = pli_mat3_mul(pli_mat3_mul(cross, inverse_inertia), cross);
+    pli_mat3 response = plii_mat3_diagonal(inverse_mass, inverse_mass, inverse_mass);
+    for (int i = 0; i < 3; ++i) {
+        response.rows[i] = pli_vec3_sub(response.rows[i], turned.rows[i]);
+    }
+    return response;
+}
+
+pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
+                             pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
+    const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
+    const pli_mat3 rigid = plii_point_response(rigid_inverse_mass, rigid_inverse_inertia, offset);
+    pli_mat3 matrix = plii_mat3_inverse(plii_mat3_add(point, rigid));
+    for (int i = 0; i < 3; ++i) {
+        matrix.rows[i] = pli_vec3_scale(matrix.rows[i], 1.0f / dt);
+    }
+    return matrix;
 }

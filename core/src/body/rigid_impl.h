@@ -113,7 +113,6 @@ static inline bool plii_rigid_is_slow(const pli_rigid* rigid) {
     return plii_vec3_is_within(rigid->state.linear_velocity, PLI_MAX_SPEED) &&
            plii_vec3_is_within(rigid->state.angular_velocity, PLI_MAX_ANGULAR_SPEED);
 }
-
 static inline plii_twist plii_rigid_velocity(const pli_rigid* rigid) {
     return plii_twist_make(rigid->state.linear_velocity, rigid->state.angular_velocity);
 }
@@ -121,7 +120,6 @@ static inline void plii_rigid_set_velocity(pli_rigid* rigid, plii_twist velocity
     rigid->state.linear_velocity = velocity.linear;
     rigid->state.angular_velocity = velocity.angular;
 }
-
 static inline void plii_rigid_begin_step(pli_rigid* rigid) {
     if (!rigid->is_in_step) { return; }
     rigid->was_touched = rigid->needs_reintegration = rigid->path.has_begun = false;
@@ -147,24 +145,24 @@ static inline void plii_rigid_touch(pli_rigid* rigid) {
     if (PLII_LOAD(&rigid->was_touched)) { return; }
     plii_rigid_start_touch(rigid);
 }
-
 /* Velocity at an offset from the centre of mass. */
 static inline pli_vec3 plii_rigid_velocity_at(const pli_rigid* rigid, pli_vec3 offset) {
     return pli_vec3_add(rigid->state.linear_velocity, pli_vec3_cross(rigid->state.angular_velocity, offset));
 }
-
+/* btRigidBody::applyTorqueImpulse. */
+static inline void plii_rigid_apply_torque_impulse(pli_rigid* rigid, pli_vec3 impulse) {
+    const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, impulse);
+    rigid->state.angular_velocity =
+        pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
+}
 /* btRigidBody::applyImpulse, same order of operations. Nothing unless the body is dynamic. */
 static inline void plii_rigid_apply_impulse(pli_rigid* rigid, pli_vec3 impulse, pli_vec3 offset) {
     if (rigid->state.inverse_mass == 0.0f) { return; }
     const pli_vec3 scaled = pli_vec3_mul(impulse, rigid->linear_factor);
     rigid->state.linear_velocity =
         pli_vec3_add(rigid->state.linear_velocity, pli_vec3_scale(scaled, rigid->state.inverse_mass));
-    const pli_vec3 torque = pli_vec3_cross(offset, scaled);
-    const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque);
-    rigid->state.angular_velocity =
-        pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
+    plii_rigid_apply_torque_impulse(rigid, pli_vec3_cross(offset, scaled));
 }
-
 /* The angular velocity that a unit impulse along a unit vector brings; 1/(kg m). */
 static inline pli_vec3 plii_rigid_spin_of(const pli_rigid* rigid, pli_vec3 direction, pli_vec3 offset) {
     const pli_vec3 torque = pli_vec3_cross(offset, pli_vec3_mul(direction, rigid->linear_factor));
@@ -177,13 +175,6 @@ static inline void plii_rigid_apply_along(pli_rigid* rigid, pli_vec3 direction, 
     rigid->state.linear_velocity = pli_vec3_add(rigid->state.linear_velocity,
                                                 pli_vec3_scale(pli_vec3_mul(direction, rigid->linear_factor), change));
     rigid->state.angular_velocity = pli_vec3_add(rigid->state.angular_velocity, pli_vec3_scale(spin, impulse));
-}
-
-/* btRigidBody::applyTorqueImpulse. */
-static inline void plii_rigid_apply_torque_impulse(pli_rigid* rigid, pli_vec3 impulse) {
-    const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, impulse);
-    rigid->state.angular_velocity =
-        pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
 }
 
 /* Velocity at an offset from the centre of mass per impulse there: inverse_mass * I - [offset]x W [offset]x. */

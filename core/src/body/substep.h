@@ -26,9 +26,8 @@ typedef struct plii_substep_limits {
     const void* states[PLII_MAX_SUBSTEP_LIMITS];
 } plii_substep_limits;
 
-/* During the substeps nodes are at body->positions + displacements. Positions are those of the start of this substep or
-   of one not long before; what their rounding left out is in the displacements, so that nothing is lost however short a
-   substep is. */
+/* Nodes are at body->positions + displacements. Positions are those of the start of this substep or of one not long
+   before; what rounding left out is in the displacements, so that nothing is lost however short a substep is. */
 struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
     float remaining;                    /* s, of the step after it */
@@ -56,12 +55,9 @@ typedef struct plii_substep_class {
     plii_substep_fn* finish;                    /* after a substep, velocities are those of its end; optional */
     plii_substep_room_fn* room;                 /* optional */
     plii_substep_carry_fn* carry;               /* optional: what limits the node may move */
-    bool (*is_limit)(const void* state);        /* after `begin`: to be asked for room; NULL: always */
+    bool (*is_limit)(const void* state);        /* after `begin`, if not idle: asked for room; NULL: yes */
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const void* state);
-    /* The body goes on with another solver: frees what only substeps need. Optional; not called at the feature's end.
-     */
-    void (*leave)(pli_body* body, void* state);
 } plii_substep_class;
 
 static inline pli_vec3 plii_substep_place(const pli_body* body, const plii_substep* substep,
@@ -92,3 +88,22 @@ static inline void plii_substep_shift(const plii_substep* substep, int node, pli
 pli_vec3 plii_substep_carried(const pli_body* body, const plii_substep* substep, int node, pli_vec3 normal);
 /* The least that features leave. */
 float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction, float wanted);
+
+/* What takes part in the substeps of a body. */
+
+enum { PLII_MAX_SUBSTEP_KINDS = 16 };
+
+/* Features of the body that take part, by order; equals as they came. */
+typedef struct plii_substep_kinds {
+    int count;
+    const plii_feature* at[PLII_MAX_SUBSTEP_KINDS];
+    plii_substep_limits limits;
+} plii_substep_kinds;
+
+/* All but those that have nothing to do in this step. */
+void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations);
+void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
+void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
+
+/* A feature: to contacts with rigid bodies the step is one substep, each iteration a sweep, which has the last word. */
+extern const plii_feature_class plii_iterated_sweeps_class;

@@ -1,5 +1,3 @@
-#include "body/substep_kinds.h"
-
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 
@@ -17,7 +15,9 @@ static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits*
     for (int i = 0; i < body->pipeline.feature_count && limits->count < PLII_MAX_SUBSTEP_LIMITS; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         const plii_substep_class* kind = feature->klass->substepped;
-        if (kind == NULL || kind->room == NULL) { continue; }
+        if (kind == NULL || kind->room == NULL || (kind->is_idle != NULL && kind->is_idle(feature->state))) {
+            continue;
+        }
         if (kind->is_limit != NULL && !kind->is_limit(feature->state)) { continue; }
         limits->rooms[limits->count] = kind->room;
         limits->carries[limits->count] = kind->carry;
@@ -94,7 +94,6 @@ static void iterated_sweeps_iterate(pli_body* body, void* data) {
 }
 
 enum { ITERATED_SWEEPS_ORDER = 300 }; /* after all else */
-
 const plii_feature_class plii_iterated_sweeps_class = {
     .name = "iterated sweeps",
     .state_size = sizeof(iterated_sweeps),

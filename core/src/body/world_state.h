@@ -2,8 +2,15 @@
 
 #include "body/body_impl.h"
 #include "body/rigid_impl.h"
-#include "body/world_sleep.h"
 #include "pliant/world.h"
+
+/* Sleep, as a step sees it. A program that enables no sleep has none of it (features/sleep.c). */
+typedef struct plii_world_sleep {
+    void (*begin_step)(pli_world* world, float dt); /* before the prediction: wakes */
+    /* After it: wakes those whom predicted bodies meet, and predicts them. */
+    void (*wake_met)(pli_world* world, void (*predict)(pli_body* body));
+    void (*end_step)(pli_world* world, float dt); /* after the solve: puts to sleep */
+} plii_world_sleep;
 
 struct pli_world {
     uint32_t magic;
@@ -77,13 +84,11 @@ static inline void plii_world_begin_body(const pli_body* body) {
     const plii_pass pass = {body->world_index, NULL};
     plii_thread.pass = pass;
 }
-
 /* Rigid bodies that take impulses go along while the body is solved (substep_rigid.h). */
 static inline bool plii_follows_rigids(const pli_body* body) {
     const plii_solver_class* solver = body->solver_class;
     return solver->has_substeps || !(solver->solves_constraints || body->world->def.reference_mode);
 }
-
 static inline void plii_world_profile(const pli_world* world, const char* stage, const char* feature, bool begins) {
     if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
 }
@@ -102,6 +107,11 @@ static inline pli_status plii_check_world_change(const pli_world* world, const c
 }
 /* ... nor between predict and solve. */
 pli_status plii_check_world_idle(const pli_world* world, const char* function);
+
+/* A number of a group that falls asleep now; never 0. */
+uint32_t plii_world_next_sleep_group(pli_world* world);
+/* With the others of the group. */
+void plii_body_fall_asleep(pli_body* body, uint32_t group);
 
 /* m, what a body at rest falls in the step. */
 static inline float plii_step_fall(const pli_body* body) {

@@ -1,6 +1,5 @@
-/* Clusters: frames, shape matching, damping, and handing impulses of clusters on to nodes (Müller and others,
-   "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
-   dampClusters, in their order of operations. */
+/* Clusters: frames, shape matching (Müller and others, "Meshless deformations based on shape matching", 2005), damping,
+   impulses for nodes. Bullet, in order of operations: updateClusters, applyClusters, dampClusters. */
 
 #include "body/pipeline.h"
 #include "body/substep.h"
@@ -22,13 +21,12 @@ pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters
 }
 
 /* In reference mode; others sum up in one pass. */
-static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
-                                   pli_vec3 centre) {
+static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     const float epsilon = 1e-4f;
     pli_mat3 covariance = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
-        const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
+        const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), cluster->frame.origin);
         const pli_vec3 rest = plii_xyz(members[i].rest);
         covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
         covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
@@ -92,7 +90,7 @@ static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, in
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
         cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-        const pli_mat3 covariance = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
+        const pli_mat3 covariance = cluster_covariance(body, clusters, cluster);
         const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
         cluster->has_no_frame = !plii_mat3_is_finite(rotation);
         cluster->frame.rotation =
@@ -133,8 +131,7 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
     return sums;
 }
 
-/* Sets centre and velocities, of which the angular one has still to go through the inverse inertia, and returns the
-   covariance. */
+/* Sets centre and velocities, the angular one still without the inverse inertia, and returns the covariance. */
 static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sums) {
     const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
     const plii_float4 centre = sums->moment * inverse_mass;
@@ -262,7 +259,6 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
 static void clusters_prepare(pli_body* body, void* state) {
     clusters_apply(body, state, body->step.dt, false, 0.0f);
 }
-
 static void clusters_begin_substeps(pli_body* body, void* state) {
     clusters_apply(body, state, body->step.dt, false, body->step.inverse_dt);
 }

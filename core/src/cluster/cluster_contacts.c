@@ -1,9 +1,8 @@
-/* Contacts of clusters with rigid bodies, with clusters of other bodies and of their own, solved together with the
-   joints. Bullet: CollideCL_RS, CollideCL_SS, SolveContact and CJoint. */
+/* Contacts of clusters with rigid bodies and clusters, solved with the joints. Bullet: CollideCL_RS, CollideCL_SS. */
 
+#include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "cluster/cluster_contacts_impl.h"
-#include "contact/contact_order.h"
 #include "pliant/bullet_reference.h"
 
 static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
@@ -78,8 +77,7 @@ static void cluster_contacts_solve(pli_body* body, void* data) {
     if (state->leads) { plii_contact_batches_solve(&state->groups); }
 }
 
-/* The first contact, then the others from the last one back: cleanupClusters removes contacts while it walks their list
-   and fills each gap with the last one. */
+/* The first contact, then from the last one back: cleanupClusters fills each gap with the last one. */
 static void cluster_contacts_finish(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     const bool has_own = plii_body_clusters(body)->def.reference_mode;
@@ -102,12 +100,10 @@ static void cluster_contacts_on_body_removed(pli_body* body, void* data, const p
     ((plii_cluster_contacts*)data)->count = 0;
     plii_cluster_contacts_clear(data);
 }
-
 static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, const pli_body* other) {
     cluster_contacts_on_body_removed(body, data, other);
     if (other == body) { plii_cluster_contacts_drop_neighbours(data); }
 }
-
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     cluster_contacts_on_body_removed(body, data, NULL);
 }
@@ -233,20 +229,19 @@ const plii_feature_class plii_cluster_contacts_class = {
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
-    .arrays =
-        PLII_ARRAYS({PLII_COUNTED_LIST(plii_cluster_contacts, contacts, capacity, count), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
-                    {PLII_COUNTED_LIST(plii_cluster_contacts, manifolds, manifold_capacity, manifold_count),
-                     PLII_SAVED_AS("2i9fOf70f")},
-                    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
-                    {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
-                    /* The next step frees the slots of pairs that have gone. */
-                    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
+    .arrays = PLII_ARRAYS(PLII_LEFT_COUNTED(plii_cluster_contacts, contacts, capacity, count),
+                          PLII_LEFT_LIST(plii_cluster_contacts, boxes, box_capacity),
+                          PLII_LEFT_LIST(plii_cluster_contacts, candidates, candidate_capacity),
+                          PLII_LEFT_LIST(plii_cluster_contacts, surface, surface_capacity),
+                          {PLII_COUNTED_LIST(plii_cluster_contacts, manifolds, manifold_capacity, manifold_count),
+                           PLII_SAVED_AS("2i9fOf70f")},
+                          PLII_LEFT_LIST(plii_cluster_contacts, groups.groups, groups.capacity),
+                          PLII_LEFT_LIST(plii_cluster_contacts, groups.blocks, groups.block_capacity),
+                          PLII_LEFT_LIST(plii_cluster_contacts, groups.rigids, groups.rigid_capacity),
+                          PLII_LEFT_LIST(plii_cluster_contacts, tree.groups, tree.capacity),
+                          {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
+                          /* The next step frees the slots of pairs that have gone. */
+                          PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
     .on_rigid_removed = cluster_contacts_on_rigid_removed,
@@ -281,7 +276,6 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
     if (status != PLI_OK && !had_clusters) { (void)pli_body_disable_clusters(body); }
     return status;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {

@@ -1,6 +1,5 @@
-/* Clusters against clusters, of another body or of their own. A pair has the contact of its nearest points, which is
-   all there is in reference mode (CollideCL_SS); otherwise up to three more at nodes of each side far from it, so that
-   flat sides rest on each other. */
+/* Clusters against clusters, of another body or their own. A pair has the contact of its nearest points (CollideCL_SS),
+   not in reference mode up to three more at far nodes of each side, so that flat sides rest on each other. */
 
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
@@ -25,8 +24,7 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
     return state->has_tree;
 }
 
-/* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
-   normal of `info` points to `body`. */
+/* Nodes of cluster `info->cluster` over the other one, near the plane of the nearest points; normal: to `body`. */
 static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
                                              float margin, plii_near_nodes* found) {
     const plii_clusters* clusters = plii_body_clusters(body);
@@ -94,8 +92,7 @@ void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
     state->neighbours_revision = 0;
 }
 
-/* Pairs that share a node, or lie within reach of each other as the body is now, never meet: the cloth would push
-   itself apart. */
+/* Pairs that share a node, or are within reach as the body is now, never meet: cloth would push itself apart. */
 static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contacts* state) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const float margin = 2.0f * body->collision_margin;
@@ -120,11 +117,6 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     return true;
 }
 
-/* As the search for the first names them both, each pair comes twice. */
-static bool cluster_contacts_may_meet(const plii_cluster_contacts* state, int a, int b) {
-    return a < b && plii_key_table_find(&state->neighbours, plii_edge_key(a, b)) == PLI_NULL_INDEX;
-}
-
 /* Of clusters near each other; of one body each pair once, but for neighbours. */
 static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts* state, pli_body* other,
                                            plii_cluster_contacts* other_state, float reach) {
@@ -143,8 +135,10 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
         other_state->candidate_count = plii_bvh4_overlaps(&other_state->tree, &near, other_state->candidates);
         for (int k = 0; k < other_state->candidate_count; ++k) {
             const int candidate = other_state->candidates[k];
-            if (!other_clusters->items[candidate].settings.collides ||
-                (body == other && !cluster_contacts_may_meet(state, i, candidate))) {
+            if (!other_clusters->items[candidate].settings.collides) { continue; }
+            if (body == other &&
+                (candidate <= i ||
+                 plii_key_table_find(&state->neighbours, plii_edge_key(i, candidate)) != PLI_NULL_INDEX)) {
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};

@@ -1,14 +1,13 @@
 #pragma once
 
 /* What the parts of the cluster contacts share: cluster_contacts.c is the feature, cluster_contacts_rigid.c and
-   cluster_contacts_body.c look for pairs, cluster_distance.c measures them, cluster_contacts_pair.c knows them
-   from step to step, cluster_contact.c makes and solves a contact. */
+   cluster_contacts_body.c look for pairs, cluster_distance.c measures them, cluster_contacts_pair.c knows them from
+   step to step and makes their contacts, cluster_contact_batches.c solves these. */
 
-#include "base/key_table.h"
-#include "cluster/cluster_contact_batch.h"
 #include "cluster/joint_end.h"
 #include "geometry/bvh.h"
 #include "geometry/pair_cache.h"
+#include "math/simd_float4.h"
 
 /* In reference mode 1. */
 #define PLII_CLUSTER_CONTACTS_PER_PAIR 4
@@ -20,7 +19,7 @@ typedef struct plii_cluster_contact_as_reference {
     pli_mat3 impulse_matrix;
 } plii_cluster_contact_as_reference;
 
-struct plii_cluster_contact {
+typedef struct plii_cluster_contact {
     pli_cluster_contact info;
     plii_joint_target targets[2];
     pli_vec3 arms[2]; /* from each side's centre to where impulses act */
@@ -31,7 +30,73 @@ struct plii_cluster_contact {
         /* x: depth, m; y: hardness; z: fraction of the correction that is a displacement; w: Coulomb's friction. */
         pli_vec4 terms;
     } as;
-};
+} plii_cluster_contact;
+
+/* Contacts prepared for the iterations of a step, four pairs side by side that share nothing movable. */
+
+enum { PLII_GROUP_LANES = 4 };
+
+/* A contact of each pair of a group; lanes without one have no mass. Directions: the normal to side 0, and tangents. */
+typedef struct plii_contact_block {
+    plii_vec3x4 directions[3];
+    plii_vec3x4 arms[2];         /* of the sides */
+    plii_vec3x4 rotations[2][3]; /* and their angular velocity per impulse along the directions */
+    plii_float4 masses[3];       /* that impulses along the directions meet, kg; 0 where nothing can move */
+    plii_float4 impulses[3];     /* along the directions so far, N s */
+    plii_float4 wanted_speeds;   /* along the normal, m/s */
+    plii_float4 drifts;          /* displacing impulse along the normal, at the end of the step, N s */
+} plii_contact_block;
+
+/* One side of four pairs. */
+typedef struct plii_group_side {
+    pli_vec4* linear[PLII_GROUP_LANES]; /* the velocities that are read and changed */
+    pli_vec4* angular[PLII_GROUP_LANES];
+    plii_cluster* clusters[PLII_GROUP_LANES]; /* NULL where there is none */
+} plii_group_side;
+
+typedef struct plii_contact_batch {
+    const plii_cluster_contact* contacts[PLII_GROUP_LANES]; /* the first of each pair */
+    int counts[PLII_GROUP_LANES];                           /* of contacts; 0 for a lane that is free */
+    int lane_count;
+    int block_count, first_block;
+    plii_group_side sides[2];
+    plii_vec3x4 inverse_masses[2]; /* along the axes, of side 1 negative, as the impulse on it is */
+    plii_float4 frictions;         /* Coulomb's coefficient */
+    plii_float4 limits;            /* of the impulse along the normal, N s */
+    bool is_split;                 /* some rigid body is in more than one lane */
+    plii_float4 shares;            /* of the change of velocity of side 1, that its body gets */
+} plii_contact_batch;
+
+/* A rigid body while contacts are solved. */
+typedef struct plii_group_rigid {
+    pli_rigid* rigid; /* NULL: not met in this step */
+    pli_vec4 linear_velocity, angular_velocity;
+    uint64_t open_groups; /* as in plii_cluster */
+} plii_group_rigid;
+
+typedef struct plii_contact_batches {
+    plii_contact_batch* groups;
+    int count, capacity;
+    plii_contact_block* blocks;
+    int block_count, block_capacity;
+    plii_group_rigid* rigids; /* [rigid_count] by their index in the world */
+    int rigid_count, rigid_capacity;
+    pli_vec4 still[2];                    /* velocities of what does not move */
+    int open[64];                         /* the groups with room for pairs, by the bits of open_groups */
+    uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
+} plii_contact_batches;
+
+/* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
+   until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
+bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count);
+bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
+                              int count);
+bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups, const plii_step* step);
+/* One iteration. */
+void plii_contact_batches_solve(plii_contact_batches* groups);
+/* Hands impulses and displacements on to the clusters. */
+void plii_contact_batches_finish(plii_contact_batches* groups);
+bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts);
 
 typedef struct plii_contact_terms {
     float margin; /* of both sides, `radius` included */
@@ -83,15 +148,6 @@ typedef struct plii_cluster_contacts {
     plii_key_table neighbours;    /* pairs of clusters of this body that never meet */
 } plii_cluster_contacts;
 
-extern const plii_feature_class plii_cluster_contacts_class;
-
-/* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
-bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_end sides[2],
-                               const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact);
-/* A contact that is not in reference mode; `normal` is a unit vector. */
-void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
-                              const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
-                              const plii_contact_terms* terms);
 /* Of contacts in reference mode. */
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, float dt, int iterations);
 void plii_cluster_contact_solve(plii_cluster_contact* contact);
@@ -107,8 +163,6 @@ typedef struct plii_cluster_hull {
 
 plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_vec3 origin);
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
-/* How far along a direction it reaches from its origin. */
-float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
 /* The point is inside, or nearer than `margin`. */
 bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, float margin);
 

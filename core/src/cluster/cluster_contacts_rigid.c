@@ -2,7 +2,6 @@
    (CollideCL_RS); otherwise up to three more at nodes and corners far from it, so that flat sides rest on each other.
    Shapes that are not convex are met node by node. */
 
-#include "body/world_state.h"
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
@@ -18,8 +17,7 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
                                 is_dynamic ? state->def.dynamic_split : state->def.static_split};
 }
 
-/* Adds the nodes of the cluster that lie within the margin of the shape's surface, but for those near the first. What
-   was measured of them is in `nodes`. */
+/* Adds nodes within the margin of the shape's surface, but for those near the first; `nodes`: what was measured. */
 static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info,
                                              plii_measured_nodes* nodes, plii_near_nodes* found) {
     const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
@@ -37,8 +35,7 @@ static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_clu
     }
 }
 
-/* Corners of the shape's core that lie over the cluster, near the plane of the nearest points: its farthest points in
-   directions a little off the normal. */
+/* Corners of the core over the cluster, near the plane of nearest points: farthest a little off the normal. */
 static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, plii_cluster_hull hull, float radius,
                                                float margin, plii_near_nodes* found) {
     const pli_vec3 n = info->normal;
@@ -85,8 +82,7 @@ static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_c
     return plii_cluster_contacts_collide_pair(body, state, pair, terms, cluster_contacts_measure_convex);
 }
 
-/* Clusters share nodes, so all nodes near a shape are measured first, each once. `near` shrinks to the nodes that are
-   within the margin. */
+/* Clusters share nodes: those near a shape are measured first, once. `near` shrinks to those within the margin. */
 static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_rigid* rigid,
                                                  int shape_index, pli_bounds* near) {
     if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) {

@@ -63,7 +63,8 @@ plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_ve
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], origin};
 }
 
-float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
+/* How far along a direction it reaches from its origin. */
+static float cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
     const plii_vec3x4 along = plii_vec3x4_all(direction);
     plii_float4 best = plii_float4_all(-INFINITY);
     for (int first = 0; first < hull->cluster->member_count; first += PLII_LANES) {
@@ -152,9 +153,8 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
 /* Whether two sides are near enough. */
 typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
 
-/* Where the shape's core and the hull end along the normal of the hull's deepest node, no more apart than that node is,
-   it is the nearest point: no point of the hull is nearer along any other direction, or has less far to go. The hull is
-   given from its origin, as is the core. */
+/* Where core and hull end along the normal of the hull's deepest node, no more apart than that node is, it is the
+   nearest point: no point of the hull is nearer along any other direction. Both are given from the hull's origin. */
 static near_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_hull* soft,
                                                     const rigid_hull* hard, float max_distance,
                                                     plii_convex_cache* cache, pli_cluster_contact* info,
@@ -168,7 +168,7 @@ static near_answer cluster_contacts_measure_deepest(const pli_body* body, const 
     const pli_vec3 n = pli_mat3_mul_vec3(hard->pose.rotation, nodes->normals[deepest]);
     if (!(fabsf(pli_vec3_length_squared(n) - 1.0f) < CLUSTER_CONTACTS_UNIT)) { return NEAR_UNKNOWN; }
     const float end = pli_vec3_dot(rigid_hull_support(hard, n), n);
-    const float gap = -plii_cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
+    const float gap = -cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
     if (gap > max_distance) {
         if (cache != NULL) {
             cache->directions[0] = n;
@@ -208,7 +208,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     if (!state->def.disable_contact_cache && cache != NULL && cache->count == 1) {
         const pli_vec3 n = cache->directions[0];
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
-        if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
+        if (-cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
     if (!state->def.disable_contact_cache && !soft.clusters->def.reference_mode) {
         const near_answer answer =

@@ -6,7 +6,6 @@
 plii_clusters* plii_body_clusters(const pli_body* body) {
     return plii_feature_state(body, &plii_clusters_class);
 }
-
 pli_clusters_def pli_clusters_def_default(void) {
     return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
 }
@@ -14,8 +13,7 @@ pli_clusters_def pli_clusters_def_default(void) {
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_clusters_def, used, def, plii_clusters_class);
-    plii_clusters* clusters = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, (void**)&clusters));
+    PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
     const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;
     clusters->def = used;
     body->joint_iterations = used.iterations;
@@ -26,8 +24,7 @@ pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def)
 pli_status pli_body_disable_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     if (plii_body_clusters(body) == NULL) { return PLI_OK; }
-    plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* what holds to them goes with them */
-    plii_clusters_release(body, plii_body_clusters(body));
+    PLII_TRY(pli_body_remove_clusters(body));
     plii_feature_disable(body, &plii_clusters_class);
     return PLI_OK;
 }
@@ -48,9 +45,9 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
         !PLII_RESERVE(context, &clusters->members, &clusters->member_capacity, clusters->member_count + node_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    if (clusters->node_sums == NULL) {
-        clusters->node_sums = plii_allocate(context, (size_t)body->node_count * sizeof *clusters->node_sums);
-        if (clusters->node_sums == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    const bool has_sums = clusters->node_sums != NULL;
+    if (!has_sums && !PLII_ALLOCATE(context, &clusters->node_sums, body->node_count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     body->world->needs_reserve = true;
     clusters->revision += 1;

@@ -1,7 +1,6 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
 #include "base/csr.h"
-#include "body/world_state.h"
 #include "cluster/cluster_impl.h"
 
 /* Everything that one generation needs besides the clusters themselves. */
@@ -12,13 +11,12 @@ typedef struct generate_work {
     int* node_order;    /* [node_count] nodes of one group after the other, in the order they joined */
     int* group_begin;   /* [group_count + 1] into node_order */
     pli_vec3* centres;  /* [group_count] */
-    int*
-        corner_groups; /* [3 * face_count] groups of the nodes of all faces, and these corners group by group, in the */
-    int* corners;      /* order of faces */
-    int* corner_begin; /* [group_count + 1] into them */
-    int* members;      /* [node_count] of the group in work */
-    int* listed_in1;   /* [node_count] the last group, + 1, that got the node as one beyond its own */
-    int* order;        /* [group_count + 1] of the clusters: group, or -1 for all nodes */
+    int* corner_groups; /* [3 * face_count] of the nodes of all faces, */
+    int* corners;       /* and these group by group, in the order of faces */
+    int* corner_begin;  /* [group_count + 1] into them */
+    int* members;       /* [node_count] of the group in work */
+    int* listed_in1;    /* [node_count] the last group, + 1, that got the node as one beyond its own */
+    int* order;         /* [group_count + 1] of the clusters: group, or -1 for all nodes */
 } generate_work;
 
 /* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */
@@ -81,8 +79,7 @@ static void generate_group_nodes(const pli_body* body, generate_work* g, int max
     plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
 }
 
-/* All nodes, of group -1; else those of the group, then those beyond that share a face with one of them. Returns how
-   many there are. */
+/* All nodes, of group -1; else the group's, then those that share a face with one of them. Returns their number. */
 static int generate_list_members(const pli_body* body, generate_work* g, int group) {
     int count = 0;
     if (group < 0) {

@@ -29,15 +29,12 @@ typedef struct plii_cluster {
     int next_member_count; /* while the topology changes */
     bool contains_pinned_node;
     bool is_point; /* does not turn: all nodes are at one point, but for rounding */
-    /* Only in reference mode: btSoftBody's inverse of the inertia (nodes in a line, pinned nodes), or its frame of
-       this step, is not finite. What it makes of the cluster's turning is then no number, which keeps it from damping
-       nodes.
-     */
+    /* Only in reference mode: Bullet's inverse of the inertia (nodes in a line, pinned ones), or its frame, is not
+       finite, and the turning no number, which keeps it from damping nodes. */
     bool has_no_inverse, has_no_frame;
     float inverse_mass;
     pli_mat3 inverse_inertia_local; /* of the rest shape */
-    /* The centre of mass in the rest shape as it was taken; moves when masses change. What is held to the cluster
-       counts from that first centre. */
+    /* From the first centre of mass to that of the rest shape, as masses change; what is held counts from the first. */
     pli_vec3 rest_centre;
     pli_transform frame;    /* this and what follows is of the step in progress; current only when `has_frame` */
     pli_quat warm_rotation; /* the rotation of the frame, where the next one is searched from; not in reference mode */
@@ -62,7 +59,6 @@ typedef struct plii_clusters {
     pli_vec4* node_sums;   /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
 } plii_clusters;
 
-extern const plii_feature_class plii_clusters_class;
 extern const plii_field plii_cluster_settings_fields[6];
 
 /* NULL when clusters are not enabled. */

@@ -1,8 +1,6 @@
-/* The list of joints of a body and when a step solves it. Bullet: m_joints, prepareClusters, solveClusters,
-   cleanupClusters. */
+/* The joints of a body, and when a step solves them. Bullet: prepareClusters, solveClusters, cleanupClusters. */
 
 #include "base/id_pool.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "cluster/joint_impl.h"
 
@@ -142,7 +140,6 @@ static const plii_field joint_softness_fields[] = {
     PLII_FIELD(pli_joint_softness, velocity_factor, 0, 1),
     PLII_FIELD(pli_joint_softness, split, 0, 1),
 };
-
 const plii_feature_class plii_joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
@@ -203,8 +200,7 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
     const bool was_enabled = plii_feature_is_enabled(body, &plii_joints_class);
-    joints_state* joints = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_joints_class, (void**)&joints));
+    PLII_TRY_ENABLE(body, joints_state, joints, plii_joints_class);
     if (!plii_id_pool_reserve(body->context, &joints->ids, 1) ||
         !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_joints_class); }

@@ -1,8 +1,6 @@
-/* The joint that lets two ends turn about one axis only, driven and steered by a controller. Bullet: AJoint, in its
-   order of operations. */
+/* The joint about one axis, driven and steered by a controller. Bullet: AJoint, in its order of operations. */
 
 #include "cluster/joint_impl.h"
-#include "math/definition.h"
 
 /* Errors are corrected as if they were not larger than this, rad. */
 #define ANGULAR_JOINT_MAX_ERROR (3.1415926535897932384626433832795029f / 16.0f)

@@ -26,12 +26,10 @@ static pli_mat3 joint_finite_inverse(pli_mat3 m) {
     const pli_mat3 inverse = plii_mat3_inverse(m);
     return plii_mat3_is_finite(inverse) ? inverse : plii_mat3_diagonal(0, 0, 0);
 }
-
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b) {
     return joint_finite_inverse(plii_mat3_add(plii_point_response(a->inverse_mass, a->inverse_inertia, r_a),
                                               plii_point_response(b->inverse_mass, b->inverse_inertia, r_b)));
 }
-
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b) {
     return joint_finite_inverse(plii_mat3_add(a->inverse_inertia, b->inverse_inertia));
 }

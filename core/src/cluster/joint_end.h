@@ -1,7 +1,6 @@
 #pragma once
 
-/* One end of a joint or of a cluster contact while a step is solved: a cluster, a rigid body, or something that does
-   not move. Bullet: btSoftBody::Body, in its order of operations. */
+/* One end of a joint or cluster contact in a solve: a cluster, a rigid body, or what does not move. Bullet: Body. */
 
 #include "body/rigid_impl.h"
 #include "cluster/cluster_impl.h"
@@ -23,8 +22,7 @@ typedef struct plii_joint_end {
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster);
 plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid);
 
-/* Impulse per unit of relative velocity at offsets r_a and r_b; zero when neither side can move.
-   Bullet: ImpulseMatrix(ima, iia, ra, imb, iib, rb) */
+/* Impulse per unit of relative velocity at two offsets; zero when neither side can move. Bullet: ImpulseMatrix */
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b);
 /* Bullet: AngularImpulseMatrix */
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b);
@@ -41,8 +39,7 @@ static inline pli_vec3 plii_joint_velocity_at(const plii_joint_target* target, p
 }
 pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target);
 
-/* Velocity impulses change the velocity at once; drift impulses move the nodes of a cluster at the end of the step,
-   and are velocity impulses for a rigid body. */
+/* Impulses change velocities at once; drifts move nodes at the end of the step, and act on rigid bodies as impulses. */
 static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
     if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
     plii_cluster* cluster = target->cluster;

@@ -39,6 +39,5 @@ struct plii_joint {
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function);
 
-/* Splits `joint->drift`, a velocity, into what is a displacement and what is solved for. `response`: how much each side
-   gives way along it. */
+/* Splits `joint->drift`, a velocity, into displacement and what is solved for; responses: how much sides give way. */
 void plii_joint_split_drift(plii_joint* joint, int iterations, float response, float other_response);

@@ -1,7 +1,6 @@
 /* The joint that holds two points together. Bullet: LJoint, in its order of operations. */
 
 #include "cluster/joint_impl.h"
-#include "math/definition.h"
 
 /* Errors are corrected as if they were not longer than this, m. */
 #define LINEAR_JOINT_MAX_ERROR 4.0f

@@ -1,9 +1,7 @@
-/* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
-   contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
+/* Anchors between nodes and points of rigid bodies, in the order of creation. Bullet: appendAnchor, PSolve_Anchors. */
 
 #include "pliant/anchor.h"
 #include "base/id_pool.h"
-#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
@@ -51,8 +49,7 @@ static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
     return body->solver_class->has_substeps ? !(anchor->compliance > 0.0f) : anchor->influence >= 1.0f;
 }
 
-/* Of a static or kinematic body at the end of the step: where its host has put it since the prediction, else where its
-   velocities lead it. */
+/* Of a static or kinematic body: where its host has put it since the prediction, else where its velocities lead. */
 static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
     const pli_rigid_state* state = &anchor->rigid->state;
     if (anchor->rigid->kind == PLI_RIGID_STATIC || anchor->pose_version != anchor->rigid->pose_version) {
@@ -115,8 +112,7 @@ static void anchor_solve(pli_body* body, void* state) {
         const pli_vec3 way = pli_vec3_scale(pli_vec3_sub(anchor->step.goal, node), anchors->hardness);
         const pli_vec3 error = pli_vec3_add(pli_vec3_sub(goal_motion, moved), way);
         const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
-        /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
-           numbers and must not take the rigid body along. */
+        /* Neither side can move, or the soft body leaves finite numbers and must not take the rigid body along. */
         if (!plii_vec3_is_finite(impulse)) { continue; }
         plii_set_xyz(position, pli_vec3_add(node, pli_vec3_scale(impulse, dt * position->w)));
         if (is_fixed) { continue; }
@@ -225,15 +221,6 @@ static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep*
     }
 }
 
-enum { ANCHOR_SUBSTEP_ORDER = 50 }; /* they take their nodes along after links and tethers */
-
-static const plii_substep_class anchor_substepped = {
-    .order = ANCHOR_SUBSTEP_ORDER,
-    .begin = anchor_substeps_begin,
-    .restart = anchor_substep_restart,
-    .sweep = anchor_substep_sweep,
-};
-
 // ----------------------------------------------------------------------------------------------------- the feature
 
 /* body->anchored of a node that is in the list of a call. */
@@ -287,7 +274,8 @@ static pli_status anchor_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 
-enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
+/* Before contacts; after all; they take their nodes along after links and tethers. */
+enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200, ANCHOR_SUBSTEP_ORDER = 50 };
 
 static bool anchor_is_sound(const pli_body* body, const void* data) {
     const plii_anchors* anchors = data;
@@ -302,7 +290,6 @@ static const plii_field anchor_fields[] = {
     PLII_FIELD(plii_anchor, influence, 0, PLI_MAX_FACTOR),
     PLII_FIELD(plii_anchor, compliance, 0, PLI_MAX_COEFFICIENT),
 };
-
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .is_made_by_calls = true,
@@ -321,7 +308,10 @@ const plii_feature_class plii_anchor_class = {
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
                [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},
                [PLII_STAGE_FINISH] = {anchor_finish, ANCHOR_LAST_ORDER}},
-    .substepped = &anchor_substepped,
+    .substepped = &(const plii_substep_class){.order = ANCHOR_SUBSTEP_ORDER,
+                                              .begin = anchor_substeps_begin,
+                                              .restart = anchor_substep_restart,
+                                              .sweep = anchor_substep_sweep},
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,
     .visit_joined = anchor_visit_joined,
@@ -336,8 +326,7 @@ static pli_status anchor_check_rigid(const pli_body* body, const pli_rigid* rigi
                                      const char* function) {
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, name, function));
     if (rigid->world != body->world) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is in another world than the body",
-                         name);
+        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is in another world", name);
     }
     return PLI_OK;
 }
@@ -382,8 +371,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check(body, def, __func__));
     const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
-    plii_anchors* anchors = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, (void**)&anchors));
+    PLII_TRY_ENABLE(body, plii_anchors, anchors, plii_anchor_class);
     pli_status status = anchor_reserve(body, anchors, 1) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
     if (status == PLI_OK && def->disable_collision) { status = pli_body_ignore_rigid(body, def->rigid, true); }
     if (status != PLI_OK) {
@@ -462,8 +450,7 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
     PLII_TRY(anchor_check_list(body, nodes, count, __func__));
     PLII_TRY(anchor_check_rigid(body, rigid, "rigid", __func__));
     const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
+    PLII_TRY_ENABLE(body, void, state, plii_anchor_class);
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
     if (anchor_reserve(body, state, count)) { status = anchor_mark_nodes(body, nodes, count, false, __func__); }
     pli_anchor_def def = pli_anchor_def_default();

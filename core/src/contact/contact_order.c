@@ -1,14 +1,11 @@
 /* Permutes contacts through a copy. */
 
-#include "contact/contact_order.h"
-
-#include "body/feature_arrays.h"
+#include "body/contact_report.h"
 #include "body/pipeline.h"
 
 #include <string.h>
 
-static pli_status contact_order_check(pli_context* context, const int* order, int count, uint8_t* marks,
-                                      const char* function) {
+static pli_status order_check(pli_context* context, const int* order, int count, uint8_t* marks, const char* function) {
     for (int i = 0; i < count; ++i) {
         if (order[i] < 0 || order[i] >= count) {
             return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
@@ -50,7 +47,7 @@ pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass
     if (marks == NULL || copy == NULL) {
         plii_fail(context, status, function, "no memory to reorder %d contacts", count);
     } else {
-        status = contact_order_check(context, order, count, marks, function);
+        status = order_check(context, order, count, marks, function);
     }
     for (int i = 0; status == PLI_OK && i < count; ++i) {
         memcpy(contacts + (size_t)i * contact_size, copy + (size_t)order[i] * contact_size, contact_size);

@@ -2,7 +2,6 @@
 
 /* What contacts with rigid and with soft bodies have in common. */
 
-#include "body/point_weight.h"
 #include "body/substep.h"
 
 /* At a point of a face, by its barycentric weights. */
@@ -11,13 +10,11 @@ static inline pli_vec3 plii_contact_blend(const pli_vec4* values, const int* fac
                                      pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
                         pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
 }
-
 /* Inverse of the mass that a face shows at a point, 1/kg. */
 static inline float plii_contact_face_weight(const pli_vec4* positions, const int* face, pli_vec3 weights) {
     return positions[face[0]].w * (weights.x * weights.x) + positions[face[1]].w * (weights.y * weights.y) +
            positions[face[2]].w * (weights.z * weights.z);
 }
-
 /* Share of its sliding that a contact leaves in each solve. What slides slower than the friction cone allows sticks;
    else friction takes a fixed share. That may exceed 1, as in Bullet; the sliding is then reversed. */
 static inline float plii_contact_slip(pli_vec3 motion, pli_vec3 normal, float friction) {
@@ -26,19 +23,15 @@ static inline float plii_contact_slip(pli_vec3 motion, pli_vec3 normal, float fr
     const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
     return sticks ? 0.0f : 1.0f - friction;
 }
-
 /* m/s, where the definition names none. Position-based steps of Bullet's kind know no such speed. */
 static inline float plii_contact_recovery_speed(float of_definition) {
     return of_definition > 0.0f ? of_definition : 1.0f;
 }
-
-/* Change of the multiplier of a contact that is `gap` above what it allows. `alpha`: compliance / dt^2. 0 where it has
-   nothing to act on. */
+/* Change of the multiplier of a contact that is `gap` above what it allows. alpha: compliance / dt^2 */
 static inline float plii_contact_multiplier(float gap, float weight, float alpha, float multiplier) {
     const float change = (-gap - alpha * multiplier) / (weight + alpha);
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }
-
 /* The new sum of friction of a contact: what would stop the sliding, but not above Coulomb's limit. */
 static inline pli_vec3 plii_contact_friction(pli_vec3 friction, pli_vec3 sliding, float weight, float limit) {
     const pli_vec3 wanted = pli_vec3_sub(friction, pli_vec3_scale(sliding, 1.0f / weight));

@@ -1,6 +1,5 @@
 /* Contacts of faces (of links where a body has no faces) with convex rigid shapes and with the triangles of meshes,
    which btSoftBody lacks.
-
    Conservative advancement finds where on the way of a step a face comes near a shape; the normal of that moment makes
    the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
@@ -9,7 +8,6 @@
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
-#include "shape/shape_impl.h"
 
 #include <string.h>
 
@@ -72,8 +70,7 @@ static bool held_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_
     return pli_vec3_dot(n, x) + contact->normal.w - pli_vec3_dot(n, surface) * body->step.dt >= least;
 }
 
-/* A node with no room between this surface and another one is held by its own contacts: those of its faces would drag
-   it out of where these two have left it. */
+/* A node with no room between two surfaces is held by its own contacts: those of faces would drag it out from there. */
 bool plii_rigid_faces_is_squeezed(const pli_body* body, const plii_rigid_faces_candidate* candidate, const int* nodes) {
     for (int k = 0; k < 3; ++k) {
         const plii_rigid_contact* contact = held_find(body, candidate, nodes[k]);
@@ -341,8 +338,7 @@ static float rigid_faces_slack(const pli_body* body, const plii_face_sweep* swee
     return plii_max(0.5f * body->collision_margin, RIGID_FACES_SMALLEST_SLACK * size);
 }
 
-/* A face that was on no side before goes at the recovery speed at most: it would be thrown away by a body that is put
-   into cloth. */
+/* A face that was on no side before goes at the recovery speed at most: a body put into cloth would throw it away. */
 static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float begin_gap) {
     const pli_rigid_face_contacts_def* def = &pass->state->def;
     const bool is_dynamic = pass->candidate->rigid->kind == PLI_RIGID_DYNAMIC;
@@ -436,8 +432,7 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     return rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
 }
 
-/* Substeps and systems have solved the contacts already, but for what their planes do not know: only what is about to
-   pass the core is left. */
+/* Substeps and systems have solved what the planes of contacts know: only what is about to pass the core is left. */
 static float rigid_faces_tolerance(const pli_body* body) {
     return plii_rigid_faces_are_solved(body) ? 0.5f * body->collision_margin : 0.0f;
 }

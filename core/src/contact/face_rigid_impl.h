@@ -1,16 +1,12 @@
 #pragma once
 
-/* Contacts of faces with rigid shapes: state shared by the feature (face_rigid_contacts.c), their making
-   (face_rigid_detect.c) and their solve (face_rigid_solve.c). */
+/* Contacts of faces with rigid shapes: the feature is face_rigid_contacts.c, their making face_rigid_detect.c. */
 
-#include "body/contact_report.h"
 #include "body/node_constraint.h"
 #include "body/world_state.h"
 #include "contact/face_sweep.h"
 #include "contact/node_rigid_impl.h"
-#include "contact/point_contacts.h"
 #include "geometry/pair_cache.h"
-#include "pliant/contact.h"
 
 typedef struct plii_rigid_face_contact {
     pli_rigid* rigid;
@@ -29,7 +25,7 @@ typedef struct plii_rigid_face_contact {
     float distance;
     float slip; /* share of the tangential displacement that stays */
     float push; /* impulse along the normal in this step; N s */
-    /* For the end of the step as far as it is known; see plii_rigid_faces_prepare. */
+    /* For the end of the step as far as it is known; see plii_rigid_faces_prepare_contact. */
     pli_mat3 impulse_matrix;
     float normal_response; /* change of the gap per impulse along the normal; m/(N s) */
     pli_vec3 arm;          /* from the rigid body's centre of mass to the margin around it, at the start of the step */
@@ -99,15 +95,6 @@ static inline bool plii_rigid_faces_are_solved(const pli_body* body) {
 void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                       pli_transform end, plii_rigid_face_contact* contact);
 
-/* Once contacts of this step are all found: takes out those that nodes hold, and shares the room between two shapes. */
-void plii_rigid_faces_settle(const pli_body* body, plii_rigid_faces* state);
-
-/* Stages. */
-void plii_rigid_faces_prepare(pli_body* body, void* data);
-void plii_rigid_faces_solve(pli_body* body, void* data);
-void plii_rigid_faces_finish(pli_body* body, void* data);
-
-extern const plii_feature_class plii_rigid_faces_class;
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);

@@ -1,10 +1,8 @@
-/* Conservative advancement of a face past a convex core (Mirtich, "Impulse-based dynamic simulation of rigid body
-   systems", 1996). */
+/* Conservative advancement of a face past a convex core: Mirtich, "Impulse-based dynamic simulation", 1996. */
 
 #include "contact/face_sweep.h"
 
 #include "body/rigid_impl.h"
-#include "geometry/convex_distance.h"
 
 #define FACE_WAY_MAX_ADVANCES 24
 /* Cosine: a push that turns farther than this from the side that is known goes to the known side itself. */
@@ -44,7 +42,6 @@ static plii_dvec3 face_sweep_core_farthest(const face_sweep_core* core, pli_vec3
 static pli_vec3 face_sweep_core_support(const void* user, pli_vec3 direction) {
     return plii_dvec3_to_float(face_sweep_core_farthest(user, direction));
 }
-
 static double face_sweep_height(const face_sweep_core* core, pli_vec3 normal) {
     return plii_dvec3_dot(face_sweep_core_farthest(core, normal), plii_dvec3_from(normal));
 }

@@ -4,7 +4,6 @@
    the core belongs to. The core turns evenly, the corners of the face go straight. */
 
 #include "geometry/convex_distance.h"
-#include "math/dvec3.h"
 #include "shape/shape_impl.h"
 
 typedef struct plii_face_core {
@@ -41,8 +40,7 @@ typedef struct plii_face_moment {
 
 /* At `time`. False where face and core are farther apart than `max_distance`, or have no distance. */
 bool plii_face_sweep_look(const plii_face_sweep* sweep, float time, float max_distance, plii_face_moment* moment);
-/* From a moment on to the next one where face and core are at `target` > 0 from each other, or up to `tolerance` more.
-   False when there is none. */
+/* On to the moment when face and core are `target` > 0 apart, up to `tolerance` more. False when there is none. */
 bool plii_face_sweep_advance(const plii_face_sweep* sweep, float target, float tolerance, plii_face_moment* moment);
 /* False for faces without area. */
 bool plii_face_sweep_weigh(const plii_face_sweep* sweep, plii_face_moment* moment);

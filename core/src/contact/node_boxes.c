@@ -1,6 +1,5 @@
 /* Boxes of nodes that are kept from step to step. Bullet: m_ndbvt of a btSoftBody without VF_SS. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/bounds.h"
 #include "pliant/bullet_reference.h"
@@ -25,13 +24,11 @@ static pli_status node_boxes_enable(pli_body* body, void* state) {
     node_boxes_start(body, body->node_boxes, 0);
     return PLI_OK;
 }
-
 static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     node_boxes_start(body, body->node_boxes, change->old_node_count);
 }
 
 enum { NODE_BOXES_ORDER = 30 }; /* after clusters, as in Bullet */
-
 const plii_feature_class plii_node_boxes_class = {
     .name = "node boxes",
     .arrays = PLII_ARRAYS(
@@ -45,5 +42,4 @@ pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     return plii_feature_enable(body, &plii_node_boxes_class, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_bullet_node_boxes, plii_check_body_idle, plii_node_boxes_class)

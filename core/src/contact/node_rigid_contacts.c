@@ -2,35 +2,26 @@
    and their position solve (btSoftBody::PSolve_RContacts). Given the same distances, all results equal Bullet's bit
    for bit, but for the order of the contacts: shape by shape, ascending nodes. */
 
+#include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/rigid_lanes.h"
-#include "math/bounds.h"
-
-#include "body/node_constraint.h"
-#include "body/substep_kinds.h"
-#include "contact/contact_order.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
+#include "math/bounds.h"
 #include "pliant/bullet_reference.h"
 #include "shape/shape_impl.h"
 
 /* Nodes whose distances are asked in one call. */
 #define RIGID_CONTACTS_BATCH 64
-
 /* Shapes that nodes can be inside of are not deeper; a callback's distance is not believed beyond, m. */
 #define RIGID_CONTACTS_MAX_DEPTH (4.0f * PLI_MAX_COORDINATE)
-
-/* Of the margin, in sweeps: a node that rests on a surface and was not found would fall into it for the rest of the
-   step, and come back with speed. */
+/* Of the margin, in sweeps: a node at rest that was not found would fall into the surface, and come back with speed. */
 #define RIGID_CONTACTS_REACH 1.0f
-
 /* Of the margin, how far a node may have started behind a surface before another one is looked for. */
 #define RIGID_CONTACTS_BEHIND 0.25f
-
 /* Of the margin, how far beyond it a node still touches. Planes of nodes that are only near would spread a cloth around
    a ball that falls into it, until it is through. */
 #define RIGID_CONTACTS_TOUCHING 0.1f
-
 /* Of the margin, what a rigid body moves in a step before it matters where on it a node is that goes along. */
 #define RIGID_CONTACTS_MOVING 0.05f
 
@@ -80,9 +71,8 @@ static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
     return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
 }
 
-/* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: that
-   is looked at from where the rigid body is now, so far back. Zero for others, which may go past it or meet it, or lie
-   still. */
+/* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: so
+   far back it is looked at from where the rigid body is now. Zero for others, which go past, meet it or lie still. */
 static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
     const pli_body* body = candidate->body;
     const pli_vec3 none = pli_vec3_make(0, 0, 0);
@@ -130,9 +120,8 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     return PLI_OK;
 }
 
-/* Where the step leads, the nearest surface may be one that the node did not come through: at the edge of a box, the
-   side. Behind that it would be pushed out sideways. Then the surface that was nearest at the start is taken, if the
-   node was farther from it. */
+/* Where the step leads, the nearest surface may be one that the node did not come through, as the side at the edge of a
+   box, which would push it out sideways. Then that which was nearest at the start is taken, if it was farther away. */
 static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, pli_vec3 shift,
                                      pli_vec3* normal, float* distance) {
     const pli_body* body = candidate->body;
@@ -234,9 +223,8 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
     return PLI_OK;
 }
 
-/* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
-   plane of a contact stands for the shape. The same where a solver wants what lies to keep its contacts, and as far as
-   a node falls from a body that its host moves after the search. */
+/* Where contacts are looked for once for many substeps, or must last, as far as the surface gets meanwhile, and a node
+   falls from a body that its host moves later; not farther than the plane of a contact stands for the shape. */
 static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, const plii_shape_place* place) {
     const pli_body* body = candidate->body;
     const pli_rigid* rigid = candidate->rigid;
@@ -447,7 +435,6 @@ static pli_status rigid_contacts_enable(pli_body* body, void* data) {
     body->node_contacts = data;
     return PLI_OK;
 }
-
 static void rigid_contacts_disable(pli_body* body, void* data) {
     body->node_contacts = NULL;
 }
@@ -455,33 +442,28 @@ static void rigid_contacts_disable(pli_body* body, void* data) {
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
-static const plii_field rigid_contacts_fields[] = {
-    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
-    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
-    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
-    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
-};
-
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
-    .settings = PLII_LIMITS(plii_rigid_contacts, def, rigid_contacts_fields),
+    .settings = PLII_LIMITS_AT(offsetof(plii_rigid_contacts, def),
+                               PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
+                               PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
+                               PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
+                               PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+                               PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_rigid_contacts, def, PLII_SAVED, "5fu"),
                                     PLII_STATE(plii_rigid_contacts, linked, PLII_LEFT),
                                     PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
-    .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
-         .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_rigid_contacts, last_of_node), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
-        {PLII_LIST_OF(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
-         .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
-         .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS(PLII_LEFT_COUNTED(plii_rigid_contacts, contacts, capacity, count),
+                    {PLII_MEMBER(plii_rigid_contacts, last_of_node), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
+                    PLII_LEFT_LIST(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity),
+                    PLII_LEFT_LIST(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity),
+                    PLII_LEFT_LIST(plii_rigid_contacts, substeps.groups.surfaces, substeps.groups.surface_capacity),
+                    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
+                     .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,
@@ -496,13 +478,8 @@ const plii_feature_class plii_rigid_contacts_class = {
     .build = rigid_contacts_clear,
 };
 
-pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
-    PLII_TRY_DEF(body->context, pli_rigid_contacts_def, &used, rigid_contacts_fields, __func__);
-    return plii_feature_enable_with(body, &plii_rigid_contacts_class, &used, sizeof used, NULL);
-}
-
+PLII_DEFINE_ENABLE(pli_body_enable_rigid_contacts, plii_check_body_change, pli_rigid_contacts_def,
+                   plii_rigid_contacts_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {

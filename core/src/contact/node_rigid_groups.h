@@ -1,7 +1,6 @@
 #pragma once
 
-/* Contacts with rigid bodies that nothing moves, eight at a time. They change their own node only, so a group holds
-   nothing of the rigid body but the plane. */
+/* Contacts with rigid bodies that nothing moves, eight at a time: planes, as they change their own node only. */
 
 #include "body/substep.h"
 #include "math/simd_float8.h"

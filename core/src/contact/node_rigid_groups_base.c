@@ -1,8 +1,6 @@
-/* The sweep over groups of contacts, for the instruction set that the build selects.
-
-   With gap = dot(normal, node) + offset at the start of a substep and `along` the motion of the node against the
-   surface along the normal since then, C = max(gap, 0) + along: what was apart may come together, what was inside goes
-   no deeper. */
+/* The sweep over groups of contacts, for the instruction set that the build selects. With gap = dot(normal, node) +
+   offset at the start of a substep and `along` the motion along the normal since then, against the surface, C =
+   max(gap, 0) + along: what was apart may come together, what was inside goes no deeper. */
 
 #include "contact/node_rigid_groups.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 
-/* Contacts of nodes with rigid bodies: state shared by the feature (node_rigid_contacts.c) and its part in substeps
-   (node_rigid_substep.c). */
+/* Contacts of nodes with rigid bodies: the feature is node_rigid_contacts.c, its substeps node_rigid_substep.c. */
 
 #include "body/contact_report.h"
 #include "contact/node_rigid_groups.h"
@@ -51,7 +50,6 @@ typedef struct plii_rigid_contacts {
     plii_rigid_substeps substeps;
 } plii_rigid_contacts;
 
-extern const plii_feature_class plii_rigid_contacts_class;
 extern const plii_substep_class plii_rigid_contacts_substepped;
 
 /* Gives way to nodes that have no room between the surfaces found last and others. */

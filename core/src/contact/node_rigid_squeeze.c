@@ -8,14 +8,12 @@
 
 /* Cosine between the normals of two surfaces that a node is between. */
 #define RIGID_SQUEEZE_FACING (-0.8f)
-
 /* What presses the node, as a motion that is stopped, in what is missing: the surfaces are firm. */
 #define RIGID_SQUEEZE_FIRMNESS 4.0f
 
 static float squeeze_gap(const plii_rigid_contact* contact, const pli_vec4* x) {
     return pli_vec3_dot(plii_xyz(contact->normal), plii_xyz(*x)) + contact->normal.w;
 }
-
 static float squeeze_approach(const pli_body* body, const plii_rigid_contact* contact) {
     const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[contact->node]), contact->rigid->state.pose.origin);
     const float speed = pli_vec3_dot(plii_xyz(contact->normal), plii_rigid_velocity_at(contact->rigid, arm));

@@ -1,7 +1,6 @@
 /* Contacts of nodes with rigid bodies in substeps. They were found at the predicted positions; their planes move with
    the rigid body. Those with bodies that nothing moves are solved in groups (node_rigid_groups.h). */
 
-#include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
@@ -9,12 +8,8 @@
 /* Cosine between the way in which a rigid body presses a node and the way into a still surface: at larger angles the
    node slips out from between them, and holds nothing up. */
 #define RIGID_SUBSTEP_WEDGE 0.9f
-
-/* A node that slides away before a rigid body gives way to it so many times as fast as it has: what friction takes from
-   it in a step, a push gives it back. */
+/* A node that slides away before a rigid body gives way so many times as fast: friction takes some in each step. */
 #define RIGID_SUBSTEP_GIVING_WAY 2.0f
-
-// ----------------------------------------------------------------------------------------------------------- memory
 
 static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
     return PLII_RESERVE(body->context, &groups->groups, &groups->capacity, count) &&
@@ -22,9 +17,7 @@ static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int 
 }
 
 static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps* substeps) {
-    int** nearest = &substeps->fixed_of_node;
-    if (*nearest == NULL) { *nearest = plii_allocate(body->context, (size_t)body->node_count * sizeof **nearest); }
-    return *nearest != NULL;
+    return substeps->fixed_of_node != NULL || PLII_ALLOCATE(body->context, &substeps->fixed_of_node, body->node_count);
 }
 
 /* For `count` contacts, all with dynamic bodies or all with others. */
@@ -46,23 +39,12 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
     (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
 }
 
-static void rigid_substeps_release(pli_body* body, void* data) {
-    plii_rigid_substeps* substeps = &((plii_rigid_contacts*)data)->substeps;
-    plii_rigid_groups* groups = &substeps->groups;
-    PLII_RELEASE(body->context, substeps->contacts.items, substeps->contacts.capacity);
-    PLII_RELEASE(body->context, groups->groups, groups->capacity);
-    PLII_RELEASE(body->context, groups->surfaces, groups->surface_capacity);
-    PLII_RELEASE(body->context, substeps->fixed_of_node, body->node_count);
-    *substeps = (plii_rigid_substeps){0};
-}
-
 // ----------------------------------------------------------------------------------------------------------- groups
 
 /* Lane of a record, see plii_nodes8. */
 static int rigid_groups_lane(int record) {
     return record / 2 + 4 * (record % 2);
 }
-
 static void rigid_groups_put(float* components, int lane, pli_vec3 value) {
     components[lane] = value.x;
     components[lane + PLII_RIGID_GROUP_SIZE] = value.y;
@@ -278,7 +260,6 @@ static bool rigid_substep_is_idle(const void* data) {
 }
 
 enum { RIGID_SUBSTEP_ORDER = 60 }; /* after all that holds the body together and self-collision of nodes */
-
 const plii_substep_class plii_rigid_contacts_substepped = {
     .order = RIGID_SUBSTEP_ORDER,
     .is_in_iterations = true,
@@ -289,5 +270,4 @@ const plii_substep_class plii_rigid_contacts_substepped = {
     .carry = rigid_substep_carry,
     .is_limit = rigid_substep_is_limit,
     .is_idle = rigid_substep_is_idle,
-    .leave = rigid_substeps_release,
 };

@@ -88,8 +88,7 @@ static float point_room(const pli_body* body, const plii_substep* substep, const
     return room;
 }
 
-/* A penetration from before goes by a shift of the nodes, lest it turns into speed. They do not go farther for those
-   that are pinned. */
+/* A penetration from before goes by a shift of the nodes, lest it turns into speed; no farther for pinned ones. */
 static void point_recover(const pli_body* body, const plii_substep* substep, plii_point_contact* contact, float gap,
                           float most) {
     contact->floor = plii_min(gap, 0.0f);

@@ -1,11 +1,9 @@
 #pragma once
 
-/* Contacts of points of a soft body, nodes or points of faces, with rigid bodies in substeps, one after the other.
-   C = n . (point - motion of the surface) + offset >= 0, with Coulomb friction on the motion of the substep.
-
-   A node is light, and pushes a heavy body back by little in a sweep. What it hangs from, or lies on, does not move at
-   all: a rigid body that presses the node against that is held by it directly, with friction. Room is how far the node
-   can still go (plii_substep_class.room). */
+/* Contacts of points of a soft body, nodes or points of faces, with rigid bodies in substeps, one after the other: C =
+   n . (point - motion of the surface) + offset >= 0, with Coulomb friction on the motion of the substep. A node is
+   light, and pushes a heavy body back by little in a sweep. What it hangs from, or lies on, does not move at all: a
+   rigid body that presses the node against that is held by it directly. Room is how far the node can still go. */
 
 #include "body/substep_rigid.h"
 

@@ -1,10 +1,7 @@
-/* Contacts of nodes with the faces of other soft bodies, as a feature: its stages and settings, Bullet's boxes and
-   solve, reports, and access to contacts. */
+/* Contacts of nodes with the faces of other soft bodies, as a feature; Bullet's boxes and solve; reports. */
 
 #include "body/pipeline.h"
-#include "contact/contact_order.h"
 #include "contact/soft_contacts_impl.h"
-#include "math/bounds.h"
 #include "pliant/bullet_reference.h"
 
 #include <string.h>
@@ -12,11 +9,10 @@
 // --------------------------------------------------------------------------------------------------- Bullet's boxes
 
 /* Bullet's trees start without margins. */
-static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
+static void soft_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->previous[i]);
-        state->node_boxes[i].min = x;
-        state->node_boxes[i].max = x;
+        state->node_boxes[i] = (pli_bounds){x, x};
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
         state->face_boxes[i] =
@@ -25,14 +21,11 @@ static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_s
     state->has_boxes = true;
 }
 
-static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_state* state) {
-    const float margin = body->collision_margin;
-    const float slack = margin * 0.25f;
-    const float ahead = body->step.dt * 3.0f;
+static void soft_update_boxes(const pli_body* body, plii_soft_contacts_state* state) {
+    const float margin = body->collision_margin, slack = margin * 0.25f, ahead = body->step.dt * 3.0f;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
-        const pli_bounds box = {x, x};
-        plii_fat_aabb_update(&state->node_boxes[i], plii_bounds_grow(box, margin),
+        plii_fat_aabb_update(&state->node_boxes[i], plii_bounds_grow((pli_bounds){x, x}, margin),
                              pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
@@ -48,9 +41,8 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
 
 // --------------------------------------------------------------------------------------------------- Bullet's solve
 
-/* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other, and a contact
-   moves its nodes. With a recovery speed, which Bullet does not have, it gives those of a body that was solved before
-   their velocities, too. */
+/* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other. With a recovery
+   speed, which Bullet lacks, a contact gives the nodes of a body that was solved before their velocities too. */
 
 /* As if the node had been there at the start of the step, so that no velocity comes of it. */
 static void soft_bullet_shift(pli_body* body, int node, pli_vec3 by) {
@@ -60,7 +52,7 @@ static void soft_bullet_shift(pli_body* body, int node, pli_vec3 by) {
 
 /* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
    step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
-static void soft_contacts_recover_bullet(pli_body* body, void* data) {
+static void soft_recover_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const float most = state->def.recovery_speed * body->step.dt;
     for (int i = 0; most > 0.0f && i < state->count; ++i) {
@@ -82,10 +74,8 @@ static void soft_contacts_recover_bullet(pli_body* body, void* data) {
     }
 }
 
-/* A contact of Bullet's has moved its node and face apart by shares of `correction`, m; only of contacts below
-   impulse_count. */
-static void soft_contacts_note(const pli_body* body, const plii_soft_contacts_state* state, int index,
-                               pli_vec3 correction) {
+/* A contact of Bullet's, below impulse_count, has moved its node and face apart by shares of `correction`, m. */
+static void soft_note(const pli_body* body, const plii_soft_contacts_state* state, int index, pli_vec3 correction) {
     const plii_soft_contact* contact = &state->contacts[index];
     const float inverse_mass = body->positions[contact->node].w;
     float mass = inverse_mass > 0.0f ? contact->node_share / inverse_mass : 0.0f;
@@ -101,7 +91,7 @@ static void soft_contacts_note(const pli_body* body, const plii_soft_contacts_st
     plii_contact_impulses_push(&state->impulses, index, pli_vec3_scale(correction, mass * body->step.inverse_dt));
 }
 
-static void soft_contacts_solve_bullet(pli_body* body, void* data) {
+static void soft_solve_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const bool shifts = state->def.recovery_speed > 0.0f; /* what overlapped before */
     for (int i = 0; i < state->count; ++i) {
@@ -132,7 +122,7 @@ static void soft_contacts_solve_bullet(pli_body* body, void* data) {
             const pli_vec3 share = pli_vec3_scale(correction, contact->face_share);
             plii_add_xyz(&other->velocities[face[k]], pli_vec3_scale(share, -w[k] * other->step.inverse_dt));
         }
-        if (i < state->impulse_count) { soft_contacts_note(body, state, i, correction); }
+        if (i < state->impulse_count) { soft_note(body, state, i, correction); }
     }
 }
 
@@ -141,13 +131,9 @@ static void soft_contacts_solve_bullet(pli_body* body, void* data) {
 /* What contacts have pushed, for contact events. A contact stands in the list of the body whose node it is; the body of
    the face finds it there, through the bodies that it met. */
 
-static bool soft_pair_is_recorded(const pli_body* a, const pli_body* b) {
-    return a->records_contacts || b->records_contacts;
-}
-
 bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* state = pass->node_state;
-    if (!soft_pair_is_recorded(pass->node_body, pass->face_body)) { return true; }
+    if (!pass->node_body->records_contacts && !pass->face_body->records_contacts) { return true; }
     if (state->impulse_count > state->count) { state->impulse_count = state->count; } /* a pair was given up */
     while (state->impulse_count <= state->count) {
         if (!plii_contact_impulses_add(pass->node_body, &state->impulses, state->impulse_count)) { return false; }
@@ -168,7 +154,7 @@ void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state*
     }
 }
 
-static bool soft_contacts_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
+static bool soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
     if (!body->records_contacts) { return true; }
     if (!PLII_RESERVE(body->context, &state->met, &state->met_capacity, state->met_count + 1)) { return false; }
     state->met[state->met_count++] = other;
@@ -177,7 +163,7 @@ static bool soft_contacts_meet(pli_body* body, plii_soft_contacts_state* state, 
 
 bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
                                     plii_soft_contacts_state* other_state) {
-    return soft_contacts_meet(body, state, other) && soft_contacts_meet(other, other_state, body);
+    return soft_meet(body, state, other) && soft_meet(other, other_state, body);
 }
 
 /* Of contact `index` of `node_body`, to the body of its node, or to that of its face. */
@@ -198,7 +184,7 @@ static plii_contact_report soft_contact_report(const pli_body* node_body, const 
     return report;
 }
 
-static void soft_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
+static void soft_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
     const plii_soft_contacts_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         const plii_contact_report report = soft_contact_report(body, state, i);
@@ -223,14 +209,14 @@ static void soft_contacts_visit(const pli_body* body, const void* data, plii_con
 
 // ----------------------------------------------------------------------------------------------------- the feature
 
-static void soft_contacts_refresh(pli_body* body, void* data) {
+static void soft_refresh(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
         state->missed[i] = pli_vec3_length(pli_vec3_sub(plii_xyz(body->positions[i]), state->predicted[i]));
     }
 }
 
-static void soft_contacts_update(pli_body* body, void* data) {
+static void soft_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->impulse_count = state->met_count = 0;
     state->has_coupled = false;
@@ -238,18 +224,18 @@ static void soft_contacts_update(pli_body* body, void* data) {
     body->soft_shifts = state->shifts;
     if (state->is_sweeping) { plii_body_copy_positions(body, state->predicted); }
     if (state->node_boxes == NULL) { return; }
-    if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
-    soft_contacts_update_boxes(body, state);
+    if (!state->has_boxes) { soft_start_boxes(body, state); }
+    soft_update_boxes(body, state);
     body->soft_node_boxes = state->node_boxes;
 }
 
-static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
+static void soft_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     plii_soft_contacts_state* state = data;
     PLII_REMOVE_IF(plii_soft_contact, contact, state->contacts, state->count, contact->face_body == other);
     state->impulse_count = state->met_count = 0;
 }
 
-static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state* state) {
+static void soft_release_boxes(pli_body* body, plii_soft_contacts_state* state) {
     PLII_RELEASE(body->context, state->node_boxes, body->node_count);
     PLII_RELEASE(body->context, state->face_boxes, body->topology->face_count);
     state->node_boxes = NULL;
@@ -258,7 +244,7 @@ static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state
     body->soft_node_boxes = NULL;
 }
 
-static void soft_contacts_disable(pli_body* body, void* data) {
+static void soft_disable(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     body->sweeping_features -= state->is_sweeping;
     body->soft_node_boxes = NULL;
@@ -266,7 +252,7 @@ static void soft_contacts_disable(pli_body* body, void* data) {
 }
 
 /* Boxes start anew with the next step. */
-static void soft_contacts_build(pli_body* body, void* data) {
+static void soft_build(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->order_count = 0;
     state->has_boxes = false;
@@ -277,14 +263,14 @@ static void soft_contacts_build(pli_body* body, void* data) {
 /* Boxes after clusters; contacts after those with rigid bodies and before the links. */
 enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
 
-static bool soft_contacts_is_sound(const pli_body* body, const void* data) {
+static bool soft_is_sound(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
     const int faces = body->topology->face_count;
     if (state->order_count != 0 && state->order_count != faces) { return false; }
     return state->node_boxes != NULL ? state->face_boxes != NULL || faces == 0 : !state->has_boxes;
 }
 
-static void soft_contacts_on_restored(pli_body* body, void* data) {
+static void soft_on_restored(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     body->soft_node_boxes = state->has_boxes ? state->node_boxes : NULL;
 }
@@ -303,69 +289,60 @@ const plii_feature_class plii_soft_contacts_class = {
                                     PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
                                     PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
                                     PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT)),
-    .is_sound = soft_contacts_is_sound,
-    .on_restored = soft_contacts_on_restored,
+    .is_sound = soft_is_sound,
+    .on_restored = soft_on_restored,
     .arrays = PLII_ARRAYS(
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, contacts, capacity, count), .snapshot = PLII_LEFT},
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, contacts, capacity, count),
         {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, shifts), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
         {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, met, met_capacity, met_count), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, faces, face_capacity, face_count), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, near.groups, near.capacity), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, hits, hit_capacity, hit_count), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(plii_soft_contacts_state, groups, group_capacity), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(plii_soft_contacts_state, nodes, node_capacity, node_count), .snapshot = PLII_LEFT},
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, met, met_capacity, met_count),
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, faces, face_capacity, face_count),
+        PLII_LEFT_LIST(plii_soft_contacts_state, boxes, box_capacity),
+        PLII_LEFT_LIST(plii_soft_contacts_state, near.groups, near.capacity),
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, hits, hit_capacity, hit_count),
+        PLII_LEFT_LIST(plii_soft_contacts_state, groups, group_capacity),
+        PLII_LEFT_COUNTED(plii_soft_contacts_state, nodes, node_capacity, node_count),
         {PLII_COUNTED_LIST(plii_soft_contacts_state, face_order, order_capacity, order_count), PLII_SAVED_AS("F")}),
-    .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
-               [PLII_STAGE_PREPARE] = {soft_contacts_recover_bullet, SOFT_CONTACTS_ORDER},
-               [PLII_STAGE_POSITION] = {soft_contacts_solve_bullet, SOFT_CONTACTS_ORDER},
+    .stages = {[PLII_STAGE_UPDATE] = {soft_update, SOFT_CONTACTS_BOXES_ORDER},
+               [PLII_STAGE_PREPARE] = {soft_recover_bullet, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_POSITION] = {soft_solve_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_COUPLE] = {plii_soft_contacts_couple, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_SETTLE] = {plii_soft_contacts_settle, SOFT_CONTACTS_ORDER},
-               [PLII_STAGE_REFRESH] = {soft_contacts_refresh, SOFT_CONTACTS_ORDER}},
-    .disable = soft_contacts_disable,
+               [PLII_STAGE_REFRESH] = {soft_refresh, SOFT_CONTACTS_ORDER}},
+    .disable = soft_disable,
     .collide_body = plii_soft_contacts_collide,
-    .on_body =
-        {[PLII_BODY_REMOVED] = soft_contacts_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_contacts_on_body_removed},
-    .visit_contacts = soft_contacts_visit,
+    .on_body = {[PLII_BODY_REMOVED] = soft_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_on_body_removed},
+    .visit_contacts = soft_visit,
     .reserve = plii_soft_contacts_reserve,
-    .build = soft_contacts_build,
+    .build = soft_build,
 };
 
 pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     return (pli_soft_contacts_def){.friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
 
-static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contacts_state* state) {
-    if (PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&
-        PLII_ALLOCATE(body->context, &state->face_boxes, body->topology->face_count)) {
-        return PLI_OK;
-    }
-    soft_contacts_release_boxes(body, state);
-    return PLI_ERROR_OUT_OF_MEMORY;
-}
-
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);
     const bool was_enabled = plii_feature_state(body, &plii_soft_contacts_class) != NULL;
-    plii_soft_contacts_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_soft_contacts_class, (void**)&state));
-    if (used.bullet_boxes && state->node_boxes == NULL && soft_contacts_allocate_boxes(body, state) != PLI_OK) {
+    PLII_TRY_ENABLE(body, plii_soft_contacts_state, state, plii_soft_contacts_class);
+    const bool wants_boxes = used.bullet_boxes && state->node_boxes == NULL;
+    if (wants_boxes && !(PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&
+                         PLII_ALLOCATE(body->context, &state->face_boxes, body->topology->face_count))) {
+        soft_release_boxes(body, state);
         if (!was_enabled) { plii_feature_disable(body, &plii_soft_contacts_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
     }
-    if (!used.bullet_boxes) { soft_contacts_release_boxes(body, state); }
+    if (!used.bullet_boxes) { soft_release_boxes(body, state); }
     body->sweeping_features += !used.bullet_boxes - state->is_sweeping;
     state->is_sweeping = !used.bullet_boxes;
     state->def = used;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_soft_contacts, plii_check_body_change, plii_soft_contacts_class)
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
@@ -387,8 +364,8 @@ pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int 
     return plii_reorder_contacts(body, &plii_soft_contacts_class, order, count, __func__);
 }
 
-static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
-                                            const char* function) {
+static pli_status soft_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
+                                   const char* function) {
     if (boxes == NULL && count > 0) {
         return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s_boxes is null", what);
     }
@@ -409,8 +386,8 @@ pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxe
                          "neither soft contacts with bullet_boxes nor pli_body_enable_bullet_node_boxes are enabled");
     }
     const int face_count = has_faces ? body->topology->face_count : 0;
-    PLII_TRY(soft_contacts_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
-    PLII_TRY(soft_contacts_check_boxes(body->context, face_boxes, face_count, "face", __func__));
+    PLII_TRY(soft_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
+    PLII_TRY(soft_check_boxes(body->context, face_boxes, face_count, "face", __func__));
     for (int i = 0; i < body->node_count; ++i) {
         if (body->node_boxes != NULL) { body->node_boxes[i] = node_boxes[i]; }
         if (has_faces) { state->node_boxes[i] = node_boxes[i]; }

@@ -1,47 +1,45 @@
 /* The solve of contacts of nodes with the faces of another soft body, C = n . (node - point of the face) - margins >= 0
    with Coulomb friction, by all solvers outside of reference mode. It runs after the sweeps of all bodies that are
-   solved side by side, so that contacts have the last word, and moves both bodies where they are in the step or
-   substep. Another body, with another solver or other substeps, is solved before or after: it takes part by its
-   velocities, as a rigid body does. */
+   solved side by side, so that contacts have the last word, and moves both. A body with another solver or other
+   substeps is solved before or after: it takes part by its velocities, as a rigid body does. */
 
 #include "contact/soft_contacts_impl.h"
-#include "math/simd_float4.h"
 
 #include <string.h>
 
 /* The substep of the body that is solved, or NULL: a whole step. */
-typedef struct soft_couple_time {
+typedef struct couple_time {
     const plii_substep* substep;
     float dt, inverse_dt;
-} soft_couple_time;
+} couple_time;
 
-static soft_couple_time soft_couple_now(const pli_body* body) {
+static couple_time couple_now(const pli_body* body) {
     const plii_substep* substep = body->substep;
-    return substep != NULL ? (soft_couple_time){substep, substep->dt, substep->inverse_dt}
-                           : (soft_couple_time){NULL, body->step.dt, body->step.inverse_dt};
+    return substep != NULL ? (couple_time){substep, substep->dt, substep->inverse_dt}
+                           : (couple_time){NULL, body->step.dt, body->step.inverse_dt};
 }
 
 /* A body of contacts. Its nodes are at positions + here * moves, and have moved by along * moves - before * starts in
    the step or substep. Shifts took overlaps back: as if nodes had started so much farther. */
-typedef struct soft_couple_side {
+typedef struct couple_side {
     pli_body* body;
     const pli_vec4* positions;
     pli_vec4 *moves, *starts;
     pli_vec3* shifts; /* may be NULL */
     float here, along, before;
     bool is_beside;
-} soft_couple_side;
+} couple_side;
 
-static soft_couple_side soft_couple_side_of(pli_body* body, bool is_beside, soft_couple_time time) {
-    soft_couple_side side = {.body = body,
-                             .positions = body->positions,
-                             .moves = body->positions,
-                             .starts = body->previous,
-                             .shifts = body->soft_shifts,
-                             .here = 0.0f,
-                             .along = 1.0f,
-                             .before = 1.0f,
-                             .is_beside = is_beside};
+static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time time) {
+    couple_side side = {.body = body,
+                        .positions = body->positions,
+                        .moves = body->positions,
+                        .starts = body->previous,
+                        .shifts = body->soft_shifts,
+                        .here = 0.0f,
+                        .along = 1.0f,
+                        .before = 1.0f,
+                        .is_beside = is_beside};
     if (time.substep == NULL) { return side; }
     if (body->substep != NULL) {
         side.moves = body->substep->displacements;
@@ -56,44 +54,39 @@ static soft_couple_side soft_couple_side_of(pli_body* body, bool is_beside, soft
     return side;
 }
 
-static bool soft_couple_is_beside(const pli_body* body, const pli_body* other) {
-    return body->island != NULL && other->island == body->island;
-}
-
 /* Contacts of one body with another one. */
-typedef struct soft_couple_pair {
-    soft_couple_side node, face;
+typedef struct couple_pair {
+    couple_side node, face;
     bool is_idle; /* the one of the faces: it does not move */
-    soft_couple_time time;
-} soft_couple_pair;
+    couple_time time;
+} couple_pair;
 
-static soft_couple_pair soft_couple_pair_of(pli_body* body, pli_body* other, soft_couple_time time) {
-    return (soft_couple_pair){.node = soft_couple_side_of(body, true, time),
-                              .face = soft_couple_side_of(other, soft_couple_is_beside(body, other), time),
-                              .is_idle = plii_body_is_idle(other),
-                              .time = time};
+static couple_pair couple_pair_of(pli_body* body, pli_body* other, couple_time time) {
+    const bool is_beside = body->island != NULL && other->island == body->island;
+    return (couple_pair){.node = couple_side_of(body, true, time),
+                         .face = couple_side_of(other, is_beside, time),
+                         .is_idle = plii_body_is_idle(other),
+                         .time = time};
 }
 
-typedef plii_float4 soft_couple_quantity(const soft_couple_side* side, int node);
+typedef plii_float4 couple_quantity(const couple_side* side, int node);
 
-PLII_SIMD_INLINE plii_float4 soft_couple_place(const soft_couple_side* side, int node) {
+PLII_SIMD_INLINE plii_float4 couple_place(const couple_side* side, int node) {
     return plii_float4_from(&side->positions[node]) + plii_float4_from(&side->moves[node]) * side->here;
 }
-
-PLII_SIMD_INLINE plii_float4 soft_couple_motion(const soft_couple_side* side, int node) {
+PLII_SIMD_INLINE plii_float4 couple_motion(const couple_side* side, int node) {
     return plii_float4_from(&side->moves[node]) * side->along - plii_float4_from(&side->starts[node]) * side->before;
 }
 
 /* But for shifts. */
-PLII_SIMD_INLINE plii_float4 soft_couple_solved_motion(const soft_couple_side* side, int node) {
-    const plii_float4 motion = soft_couple_motion(side, node);
+PLII_SIMD_INLINE plii_float4 couple_solved_motion(const couple_side* side, int node) {
+    const plii_float4 motion = couple_motion(side, node);
     return side->shifts != NULL ? motion - plii_lanes_from_vec3(&side->shifts[node]) : motion;
 }
 
-/* Of the node against the point of the face; w: 0. By differences, which far from the origin are more exact than what
-   they are of. */
-PLII_SIMD_INLINE plii_float4 soft_couple_relative(const soft_couple_pair* pair, const plii_soft_contact* contact,
-                                                  soft_couple_quantity* of) {
+/* Of the node against the point of the face; w: 0. By differences, which far from the origin are more exact. */
+PLII_SIMD_INLINE plii_float4 couple_relative(const couple_pair* pair, const plii_soft_contact* contact,
+                                             couple_quantity* of) {
     const int* face = pair->face.body->topology->faces[contact->face];
     const plii_float4 node = of(&pair->node, contact->node);
     return plii_lanes_xyz((node - of(&pair->face, face[0])) * contact->weights.x +
@@ -102,43 +95,43 @@ PLII_SIMD_INLINE plii_float4 soft_couple_relative(const soft_couple_pair* pair, 
 }
 
 /* Whole records: a load of one would wait for parts of it that are on their way to memory. */
-PLII_SIMD_INLINE void soft_couple_add(pli_vec4* to, plii_float4 by) {
+PLII_SIMD_INLINE void couple_add(pli_vec4* to, plii_float4 by) {
     plii_float4_to(to, plii_float4_from(to) + by);
 }
 
 /* A body that is not solved side by side is where its velocity leads to. */
-static void soft_couple_accelerate(pli_body* body, int node, plii_float4 by, soft_couple_time time) {
+static void couple_accelerate(pli_body* body, int node, plii_float4 by, couple_time time) {
     const float left = time.dt + (time.substep != NULL ? time.substep->remaining : 0.0f);
-    soft_couple_add(&body->velocities[node], by * time.inverse_dt);
-    soft_couple_add(&body->positions[node], by * time.inverse_dt * left);
+    couple_add(&body->velocities[node], by * time.inverse_dt);
+    couple_add(&body->positions[node], by * time.inverse_dt * left);
 }
 
-typedef void soft_couple_effect(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time);
+typedef void couple_effect(const couple_side* side, int node, plii_float4 by, couple_time time);
 
-PLII_SIMD_INLINE void soft_couple_move(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time) {
+PLII_SIMD_INLINE void couple_move(const couple_side* side, int node, plii_float4 by, couple_time time) {
     if (side->is_beside) {
-        soft_couple_add(&side->moves[node], by);
+        couple_add(&side->moves[node], by);
     } else {
-        soft_couple_accelerate(side->body, node, by, time);
+        couple_accelerate(side->body, node, by, time);
     }
 }
 
 /* The solve takes as much for the start of the node. */
-PLII_SIMD_INLINE void soft_couple_shift(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time) {
+PLII_SIMD_INLINE void couple_shift(const couple_side* side, int node, plii_float4 by, couple_time time) {
     if (!side->is_beside || side->shifts == NULL) { return; }
     plii_lanes_to_vec3(&side->shifts[node], plii_lanes_from_vec3(&side->shifts[node]) + by);
 }
 
 /* As if the node had started there, so that no velocity comes of it. */
-PLII_SIMD_INLINE void soft_couple_still(const soft_couple_side* side, int node, plii_float4 by, soft_couple_time time) {
-    if (!side->is_beside) { soft_couple_accelerate(side->body, node, -by, time); }
-    soft_couple_add(&side->starts[node], by);
+PLII_SIMD_INLINE void couple_still(const couple_side* side, int node, plii_float4 by, couple_time time) {
+    if (!side->is_beside) { couple_accelerate(side->body, node, -by, time); }
+    couple_add(&side->starts[node], by);
 }
 
 /* `push` in kg m; w: 0 */
-PLII_SIMD_INLINE void soft_couple_push(const soft_couple_pair* pair, const plii_soft_contact* contact, plii_float4 push,
-                                       soft_couple_effect effect) {
-    const soft_couple_side *node = &pair->node, *others = &pair->face;
+PLII_SIMD_INLINE void couple_push(const couple_pair* pair, const plii_soft_contact* contact, plii_float4 push,
+                                  couple_effect effect) {
+    const couple_side *node = &pair->node, *others = &pair->face;
     const int* face = others->body->topology->faces[contact->face];
     effect(node, contact->node, push * node->positions[contact->node].w, pair->time);
     if (pair->is_idle) { return; }
@@ -148,8 +141,7 @@ PLII_SIMD_INLINE void soft_couple_push(const soft_couple_pair* pair, const plii_
     effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), pair->time);
 }
 
-static void soft_couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push,
-                               soft_couple_time time) {
+static void couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push, couple_time time) {
     if (index >= state->impulse_count) { return; }
     plii_contact_impulses_push(&state->impulses, index, plii_lanes_vec3(push * time.inverse_dt));
 }
@@ -158,10 +150,9 @@ static void soft_couple_record(const plii_soft_contacts_state* state, int index,
    each step, and what drew them out at once would make them tremble for ever. */
 #define SOFT_COUPLE_RECOVERY_TIME (1.0f / 15.0f)
 
-/* How much of an overlap at the start goes in the step or substep at most, m. What a fast node keeps beyond the margins
-   is no overlap. */
-static float soft_couple_recovery(const pli_body* body, const plii_soft_contact* contact, float start_gap,
-                                  float recovery_speed, soft_couple_time time) {
+/* m, of an overlap at the start that goes in the step at most. What a fast node keeps beyond the margins is none. */
+static float couple_recovery(const pli_body* body, const plii_soft_contact* contact, float start_gap,
+                             float recovery_speed, couple_time time) {
     const float beyond = contact->margin - body->collision_margin - contact->face_body->collision_margin;
     const float depth = plii_max(0.0f, -start_gap - plii_max(0.0f, beyond));
     const float share = time.dt / (time.dt + SOFT_COUPLE_RECOVERY_TIME);
@@ -170,32 +161,30 @@ static float soft_couple_recovery(const pli_body* body, const plii_soft_contact*
 
 /* What draws an overlap out, in the first sweep only, so that overlaps that contradict each other do not drive each
    other on from sweep to sweep; kg m. To a body that is not beside it is a motion, which counts in `along`. */
-static plii_float4 soft_couple_recover(const soft_couple_pair* pair, const plii_soft_contacts_state* state,
-                                       plii_soft_contact* contact, float gap, float* along) {
-    const float most =
-        soft_couple_recovery(pair->node.body, contact, gap - *along, state->def.recovery_speed, pair->time);
+static plii_float4 couple_recover(const couple_pair* pair, const plii_soft_contacts_state* state,
+                                  plii_soft_contact* contact, float gap, float* along) {
+    const float most = couple_recovery(pair->node.body, contact, gap - *along, state->def.recovery_speed, pair->time);
     const float node_weight = pair->node.positions[contact->node].w;
     contact->shift = plii_clamp(most - *along, 0.0f, most);
     if (!pair->face.is_beside) { *along += contact->shift * (1.0f - node_weight / contact->weight); }
     return plii_lanes_from_vec3(&contact->normal) * (contact->shift / contact->weight);
 }
 
-static void soft_couple_solve(const soft_couple_pair* pair, const plii_soft_contacts_state* state, int index,
-                              bool is_first) {
+static void couple_solve(const couple_pair* pair, const plii_soft_contacts_state* state, int index, bool is_first) {
     plii_soft_contact* contact = &state->contacts[index];
     const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
-    float gap = plii_lanes_dot(n, soft_couple_relative(pair, contact, soft_couple_place)) - contact->margin;
+    float gap = plii_lanes_dot(n, couple_relative(pair, contact, couple_place)) - contact->margin;
     if (is_first) {
         contact->multiplier = contact->shift = 0.0f;
         contact->friction_push = pli_vec3_make(0, 0, 0);
     }
     if (gap >= 0.0f && contact->multiplier == 0.0f) { return; }
-    const plii_float4 motion = soft_couple_relative(pair, contact, soft_couple_solved_motion);
+    const plii_float4 motion = couple_relative(pair, contact, couple_solved_motion);
     float along = plii_lanes_dot(n, motion);
     const plii_float4 sliding = motion - n * along;
     plii_float4 shift = plii_float4_all(0.0f);
     if (is_first) {
-        shift = soft_couple_recover(pair, state, contact, gap, &along);
+        shift = couple_recover(pair, state, contact, gap, &along);
         gap += contact->shift;
     }
     const float alpha = state->def.compliance * pair->time.inverse_dt * pair->time.inverse_dt;
@@ -210,40 +199,40 @@ static void soft_couple_solve(const soft_couple_pair* pair, const plii_soft_cont
         if (is_first) { contact->shift = 0.0f; }
         return;
     }
-    soft_couple_push(pair, contact, push, soft_couple_move);
-    if (is_first && contact->shift > 0.0f) { soft_couple_push(pair, contact, shift, soft_couple_shift); }
+    couple_push(pair, contact, push, couple_move);
+    if (is_first && contact->shift > 0.0f) { couple_push(pair, contact, shift, couple_shift); }
     contact->multiplier = multiplier;
     contact->friction_push = friction;
-    soft_couple_record(state, index, push, pair->time);
+    couple_record(state, index, push, pair->time);
 }
 
 /* What an overlap that went has parted leaves no speed: springs and links that pull nodes back would wind it up from
    step to step. What the shift only held up against loads is no motion, and leaves nothing to take. */
-static void soft_couple_settle(const soft_couple_pair* pair, const plii_soft_contacts_state* state, int index) {
+static void couple_settle(const couple_pair* pair, const plii_soft_contacts_state* state, int index) {
     const plii_soft_contact* contact = &state->contacts[index];
     if (!(contact->shift > 0.0f)) { return; }
     const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
-    const float along = plii_lanes_dot(n, soft_couple_relative(pair, contact, soft_couple_motion));
+    const float along = plii_lanes_dot(n, couple_relative(pair, contact, couple_motion));
     const float parted = plii_min(along, contact->shift);
     if (!(parted > 0.0f)) { return; }
     const plii_float4 push = n * (parted / contact->weight);
-    soft_couple_push(pair, contact, push, soft_couple_still);
-    soft_couple_record(state, index, -push, pair->time);
+    couple_push(pair, contact, push, couple_still);
+    couple_record(state, index, -push, pair->time);
 }
 
-typedef enum soft_couple_pass { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_SETTLE } soft_couple_pass;
+typedef enum couple_pass { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_SETTLE } couple_pass;
 
-static void soft_couple_run(pli_body* body, const plii_soft_contacts_state* state, soft_couple_pass pass) {
-    const soft_couple_time time = soft_couple_now(body);
-    soft_couple_pair pair = {.face.body = NULL};
+static void couple_run(pli_body* body, const plii_soft_contacts_state* state, couple_pass pass) {
+    const couple_time time = couple_now(body);
+    couple_pair pair = {.face.body = NULL};
     for (int i = 0; i < state->count; ++i) {
         const plii_soft_contact* contact = &state->contacts[i];
         if (contact->is_bullet) { continue; }
-        if (contact->face_body != pair.face.body) { pair = soft_couple_pair_of(body, contact->face_body, time); }
+        if (contact->face_body != pair.face.body) { pair = couple_pair_of(body, contact->face_body, time); }
         if (pass == SOFT_COUPLE_SETTLE) {
-            soft_couple_settle(&pair, state, i);
+            couple_settle(&pair, state, i);
         } else {
-            soft_couple_solve(&pair, state, i, pass == SOFT_COUPLE_FIRST);
+            couple_solve(&pair, state, i, pass == SOFT_COUPLE_FIRST);
         }
     }
 }
@@ -252,11 +241,11 @@ void plii_soft_contacts_couple(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     const bool is_first = body->substep != NULL ? body->substep->is_first_sweep : !state->has_coupled;
     state->has_coupled = true;
-    soft_couple_run(body, state, is_first ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT);
+    couple_run(body, state, is_first ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT);
 }
 
 void plii_soft_contacts_settle(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
-    soft_couple_run(body, state, SOFT_COUPLE_SETTLE);
+    couple_run(body, state, SOFT_COUPLE_SETTLE);
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
 }

@@ -1,15 +1,12 @@
 /* The search for contacts of nodes with the faces of another soft body: which of them are near, and the contact of a
    node and a face (btSoftColliders::CollideVF_SS). Given the same pairs of node and face, contacts equal Bullet's bit
    for bit. They come in the order of nodes, then of faces; Bullet's order depends on memory addresses.
-
    Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 
 #include "body/pipeline.h"
 #include "contact/soft_contacts_impl.h"
-#include "geometry/bvh.h"
-#include "geometry/closest_point.h"
-#include "math/simd_float4.h"
+#include "geometry/closest_point4.h"
 
 #include <string.h>
 
@@ -17,26 +14,22 @@
 #define SOFT_CONTACTS_SLACK 0.25f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 
-/* How far a node looks for faces. What moves it within the step beside its velocity is not known yet; in the step
-   before it was so much. */
-static plii_soft_contacts_node soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
+/* How far a node looks for faces. What moves it in the step beside its velocity is taken from the step before. */
+static plii_soft_contacts_node soft_reach(const plii_soft_contacts_pass* pass, int node) {
     const pli_body* body = pass->node_body;
     const pli_vec3 motion = pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
     const float relative = pli_vec3_length(pli_vec3_sub(motion, pass->common_motion));
     const float reach = pass->margin + relative * 2.0f;
     if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach, 0.0f}; }
     const float slack = SOFT_CONTACTS_SLACK * pass->margin + 2.0f * pass->node_state->missed[node];
-    /* What is fast is stopped before it is there, and so stays on its side. What gravity does in a step to a body at
-       rest does not count. */
+    /* What is fast is stopped before it is there, and so stays on its side; gravity in a step does not count. */
     return (plii_soft_contacts_node){node, reach + plii_min(slack, SOFT_CONTACTS_MOST_SLACK * pass->margin),
                                      plii_max(pass->margin, reach - 2.0f * pass->fall), relative + pass->other_motion};
 }
 
-/* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
-   the face then, too, nodes of the first body go one way and those of the second the other, so that bodies in the same
-   place part. */
-pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face,
-                                        pli_vec3 weights) {
+/* For a node that lies on its face: the normal of the face, to the side where the node was. If it lay on it then, too,
+   nodes of the first body go one way and those of the second the other, so that bodies in the same place part. */
+static pli_vec3 soft_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face, pli_vec3 weights) {
     const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
     const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(plii_xyz(pass->face_body->positions[face[1]]), a),
                                           pli_vec3_sub(plii_xyz(pass->face_body->positions[face[2]]), a));
@@ -50,10 +43,9 @@ pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int
     return is_opposite ? pli_vec3_neg(normal) : normal;
 }
 
-/* Inverse of the mass that the face shows at a point, 1/kg. In Bullet the mean of its nodes, and one pinned node makes
-   the whole face immovable. */
-static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights,
-                                       float node_weight) {
+/* Inverse of the mass that the face shows at a point, 1/kg. In Bullet its mean; one pinned node makes it immovable. */
+static float soft_face_weight(const plii_soft_contacts_pass* pass, const int* face, pli_vec3 weights,
+                              float node_weight) {
     const pli_vec4* positions = pass->face_body->positions;
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
     if (!pass->use_boxes) {
@@ -65,11 +57,12 @@ static float soft_contacts_face_weight(const plii_soft_contacts_pass* pass, cons
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
 }
 
-pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
+/* Of which node, face, weights, normal and margin are set; unless nothing in it can move. */
+static pli_status soft_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
     const pli_vec3 weights = contact.weights;
     const float node_weight = pass->node_body->positions[contact.node].w;
     const float face_weight =
-        soft_contacts_face_weight(pass, pass->face_body->topology->faces[contact.face], weights, node_weight);
+        soft_face_weight(pass, pass->face_body->topology->faces[contact.face], weights, node_weight);
     const float sum = node_weight + face_weight;
     if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;
@@ -93,7 +86,7 @@ pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_s
 }
 
 /* As Bullet does it. */
-static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
+static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
     const int* face = pass->face_body->topology->faces[face_index];
     const pli_vec3 origin = plii_xyz(pass->node_body->positions[node]);
     const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
@@ -108,21 +101,236 @@ static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int no
     }
     const pli_vec3 weights = plii_barycentric_by_areas(a, b, c, pli_vec3_add(point, origin));
     const float distance = sqrtf(distance_squared);
-    const pli_vec3 normal = distance > 0.0f ? plii_vec3_divide(point, -distance)
-                                            : plii_soft_contacts_face_normal(pass, node, face, weights);
-    return plii_soft_contacts_append(
+    const pli_vec3 normal =
+        distance > 0.0f ? plii_vec3_divide(point, -distance) : soft_face_normal(pass, node, face, weights);
+    return soft_append(
         pass,
         (plii_soft_contact){.node = node, .face = face_index, .weights = weights, .normal = normal, .margin = margin});
 }
 
+// ---------------------------------------------------------------------------------------------- which faces of a node
+
+/* Faces near a node that get a contact: the first one that it crosses in the step, held on the side that it comes from;
+   else the nearest, and those that have their nearest point inside and face another way. Others only repeat these. */
+
+/* Contacts of a node with one other body. */
+enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
+
+/* Faces of one node look the same way when the cosine of their normals is above this. */
+#define SOFT_CONTACTS_ALIKE 0.7f
+/* Of the longest edge: a node that passes so close beside a face crosses it. */
+#define SOFT_CONTACTS_EDGE 1e-3f
+
+typedef struct soft_pick {
+    int face;
+    pli_vec3 weights, normal;
+    float distance, time; /* m; share of the step at which it crosses */
+} soft_pick;
+
+/* Corners of a face as the node sees them. */
+typedef struct soft_corners {
+    pli_vec3 at[3];
+} soft_corners;
+
+static soft_corners soft_seen(const pli_vec4* faces, const int* face, pli_vec4 node) {
+    soft_corners corners;
+    for (int k = 0; k < 3; ++k) {
+        corners.at[k] = pli_vec3_sub(plii_xyz(faces[face[k]]), plii_xyz(node));
+    }
+    return corners;
+}
+
+/* The nearest point of a face within reach. */
+static bool soft_is_near(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* face,
+                         const soft_corners* now, soft_pick* pick, plii_triangle_feature* feature) {
+    plii_closest_feature closest;
+    const pli_vec3 point =
+        plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), now->at[0], now->at[1], now->at[2], &closest);
+    const float distance = pli_vec3_length(point);
+    if (!(distance < near.reach)) { return false; }
+    /* A direction of the length of rounding errors means nothing. */
+    const float noise = 4.0f * PLII_EPSILON * pli_vec3_length(plii_xyz(pass->node_body->positions[near.node]));
+    pick->distance = distance;
+    pick->weights = closest.weights;
+    pick->normal = distance > noise ? plii_vec3_divide(point, -distance)
+                                    : soft_face_normal(pass, near.node, face, closest.weights);
+    *feature = closest.feature;
+    return true;
+}
+
+/* The node is on one side of the face at the start of the step and on the other one now, and meets it between. */
+static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const int* face, const soft_corners* now,
+                         const plii_triangle_size* size, soft_pick* pick) {
+    const soft_corners before = soft_seen(pass->face_body->previous, face, pass->node_body->previous[node]);
+    const float to = -pli_vec3_dot(now->at[0], size->normal);
+    const pli_vec3 cross =
+        pli_vec3_cross(pli_vec3_sub(before.at[1], before.at[0]), pli_vec3_sub(before.at[2], before.at[0]));
+    const float volume = -pli_vec3_dot(before.at[0], cross); /* six times that of the face and the node */
+    if (!((volume > 0.0f && to < 0.0f) || (volume < 0.0f && to > 0.0f))) { return false; }
+    const float from = volume / pli_vec3_length(cross);
+    pick->time = from / (from - to);
+    pli_vec3 met[3];
+    for (int k = 0; k < 3; ++k) {
+        met[k] = pli_vec3_add(pli_vec3_scale(before.at[k], 1.0f - pick->time), pli_vec3_scale(now->at[k], pick->time));
+    }
+    const plii_triangle_size size_met = plii_measure_triangle(met[0], met[1], met[2]);
+    if (!size_met.is_usable) { return false; }
+    plii_closest_feature closest;
+    const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
+    const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
+    if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
+    pick->weights = closest.weights;
+    pick->normal = from > 0.0f ? size->normal : pli_vec3_neg(size->normal);
+    return true;
+}
+
+/* Keeps the nearest ones that differ, the nearest first. */
+static int soft_keep(soft_pick* kept, int count, const soft_pick* pick) {
+    int place = count;
+    while (place > 0 && pick->distance < kept[place - 1].distance) {
+        --place;
+    }
+    if (place == SOFT_CONTACTS_MOST_NEAREST) { return count; }
+    if (count == SOFT_CONTACTS_MOST_NEAREST) { --count; }
+    for (int k = count; k > place; --k) {
+        kept[k] = kept[k - 1];
+    }
+    kept[place] = *pick;
+    return count + 1;
+}
+
+static bool soft_is_alike(const soft_pick* kept, int count, const soft_pick* pick) {
+    for (int k = 0; k < count; ++k) {
+        if (pli_vec3_dot(kept[k].normal, pick->normal) > SOFT_CONTACTS_ALIKE) { return true; }
+    }
+    return false;
+}
+
+/* The faces of one node and one other body. */
+typedef struct soft_picks {
+    soft_pick crossed, nearest; /* INFINITY as time or distance: none */
+    soft_pick inside[SOFT_CONTACTS_MOST_NEAREST];
+    int inside_count;
+} soft_picks;
+
+static void soft_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int face_index,
+                         bool may_cross, soft_picks* picks) {
+    const int* face = pass->face_body->topology->faces[face_index];
+    const soft_corners now = soft_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
+    const plii_triangle_size size = plii_measure_triangle(now.at[0], now.at[1], now.at[2]);
+    const float height = -pli_vec3_dot(now.at[0], size.normal);
+    if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
+    soft_pick pick = {.face = face_index};
+    if (may_cross && soft_crosses(pass, near.node, face, &now, &size, &pick)) {
+        if (pick.time < picks->crossed.time) { picks->crossed = pick; }
+        return;
+    }
+    plii_triangle_feature feature;
+    if (!soft_is_near(pass, near, face, &now, &pick, &feature)) { return; }
+    if (pick.distance < picks->nearest.distance) { picks->nearest = pick; }
+    if (feature == PLII_TRIANGLE_FACE) { picks->inside_count = soft_keep(picks->inside, picks->inside_count, &pick); }
+}
+
+/* Of faces whose nearest point is on their rim only the nearest one counts. */
+typedef struct soft_rim {
+    float squared; /* of the distance, m^2 */
+    int face_index;
+} soft_rim;
+
+/* A triangle this much longer than the reach is not measured in float. */
+#define SOFT_CONTACTS_COARSE 1e3f
+
+/* Faces that a node may have met in the step: only what is no farther than both moved. */
+static int soft_may_cross(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* const faces[4],
+                          const plii_distance4* now) {
+    const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
+    const plii_float4 most = now->longest_squared * (3.0f * edge) + 3.0f * near.motion * near.motion;
+    if (plii_lanes_bits(now->squared <= most) == 0) { return 0; }
+    const plii_triangle4 before =
+        plii_triangle4_seen(pass->face_body->previous, faces, plii_xyz(pass->node_body->previous[near.node]));
+    return plii_lanes_bits(plii_triangle4_volume(&before) * now->height <= 0.0f);
+}
+
+/* Looks at four faces from afar, and closer at those that the node may cross or whose nearest point lies inside. */
+static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
+                              const int* face_indices, int count, soft_picks* picks, soft_rim* rim) {
+    const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
+    const int* faces[4];
+    for (int k = 0; k < 4; ++k) {
+        faces[k] = face_body->topology->faces[face_indices[k < count ? k : 0]];
+    }
+    const plii_triangle4 now =
+        plii_triangle4_seen(face_body->positions, faces, plii_xyz(node_body->positions[near.node]));
+    const plii_distance4 distance = plii_triangle4_distance(&now);
+    const float reach = 1.001f * near.reach, coarse = SOFT_CONTACTS_COARSE * near.reach;
+    const plii_float4 height = distance.height, squared = distance.squared;
+    const int low = plii_lanes_bits((height <= reach) & (height >= -reach));
+    const int close = plii_lanes_bits(squared <= reach * reach);
+    const int is_coarse = plii_lanes_bits(distance.longest_squared > coarse * coarse);
+    const int crossed = is_coarse | soft_may_cross(pass, near, faces, &distance);
+    const int wanted = distance.usable & low & ((1 << count) - 1);
+    const int looked_at = wanted & (crossed | (close & distance.inside));
+    for (int k = 0; k < count; ++k) {
+        if (looked_at >> k & 1) {
+            soft_look_at(pass, near, face_indices[k], (crossed >> k & 1) != 0, picks);
+        } else if ((wanted & close) >> k & 1 && squared[k] < rim->squared) {
+            *rim = (soft_rim){squared[k], face_indices[k]};
+        }
+    }
+}
+
+/* The faces near a node that are found. */
+static soft_picks soft_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    const plii_soft_contacts_state* search = pass->search;
+    soft_picks picks; /* what is not set is not read */
+    picks.crossed.time = picks.nearest.distance = INFINITY;
+    picks.inside_count = 0;
+    soft_rim rim = {INFINITY, -1};
+    for (int i = 0; i < search->hit_count; i += 4) {
+        const int left = search->hit_count - i;
+        soft_look_at_four(pass, near, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
+    }
+    if (rim.squared < 1.001f * picks.nearest.distance * picks.nearest.distance) {
+        soft_look_at(pass, near, rim.face_index, false, &picks);
+    }
+    return picks;
+}
+
+static pli_status soft_add(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const soft_pick* pick) {
+    return soft_append(pass, (plii_soft_contact){.node = near.node,
+                                                 .face = pick->face,
+                                                 .weights = pick->weights,
+                                                 .normal = pick->normal,
+                                                 .margin = near.margin});
+}
+
+static pli_status soft_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    if (pass->search->hit_count == 0) { return PLI_OK; }
+    const soft_picks picks = soft_look(pass, near);
+    if (picks.crossed.time < INFINITY) { return soft_add(pass, near, &picks.crossed); }
+    if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
+    PLII_TRY(soft_add(pass, near, &picks.nearest));
+    if (picks.inside_count == 0) { return PLI_OK; }
+    soft_pick added[SOFT_CONTACTS_MOST_NEAREST] = {picks.nearest};
+    int count = 1;
+    for (int k = 0; k < picks.inside_count && count < SOFT_CONTACTS_MOST_NEAREST; ++k) {
+        if (soft_is_alike(added, count, &picks.inside[k])) { continue; }
+        PLII_TRY(soft_add(pass, near, &picks.inside[k]));
+        added[count++] = picks.inside[k];
+    }
+    return PLI_OK;
+}
+
+// --------------------------------------------------------------------------------------------------------- the search
+
 /* All nodes and faces with finite boxes that can meet. */
-static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
+static void soft_collect_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < pass->node_body->node_count; ++i) {
         const pli_bounds box = pass->node_state->node_boxes[i];
         if (!plii_soft_contacts_box_is_finite(box)) { continue; }
-        search->nodes[search->node_count++] = soft_contacts_reach(pass, i);
+        search->nodes[search->node_count++] = soft_reach(pass, i);
         all = plii_bounds_join(all, box);
     }
     for (int i = 0; i < pass->face_body->topology->face_count; ++i) {
@@ -133,16 +341,15 @@ static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
     }
 }
 
-/* Nodes whose reach touches the bounds of the other body, and the faces there. The positions of predicted bodies are
-   finite. */
-static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
+/* Nodes whose reach touches the bounds of the other body, and the faces there; predicted positions are finite. */
+static void soft_collect_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
     const plii_float4 body_low = plii_lanes_from_vec3(&face_body->bounds.min);
     const plii_float4 body_high = plii_lanes_from_vec3(&face_body->bounds.max);
     plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < node_body->node_count; ++i) {
-        const plii_soft_contacts_node near = soft_contacts_reach(pass, i);
+        const plii_soft_contacts_node near = soft_reach(pass, i);
         /* A little more, for what rounding takes away. */
         const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(near.reach * 1.0001f);
         const plii_float4 from = x - wide, to = x + wide;
@@ -167,7 +374,7 @@ static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
 }
 
 /* Along the curve that the tree sorts by; good for as long as the body has these faces, however it bends. */
-static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_state* state) {
+static bool soft_order_faces(const pli_body* body, plii_soft_contacts_state* state) {
     pli_context* context = body->context;
     const int face_count = body->topology->face_count;
     if (state->order_count == face_count) { return true; }
@@ -183,7 +390,7 @@ static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_s
 }
 
 /* For a search in which a body takes part. */
-static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contacts_state* search, int nodes, int faces) {
+static bool soft_reserve_search(pli_context* context, plii_soft_contacts_state* search, int nodes, int faces) {
     return PLII_RESERVE(context, &search->nodes, &search->node_capacity, nodes) &&
            PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
            PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
@@ -192,8 +399,6 @@ static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contact
            plii_bvh4_reserve(context, &search->near, faces);
 }
 
-/* Of large bodies most nodes are far from others. */
-#define SOFT_CONTACTS_MAX_ROOM 1024
 /* Most nodes have one with each body near them. */
 #define SOFT_CONTACTS_PER_NODE 4
 
@@ -202,42 +407,42 @@ void plii_soft_contacts_reserve(pli_body* body, void* data) {
     const pli_world* world = body->world;
     pli_context* context = body->context;
     if (!plii_feature_is_shared(body, &plii_soft_contacts_class)) { return; }
-    const int nodes = body->node_count < SOFT_CONTACTS_MAX_ROOM ? body->node_count : SOFT_CONTACTS_MAX_ROOM;
-    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, SOFT_CONTACTS_PER_NODE * nodes);
-    plii_soft_contacts_record_reserve(body, state, SOFT_CONTACTS_PER_NODE * nodes);
+    const int room = SOFT_CONTACTS_PER_NODE * plii_body_contact_bound(body);
+    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, room);
+    plii_soft_contacts_record_reserve(body, state, room);
     /* Made later, from other positions, the order is another one. */
-    if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_contacts_order_faces(body, state)) {
+    if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_order_faces(body, state)) {
         plii_world_note_shortage(body->world);
     }
     /* The first body of a pair searches for both. */
     if (body->world_index + 1 < world->body_count) {
-        (void)soft_contacts_reserve_search(context, state, world->most_nodes, world->most_faces);
+        (void)soft_reserve_search(context, state, world->most_nodes, world->most_faces);
     }
 }
 
 /* Nodes and faces that can be near each other, and what finds the faces. False when out of memory. */
-static bool soft_contacts_collect(const plii_soft_contacts_pass* pass) {
+static bool soft_collect(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     pli_context* context = pass->node_body->context;
     const int face_count = pass->face_body->topology->face_count;
     search->node_count = search->face_count = 0;
-    if (!soft_contacts_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
+    if (!soft_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
     if (pass->use_boxes) {
-        soft_contacts_collect_boxes(pass);
+        soft_collect_boxes(pass);
     } else {
-        if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
-        soft_contacts_collect_near(pass);
+        if (!soft_order_faces(pass->face_body, pass->face_state)) { return false; }
+        soft_collect_near(pass);
     }
     return plii_bvh4_build(context, &search->near, search->face_count, search->boxes, NULL);
 }
 
-static pli_status soft_contacts_run_boxes(const plii_soft_contacts_pass* pass) {
+static pli_status soft_run_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
         const int count = plii_bvh4_overlaps(&search->near, &pass->node_state->node_boxes[near.node], search->hits);
         for (int k = 0; k < count; ++k) {
-            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->faces[search->hits[k]]));
+            PLII_TRY(soft_test(pass, near.node, near.reach, search->faces[search->hits[k]]));
         }
     }
     return PLI_OK;
@@ -247,19 +452,19 @@ static pli_status soft_contacts_run_boxes(const plii_soft_contacts_pass* pass) {
 enum { SOFT_CONTACTS_TOGETHER = 8 };
 #define SOFT_CONTACTS_SPREAD 2.0f
 
-static pli_bounds soft_contacts_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+static pli_bounds soft_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
     return plii_bounds_grow((pli_bounds){x, x}, near.reach * 1.0001f);
 }
 
 /* Of the nodes from `first` on, those that follow each other in space too. */
-static int soft_contacts_gather(const plii_soft_contacts_pass* pass, int first, pli_bounds* all) {
+static int soft_gather(const plii_soft_contacts_pass* pass, int first, pli_bounds* all) {
     const plii_soft_contacts_state* search = pass->search;
     const float most = SOFT_CONTACTS_SPREAD * 2.0f * search->nodes[first].reach;
-    *all = soft_contacts_looked_at(pass, search->nodes[first]);
+    *all = soft_looked_at(pass, search->nodes[first]);
     int end = first + 1;
     for (; end < search->node_count && end - first < SOFT_CONTACTS_TOGETHER; ++end) {
-        const pli_bounds one = soft_contacts_looked_at(pass, search->nodes[end]);
+        const pli_bounds one = soft_looked_at(pass, search->nodes[end]);
         const pli_bounds both = plii_bounds_join(*all, one);
         const pli_vec3 extent = pli_vec3_sub(both.max, both.min);
         if (!(plii_max(extent.x, plii_max(extent.y, extent.z)) <= most)) { break; }
@@ -268,11 +473,11 @@ static int soft_contacts_gather(const plii_soft_contacts_pass* pass, int first, 
     return end;
 }
 
-static pli_status soft_contacts_run_near(const plii_soft_contacts_pass* pass) {
+static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int first = 0, end; first < search->node_count; first = end) {
         pli_bounds all;
-        end = soft_contacts_gather(pass, first, &all);
+        end = soft_gather(pass, first, &all);
         const int group_count = plii_bvh4_find_groups(&search->near, &all, search->groups);
         for (int i = first; i < end && group_count > 0; ++i) {
             const plii_soft_contacts_node near = search->nodes[i];
@@ -281,20 +486,20 @@ static pli_status soft_contacts_run_near(const plii_soft_contacts_pass* pass) {
             for (int k = 0; k < search->hit_count; ++k) {
                 search->hits[k] = search->faces[search->hits[k]];
             }
-            PLII_TRY(plii_soft_contacts_add_nearest(pass, near));
+            PLII_TRY(soft_add_nearest(pass, near));
         }
     }
     return PLI_OK;
 }
 
-static pli_status soft_contacts_run_pass(const plii_soft_contacts_pass* pass) {
+static pli_status soft_run_pass(const plii_soft_contacts_pass* pass) {
     if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    if (!soft_contacts_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    return pass->use_boxes ? soft_contacts_run_boxes(pass) : soft_contacts_run_near(pass);
+    if (!soft_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    return pass->use_boxes ? soft_run_boxes(pass) : soft_run_near(pass);
 }
 
 /* Of the faces in the step: the mean of their nodes, and how much others differ from it. */
-static void soft_contacts_measure_motion(plii_soft_contacts_pass* pass) {
+static void soft_measure_motion(plii_soft_contacts_pass* pass) {
     const pli_body* body = pass->face_body;
     plii_float4 sum = plii_float4_all(0.0f), low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < body->node_count; ++i) {
@@ -311,7 +516,6 @@ static void soft_contacts_measure_motion(plii_soft_contacts_pass* pass) {
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
-    const float dt = body->step.dt;
     const bool use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL;
     pli_status status = PLI_OK;
     for (int i = 0; i < 2 && status == PLI_OK; ++i) { /* nodes of the one, then of the other */
@@ -321,11 +525,11 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .face_state = i == 0 ? other_state : state,
                                         .search = state,
                                         .margin = body->collision_margin + other->collision_margin,
-                                        .fall = pli_vec3_length(body->world->def.gravity) * dt * dt,
+                                        .fall = plii_step_fall(body),
                                         .use_boxes = use_boxes,
                                         .is_second = i == 1};
-        if (!use_boxes) { soft_contacts_measure_motion(&pass); }
-        status = soft_contacts_run_pass(&pass);
+        if (!use_boxes) { soft_measure_motion(&pass); }
+        status = soft_run_pass(&pass);
     }
     if (status == PLI_OK && !plii_soft_contacts_record_pair(body, state, other, other_state)) {
         status = PLI_ERROR_OUT_OF_MEMORY;

@@ -1,7 +1,6 @@
 #pragma once
 
-/* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
-   (soft_contacts_find.c, soft_contacts_nearest.c) and the solve (soft_contacts_couple.c). */
+/* Contacts of nodes with faces of other bodies: feature soft_contacts.c, search ..._find.c, solve ..._couple.c. */
 
 #include "body/contact_report.h"
 #include "contact/contact_substep.h"
@@ -69,8 +68,6 @@ typedef struct plii_soft_contacts_state {
     int group_capacity;
 } plii_soft_contacts_state;
 
-extern const plii_feature_class plii_soft_contacts_class;
-
 static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {
     return plii_vec3_is_finite(box.min) && plii_vec3_is_finite(box.max);
 }
@@ -89,14 +86,6 @@ typedef struct plii_soft_contacts_pass {
     bool use_boxes;
     bool is_second; /* the nodes are those of the second body */
 } plii_soft_contacts_pass;
-
-/* Appends `contact`, of which node, face, weights, normal and margin are set, unless nothing in it can move. */
-pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact);
-/* The normal for a node that lies on its face: that of the face, to the side where the node was before. */
-pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face,
-                                        pli_vec3 weights);
-/* Of the faces near a node that are found, contacts with those that matter. */
-pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near);
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);

@@ -101,8 +101,7 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
     const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
     PLII_TRY(plii_check_finite_points(body->context, 4, ends, "end", __func__));
     const bool was_enabled = plii_feature_state(body, &plii_trace_class) != NULL;
-    trace_state* trace = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_trace_class, (void**)&trace));
+    PLII_TRY_ENABLE(body, trace_state, trace, plii_trace_class);
     const bool goes_on = trace_ends_at(trace, from_start, from_end);
     const pli_vec3 corners[2][3] = {{from_start, from_end, to_end}, {from_start, to_end, to_start}};
     int count = 0;

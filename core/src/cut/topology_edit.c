@@ -3,7 +3,6 @@
 
 #include "cut/topology_edit.h"
 
-#include "body/feature_arrays.h"
 #include "body/pipeline.h"
 
 #include <string.h>

@@ -1,12 +1,7 @@
-/* Lift and drag of nodes or faces that move relative to the wind.
-   Bullet: addAeroForceToNode and addAeroForceToFace, in their order of operations. Two classes, because the vertex
-   models act before pressure and the face models after it. Formulas are written for four areas at a time. */
+/* Lift and drag of nodes or faces that move relative to the wind. Bullet: addAeroForceToNode, addAeroForceToFace, in
+   their order of operations; two classes, as vertex models act before pressure and face models after it. */
 
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
-#include "math/definition.h"
 #include "math/simd_float4.h"
 #include "pliant/forces.h"
 
@@ -24,7 +19,6 @@ PLII_SIMD_INLINE plii_vec3x4 aero_face_wind(plii_vec3x4 normal, plii_vec3x4 velo
     const plii_mask4 is_away = plii_vec3x4_dot(normal, velocity) < 0.0f;
     return plii_vec3x4_select(is_away, plii_vec3x4_neg(normal), normal);
 }
-
 PLII_SIMD_INLINE plii_vec3x4 aero_divide(plii_vec3x4 a, plii_float4 s) {
     return plii_vec3x4_scale(a, 1.0f / s);
 }
@@ -63,8 +57,7 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit_drag(plii_vec3x4 drag, plii_vec3x4 veloc
     return plii_vec3x4_select(is_cut, plii_vec3x4_scale(drag, 0.8f * ratio), drag);
 }
 
-/* One- and two-sided models: force on a surface, and where it moves against the air with its front; elsewhere there is
-   none. */
+/* One- and two-sided models: force on a surface, where it moves against the air with its front. */
 PLII_SIMD_INLINE plii_mask4 aero_resistance(const aero_state* aero, float density, plii_float4 doubled_area,
                                             float area_share, plii_vec3x4 normal, plii_vec3x4 velocity,
                                             plii_vec3x4* force) {
@@ -288,7 +281,6 @@ static const plii_field aero_fields[] = {
     PLII_FIELD(pli_aero_def, drag, 0, PLI_MAX_FACTOR),
     PLII_FIELD(pli_aero_def, wind, -PLI_MAX_SPEED, PLI_MAX_SPEED),
 };
-
 const plii_feature_class plii_aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),

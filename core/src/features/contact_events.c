@@ -2,13 +2,10 @@
 
 #include "pliant/contact_events.h"
 
-#include "body/all_features.h"
 #include "body/contact_report.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "geometry/pair_cache.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #include <string.h>
@@ -44,18 +41,14 @@ typedef struct contact_events {
     int event_capacity, event_counts[CONTACT_PHASES];
 } contact_events;
 
-// ------------------------------------------------------------------------------------------------------ the list
-
 static int contact_list_find(const contact_list* list, plii_pair_key key) {
     const int index = plii_key_table_find(&list->table, plii_pair_key_hash(key));
     return index != PLI_NULL_INDEX && plii_pair_keys_equal(list->items[index].key, key) ? index : PLI_NULL_INDEX;
 }
-
 static bool contact_list_reserve(pli_context* context, contact_list* list, int count) {
     list->table.context = context;
     return PLII_RESERVE(context, &list->items, &list->capacity, count) && plii_key_table_reserve(&list->table, count);
 }
-
 static void contact_list_clear(contact_list* list) {
     list->count = 0;
     plii_key_table_clear(&list->table);
@@ -133,8 +126,6 @@ static void contact_events_visit(const plii_contact_report* report, void* user) 
     }
     contact_item_add(&list->items[index], report, weight);
 }
-
-// -------------------------------------------------------------------------------------------------------- sensors
 
 static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* rigid) {
     contact_events* state = data;
@@ -362,15 +353,13 @@ pli_contact_events_def pli_contact_events_def_default(void) {
 pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_contact_events_def, used, def, plii_contact_events_class);
-    contact_events* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_contact_events_class, (void**)&state));
+    PLII_TRY_ENABLE(body, contact_events, state, plii_contact_events_class);
     state->def = used;
     contact_list_clear(&state->present);
     memset(state->event_counts, 0, sizeof state->event_counts);
     body->records_contacts = true;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_contact_events, plii_check_body_idle, plii_contact_events_class)
 
 const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_contact_phase phase, int* count) {

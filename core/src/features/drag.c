@@ -4,12 +4,10 @@
 
 #include "pliant/drag.h"
 #include "base/id_pool.h"
-#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
 #include "geometry/closest_point.h"
-#include "math/definition.h"
 
 #include <string.h>
 
@@ -207,8 +205,7 @@ static void drag_take_hold(const pli_body* body, const pli_drag_def* def, drag_i
     plii_closest_point_on_triangle(def->point, a, b, c, &closest);
     item->node_count = 3;
     memcpy(item->nodes, nodes, sizeof item->nodes);
-    memcpy(item->weights, (const float[3]){closest.weights.x, closest.weights.y, closest.weights.z},
-           sizeof item->weights);
+    memcpy(item->weights, &closest.weights, sizeof item->weights);
 }
 
 static void drag_set_spring(const pli_body* body, const pli_drag_def* def, drag_item* item) {
@@ -231,8 +228,7 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
                  : plii_check_index(body->context, def->face, body->topology->face_count, "face", "body", __func__));
     if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
     const bool was_enabled = plii_feature_state(body, &plii_drag_class) != NULL;
-    drag_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_drag_class, (void**)&state));
+    PLII_TRY_ENABLE(body, drag_state, state, plii_drag_class);
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, state->count + 1) ||
         !plii_id_pool_reserve(body->context, &state->ids, 1)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_drag_class); }

@@ -1,10 +1,7 @@
 /* Positions and normals for renderers. */
 
 #include "pliant/drawing.h"
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "math/definition.h"
 
 #include <string.h>
 
@@ -18,7 +15,6 @@ static void drawn_normals_keep(pli_body* body, void* data) {
 }
 
 enum { DRAWN_NORMALS_ORDER = 0 };
-
 const plii_feature_class plii_drawn_normals_class = {
     .name = "drawn normals",
     .state_size = sizeof(drawn_normals_state),
@@ -32,7 +28,6 @@ pli_status pli_body_enable_normals(pli_body* body) {
     PLII_TRY(plii_check_faces(body, "normals are those of faces", __func__));
     return plii_feature_enable(body, &plii_drawn_normals_class, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_normals, plii_check_body_idle, plii_drawn_normals_class)
 
 const pli_vec3* pli_body_get_face_normals(const pli_body* body) {

@@ -1,11 +1,7 @@
 /* Pinned nodes that are led: each goes to its target within one step, in a straight line at one speed, so that what
    looks at positions, motions or velocities sees the same. Afterwards it stays. */
 
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "math/range.h"
-#include "pliant/body.h"
 
 typedef struct node_motion {
     int node;
@@ -75,8 +71,7 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "node %d is not pinned", node);
     }
     const bool was_enabled = plii_feature_is_enabled(body, &plii_node_motion_class);
-    node_motion_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_node_motion_class, (void**)&state));
+    PLII_TRY_ENABLE(body, node_motion_state, state, plii_node_motion_class);
     const node_motion motion = {.node = node, .target = position};
     /* So long that it has some node twice, as that of a body that is called for but not stepped. */
     const bool is_long = state->count - state->ended_count >= body->node_count;

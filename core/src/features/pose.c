@@ -2,10 +2,7 @@
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
 #include "pliant/pose.h"
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/polar.h"
 #include "math/rotation_fit.h"
 
@@ -111,7 +108,6 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
 }
 
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
-
 const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
@@ -137,7 +133,6 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     }
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_pose_matching, plii_check_body_change, plii_pose_class)
 
 pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {

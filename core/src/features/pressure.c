@@ -1,11 +1,6 @@
-/* Pressure of a gas in a closed surface: coefficient / |volume| on its faces.
-   Bullet: kPR in btSoftBody::applyForces. */
+/* Pressure of a gas in a closed surface: coefficient / |volume| on its faces. Bullet: kPR in applyForces. */
 
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
-#include "math/range.h"
 #include "pliant/forces.h"
 
 typedef struct pressure_state {
@@ -30,7 +25,6 @@ static void pressure_run(pli_body* body, void* state) {
 }
 
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
-
 const plii_feature_class plii_pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
@@ -46,5 +40,4 @@ pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_faces(body, "pressure acts on faces", __func__));
     return plii_feature_enable_with(body, &plii_pressure_class, &coefficient, sizeof coefficient, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_pressure, plii_check_body_change, plii_pressure_class)

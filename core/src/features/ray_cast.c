@@ -4,7 +4,6 @@
 #include "pliant/query.h"
 
 #include "body/body_impl.h"
-#include "math/definition.h"
 #include "math/dvec3.h"
 
 #define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
@@ -19,11 +18,9 @@ typedef struct ray_cast {
 pli_ray_def pli_ray_def_default(void) {
     return (pli_ray_def){.targets = PLI_RAY_FACES | PLI_RAY_TETRAS, .cookie = PLII_DEF_COOKIE};
 }
-
 static pli_vec3 ray_position(const ray_cast* ray, int node) {
     return plii_xyz(ray->body->positions[node]);
 }
-
 static pli_vec3 ray_point(const ray_cast* ray, float fraction) {
     return pli_vec3_add(ray->from, pli_vec3_scale(ray->direction, fraction));
 }
@@ -144,21 +141,15 @@ static void ray_cast_targets(ray_cast* ray, int targets) {
 
 static void ray_find_nearest_node(ray_cast* ray) {
     pli_ray_hit* hit = &ray->hit;
-    const plii_topology* topology = ray->body->topology;
-    const int* nodes = &hit->index;
-    int count = 1;
-    if (hit->kind == PLI_FEATURE_LINK) {
-        nodes = ray->body->links[hit->index].nodes;
-        count = 2;
-    } else if (hit->kind == PLI_FEATURE_FACE) {
-        nodes = topology->faces[hit->index];
-        count = 3;
-    } else if (hit->kind == PLI_FEATURE_TETRA) {
-        nodes = topology->tetras[hit->index];
-        count = 4;
-    }
+    const pli_body* body = ray->body;
+    static const int counts[] = {
+        [PLI_FEATURE_NODE] = 1, [PLI_FEATURE_LINK] = 2, [PLI_FEATURE_FACE] = 3, [PLI_FEATURE_TETRA] = 4};
+    const int* nodes = hit->kind == PLI_FEATURE_LINK    ? body->links[hit->index].nodes
+                       : hit->kind == PLI_FEATURE_FACE  ? body->topology->faces[hit->index]
+                       : hit->kind == PLI_FEATURE_TETRA ? body->topology->tetras[hit->index]
+                                                        : &hit->index;
     float least = INFINITY;
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < counts[hit->kind]; ++k) {
         const float squared = pli_vec3_length_squared(pli_vec3_sub(ray_position(ray, nodes[k]), hit->point));
         if (k == 0 || squared < least) {
             least = squared;

@@ -2,12 +2,9 @@
    comes near, as in Müller and others, "Detailed Rigid Body Simulation with Extended Position Based Dynamics" (2020),
    section 3.6. Contacts of nodes and faces are asked for what they report, before and after. */
 
-#include "body/all_features.h"
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
-#include "body/world_state.h"
-#include "math/definition.h"
 #include "pliant/contact.h"
 
 /* Of what gravity gives in a step: slower approach is that of what lies. */
@@ -33,8 +30,7 @@ typedef struct restitution_visit {
     restitution_state* state;
 } restitution_visit;
 
-/* The nodes that carry the point of a contact; each is sent back by its own speed, so that none gets more than it had.
- */
+/* The nodes that carry the point of a contact: each is sent back by its own speed, lest one gets more than it had. */
 static bool restitution_takes(const plii_contact_report* report, int k) {
     return report->weights[k] > RESTITUTION_LEAST_WEIGHT;
 }
@@ -118,7 +114,6 @@ static void restitution_reserve(pli_body* body, void* data) {
 
 /* Before all that solves; after contacts of faces and before what holds nodes. */
 enum { RESTITUTION_ORDER = 0, RESTITUTION_FINISH_ORDER = 90 };
-
 const plii_feature_class plii_restitution_class = {
     .name = "restitution",
     .state_size = sizeof(restitution_state),
@@ -139,5 +134,4 @@ pli_status pli_body_enable_restitution(pli_body* body, float restitution) {
     PLII_TRY(plii_check_limits(body->context, &restitution, &plii_restitution_class.settings, __func__));
     return plii_feature_enable_with(body, &plii_restitution_class, &restitution, sizeof restitution, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_restitution, plii_check_body_change, plii_restitution_class)

@@ -2,10 +2,7 @@
 
 #include "base/union_find.h"
 #include "body/pipeline.h"
-#include "body/world_sleep.h"
-#include "body/world_state.h"
 #include "math/bounds.h"
-#include "math/definition.h"
 
 typedef struct sleep_state {
     pli_sleep_def def;
@@ -300,8 +297,6 @@ static void sleep_end_step(pli_world* world, float dt) {
 
 static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, sleep_end_step};
 
-// ------------------------------------------------------------------------------------------------------------- class
-
 static pli_status sleep_enable(pli_body* body, void* data) {
     pli_world* world = body->world;
     body->can_sleep = true;
@@ -320,18 +315,18 @@ static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* 
     const bool is_under = plii_bounds_overlap(body->bounds, plii_rigid_bounds(rigid));
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
-
 static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
 
+enum { SLEEP_ORDER = 60 }; /* last of what is made anew */
 const plii_feature_class plii_sleep_class = {
     .name = "sleep",
     .state_size = sizeof(sleep_state),
     .settings = PLII_LIMITS_AT(offsetof(sleep_state, def), PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
                                PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT)),
     .arrays = PLII_ARRAYS({PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, PLII_SAVED_AS("3f")}),
-    .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
+    .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, SLEEP_ORDER}},
     .enable = sleep_enable,
     .build = sleep_take_places,
     .disable = sleep_disable,
@@ -348,5 +343,4 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     state->time = 0.0f;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_sleep, plii_check_body_idle, plii_sleep_class)

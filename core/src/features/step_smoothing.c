@@ -2,14 +2,9 @@
    over its own length; between steps of 1/15 and 1/240 s that gives 256 times the energy. Here what a step changes
    about free flight counts as if it had taken as long as a step before. */
 
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
-#include "pliant/body.h"
 
-/* The reference length falls as errors do, by no more and no less than this in a step: an error d acts as a spring of
-   m / H^2, the energy of which does not grow where H falls no faster than d. */
+/* The reference length falls as errors do, within these bounds: an error d acts as a spring of m / H^2. */
 #define STEP_SMOOTHING_FASTEST 0.75
 #define STEP_SMOOTHING_SLOWEST 0.98
 
@@ -69,10 +64,8 @@ static void step_smoothing_finish(pli_body* body, void* data) {
     state->error = (float)error;
 }
 
-/* Not in Bullet. Before pressure and volume, which act against what holds them as links do, and after all that changes
-   velocities. */
+/* Before pressure and volume, which act against what holds them as links do; after all that changes velocities. */
 enum { STEP_SMOOTHING_START_ORDER = 15, STEP_SMOOTHING_FINISH_ORDER = 100 };
-
 const plii_feature_class plii_step_smoothing_class = {
     .name = "step smoothing",
     .state_size = sizeof(step_smoothing_state),
@@ -87,5 +80,4 @@ pli_status pli_body_enable_step_smoothing(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     return plii_feature_enable(body, &plii_step_smoothing_class, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_step_smoothing, plii_check_body_idle, plii_step_smoothing_class)

@@ -2,10 +2,8 @@
    do not enter. Nodes at their targets are pinned and led, so that every solver knows how heavy they are. */
 
 #include "pliant/target.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
-#include "math/definition.h"
 
 #include <string.h>
 
@@ -137,11 +135,8 @@ static void target_sweep(pli_body* body, void* data, const plii_substep* substep
     }
 }
 
-static bool target_has_limits(const void* data) {
-    return ((const target_state*)data)->has_limits;
-}
-static bool target_has_none(const void* data) {
-    return !target_has_limits(data);
+static bool target_is_idle(const void* data) {
+    return !((const target_state*)data)->has_limits;
 }
 
 /* To the ball around the target. */
@@ -211,8 +206,6 @@ static void target_set_poses(pli_body* body, target_state* state, const pli_vec3
     if (has_moved) { plii_body_note_change(body); }
 }
 
-// --------------------------------------------------------------------------------------------------- changes by cuts
-
 static bool target_topology_reserve(const pli_body* body, void* data, const plii_topology_change* change) {
     target_state* state = data;
     const int most = state->count + (change->node_count - change->old_node_count);
@@ -269,29 +262,25 @@ static bool target_is_sound(const pli_body* body, const void* data) {
     return true;
 }
 
-static const plii_field target_fields[] = {
-    PLII_FIELD(pli_target, max_distance, 0, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE),
-};
-
 const plii_feature_class plii_target_class = {
     .name = "targets",
     .state_size = sizeof(target_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(target_state, given, PLII_SAVED, "i"),
                                     PLII_STATE_OF(target_state, has_limits, PLII_SAVED, "B")),
     .is_sound = target_is_sound,
-    .arrays = PLII_ARRAYS({PLII_COUNTED_LIST(target_state, items, capacity, count), .is_kept = true,
-                           PLII_SAVED_AS("n3fBf2if12f"), .settings = PLII_LIMITS(target_item, limits, target_fields)},
-                          {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
+    .arrays = PLII_ARRAYS(
+        {PLII_COUNTED_LIST(target_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("n3fBf2if12f"),
+         .settings =
+             PLII_LIMITS_AT(offsetof(target_item, limits), PLII_FIELD(pli_target, max_distance, 0, PLI_MAX_COORDINATE),
+                            PLII_FIELD(pli_target, backstop_distance, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+                            PLII_FIELD(pli_target, backstop_radius, 0, PLI_MAX_COORDINATE))},
+        {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("i")}),
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},
-    .substepped = &(const plii_substep_class){.order = TARGET_SUBSTEP_ORDER,
-                                              .sweep = target_sweep,
-                                              .room = target_room,
-                                              .is_limit = target_has_limits,
-                                              .is_idle = target_has_none},
+    .substepped =
+        &(const plii_substep_class){
+            .order = TARGET_SUBSTEP_ORDER, .sweep = target_sweep, .room = target_room, .is_idle = target_is_idle},
     .topology_reserve = target_topology_reserve,
     .topology_commit = target_topology_commit,
 };
@@ -390,8 +379,7 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));
     const bool was_enabled = plii_feature_state(body, &plii_target_class) != NULL;
-    target_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_target_class, (void**)&state));
+    PLII_TRY_ENABLE(body, target_state, state, plii_target_class);
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, def->count)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_target_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d targets", def->count);
@@ -429,7 +417,6 @@ pli_status pli_body_disable_targets(pli_body* body) {
 pli_status pli_body_move_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     return target_move(body, positions, normals, count, false, __func__);
 }
-
 pli_status pli_body_teleport_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     return target_move(body, positions, normals, count, true, __func__);
 }

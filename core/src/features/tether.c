@@ -4,7 +4,6 @@
    one side alone, neighbours whose nearest origins differ are drawn apart by what lies on them. */
 
 #include "pliant/tether.h"
-#include "body/all_features.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
@@ -12,13 +11,10 @@
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
-
 /* Stiffness of a tether under solvers that have it as a spring, in that of a link. */
 #define TETHER_FIRMNESS 100.0f
-/* How far these may give, as a factor of the length, before nodes are held after the solution: in a fast turn springs
-   are not enough, as they know the directions of the start. */
+/* How far these may give, times the length, before nodes are held after the solution, as in a fast turn. */
 #define TETHER_YIELD 1.015f
-
 /* Room that a node has by sliding counts so many times: it is not what stops the rigid body, until little is left. */
 #define TETHER_SLIDING 10.0f
 #define TETHER_LEAST_SLIDING 0.02f /* m, what nodes under a load at rest have */
@@ -62,8 +58,7 @@ typedef struct tether_state {
 
 // ------------------------------------------------------------------------------------------------------- measuring
 
-/* The origin that is farthest from all landmarks so far, the first one at the start. PLI_NULL_INDEX: there is none, or
-   no other one. */
+/* The origin farthest from all landmarks so far, the first one at the start; PLI_NULL_INDEX: there is no other one. */
 static int tether_farthest_origin(const pli_body* body, const tether_state* state, int landmark_count) {
     int farthest = PLI_NULL_INDEX, origin_count = 0;
     float most = 0.0f;
@@ -133,8 +128,7 @@ static bool tether_measure(const pli_body* body, tether_state* state) {
     return !scratch.is_short;
 }
 
-/* Origins that are drawn apart farther than the body reaches let it stretch by as much, or nodes near the one would be
-   drawn to the other. */
+/* Origins farther apart than the body reaches let it stretch as much, or nodes would be drawn to the other one. */
 static float tether_spread(const tether_state* state, const pli_vec3 origins[TETHER_LANDMARKS]) {
     float spread = 1.0f;
     for (int a = 0; a < TETHER_LANDMARKS && state->landmarks[a] != PLI_NULL_INDEX; ++a) {
@@ -163,14 +157,12 @@ static float tether_limit(float longest, float start, float dt) {
 static float tether_factor(const tether_state* state) {
     return (1.0f + state->def.slack) * state->spread;
 }
-
 static float tether_longest(const tether_state* state, const pli_tether* tether) {
     return tether->length * tether_factor(state);
 }
 
 /* Bits of the landmarks that a node is too far from. */
-static int tether_too_far(const tether_state* state, const pli_vec3 landmarks[TETHER_LANDMARKS], int node, pli_vec3 at,
-                          float factor) {
+static int tether_too_far(const tether_state* state, const pli_vec3* landmarks, int node, pli_vec3 at, float factor) {
     int bits = 0;
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
         const float longest = state->far[node].lengths[k] * factor;
@@ -256,8 +248,6 @@ static void tether_begin(pli_body* body, void* data) {
     if (!body->solver_class->solves_constraints) { tether_gather_loads(body, state); }
 }
 
-// ------------------------------------------------------------------------------------------------------- holding
-
 static void tether_hold(pli_body* body, int node, int origin, float longest, const plii_substep* substep) {
     const pli_vec3 start = tether_position(body, substep, origin);
     const pli_vec3 apart = pli_vec3_sub(tether_position(body, substep, node), start);
@@ -335,8 +325,7 @@ static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* s
                         pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt));
 }
 
-/* What would get too far away in free flight is on a spring, along the tether: held after the system is solved, no
-   force would reach the rigid bodies in it. */
+/* What would get too far away is on a spring: held after the solution, no force would reach rigid bodies in it. */
 static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest, plii_spring_fn* visit,
                                 void* user) {
     const pli_vec3 free = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
@@ -459,8 +448,7 @@ static pli_vec3 tether_drawn_in(const tether_spheres* spheres, pli_vec3 p) {
     return p;
 }
 
-/* How far along the direction a node gets that slides along the spheres: the surface that pushes it and the spheres in
-   turn, by secants. */
+/* How far along the direction a node gets that slides along the spheres: pushed and drawn in in turn, by secants. */
 static float tether_sliding_room(const tether_spheres* spheres, pli_vec3 at, pli_vec3 direction, float wanted) {
     enum { PASSES = 6 };
     pli_vec3 place = at;
@@ -510,10 +498,8 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
     (void)tether_measure(body, state);
 }
 
-/* Not in Bullet. After the links, which stretch them; contacts and anchors come after them in substeps and before them
-   in iterations. */
+/* After the links, which stretch them; contacts and anchors come later in substeps, before them in iterations. */
 enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
-
 const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
@@ -529,12 +515,12 @@ const plii_feature_class plii_tether_class = {
                                               .sweep = tether_sweep,
                                               .room = tether_room,
                                               .carry = tether_carry},
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
-        {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-        {PLII_COUNTED_LIST(tether_state, constraints, constraint_capacity, constraint_count), .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
-        {PLII_COUNTED_LIST(tether_state, loads, load_capacity, load_count), .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
+                    {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                    PLII_LEFT_COUNTED(tether_state, constraints, constraint_capacity, constraint_count),
+                    {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
+                    PLII_LEFT_COUNTED(tether_state, loads, load_capacity, load_count)),
     .topology_commit = tether_topology_commit,
     .visit_springs = tether_visit_springs,
 };
@@ -547,8 +533,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_tethers_def, used, def, plii_tether_class);
     const bool is_new = plii_feature_state(body, &plii_tether_class) == NULL;
-    tether_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_tether_class, (void**)&state));
+    PLII_TRY_ENABLE(body, tether_state, state, plii_tether_class);
     tether_list_constraints(body, state);
     (void)tether_gather_origins(body, state);
     if (!tether_measure(body, state)) {
@@ -558,7 +543,6 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     state->def = used;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_tethers, plii_check_body_idle, plii_tether_class)
 
 pli_tether pli_body_get_tether(const pli_body* body, int node) {

@@ -8,8 +8,6 @@
 /* Of the length: what rounding makes of equal ones must not go round for ever. */
 #define TETHER_LEAST_GAIN 1e-5f
 
-// ----------------------------------------------------------------------------------------------------- the surface
-
 static float edge_length(const plii_tether_surface* surface, int a, int b) {
     float length = INFINITY;
     for (int k = surface->link_begin[a]; k < surface->link_begin[a + 1]; ++k) {
@@ -54,8 +52,6 @@ plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratc
     return surface;
 }
 
-// ------------------------------------------------------------------------------------------------------- the front
-
 static void front_put(const plii_tether_surface* surface, int place, int node) {
     surface->front[place] = node;
     surface->places[node] = place + 1;
@@ -89,8 +85,6 @@ static int front_take(plii_tether_surface* surface, const pli_tether* tethers) {
     surface->places[nearest] = 0;
     return nearest;
 }
-
-// ------------------------------------------------------------------------------------------------------- measuring
 
 static void tether_shorten(plii_tether_surface* surface, pli_tether* tethers, int node, int origin, float length) {
     if (!(length < tethers[node].length * (1.0f - TETHER_LEAST_GAIN))) { return; }

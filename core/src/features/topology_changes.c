@@ -1,7 +1,5 @@
 /* What cuts and refinements have made of nodes and faces, for whoever keeps data beside them. */
 
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "pliant/drawing.h"
 
@@ -57,8 +55,7 @@ const plii_feature_class plii_topology_changes_class = {
 
 pli_status pli_body_enable_topology_changes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    topology_changes_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_topology_changes_class, (void**)&state));
+    PLII_TRY_ENABLE(body, topology_changes_state, state, plii_topology_changes_class);
     state->old_node_count = body->node_count;
     state->old_face_count = body->topology->face_count;
     state->new_node_count = 0;
@@ -67,7 +64,6 @@ pli_status pli_body_enable_topology_changes(pli_body* body) {
     }
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_topology_changes, plii_check_body_idle, plii_topology_changes_class)
 
 pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {

@@ -1,11 +1,6 @@
-/* Conservation of volume: a pressure of (rest volume - volume) * coefficient on the faces.
-   Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
+/* Conservation of volume: a pressure of (rest volume - volume) * coefficient on the faces. Bullet: kVC. */
 
-#include "body/all_features.h"
-#include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_state.h"
-#include "math/range.h"
 #include "pliant/forces.h"
 
 typedef struct volume_state {
@@ -34,7 +29,6 @@ static pli_status volume_enable(pli_body* body, void* state) {
 }
 
 enum { VOLUME_ORDER = 30 }; /* after pressure */
-
 const plii_feature_class plii_volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
@@ -51,5 +45,4 @@ pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient
     PLII_TRY(plii_check_faces(body, "conservation of volume acts on faces", __func__));
     return plii_feature_enable_with(body, &plii_volume_class, &coefficient, sizeof coefficient, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_volume_conservation, plii_check_body_change, plii_volume_class)

@@ -3,7 +3,6 @@
 #include "file/file_impl.h"
 
 #include "body/all_features.h"
-#include "body/feature_arrays.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
 

@@ -34,7 +34,6 @@ static double self_limit_block(int begin, int end, const void* data) {
 }
 
 enum { SELF_LIMIT_NS = 5 }; /* per node */
-
 int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest) {
     const self_limit limit = {nodes, longest, plii_self_common_motion(body, nodes, NULL)};
     return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_LIMIT_NS), self_limit_block, &limit);

@@ -29,8 +29,7 @@ static inline pli_vec3 plii_self_difference(const plii_self_nodes* nodes, int a,
 static inline pli_vec3 plii_self_motion(const plii_self_nodes* nodes, int node) {
     return pli_vec3_sub(plii_xyz(nodes->offsets[node]), plii_xyz(nodes->starts[node]));
 }
-/* From `from` to the start, from the start on where that is NULL; and the mean of all nodes, which brings no two of
- * them nearer. */
+/* From `from` to the start, or (NULL) from there on; and the mean of all nodes, which brings no two nearer. */
 static inline pli_vec3 plii_self_motion_from(const plii_self_nodes* nodes, const pli_vec3* from, int node) {
     return from != NULL ? pli_vec3_sub(plii_self_start(nodes, node), from[node]) : plii_self_motion(nodes, node);
 }
@@ -40,19 +39,16 @@ int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, 
 static inline void plii_self_move(const plii_self_nodes* nodes, int node, pli_vec3 direction, float length) {
     plii_add_xyz(&nodes->offsets[node], pli_vec3_scale(direction, length));
 }
-
 /* As the solvers without substeps see it. */
 static inline plii_self_nodes plii_self_nodes_of_body(pli_body* body) {
     return (plii_self_nodes){NULL, body->positions, body->previous};
 }
-
 /* And as XPBD does in a substep. */
 static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, const plii_substep* substep) {
     return (plii_self_nodes){body->positions, substep->displacements, substep->start_displacements};
 }
 
-/* Lists of a feature for a plii_spatial_hash and a plii_node_pairs of its state: nothing in them is needed by the next
-   step. */
+/* Lists of a plii_spatial_hash and a plii_node_pairs of a state: nothing in them is needed by the next step. */
 #define PLII_SPATIAL_HASH_LISTS(type, hash, near)                                                                      \
     {PLII_LIST_OF(type, hash.starts, hash.start_capacity), .is_kept = true, .snapshot = PLII_LEFT},                    \
         {PLII_LIST_OF(type, hash.cells, hash.cell_capacity), .is_kept = true, .snapshot = PLII_LEFT},                  \

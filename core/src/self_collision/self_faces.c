@@ -1,17 +1,11 @@
-/* Self-collision of faces: nodes with faces and edges with edges that have no node in common.
+/* Self-collision of faces: nodes with faces and edges with edges that have no node in common. Pairs within reach are
+   collected once per step; of those, a substep looks at the ones that could come together in it. Nearest points at the
+   start of a step (or substep) give each pair a plane between its sides. Pairs nearer than the thickness are pushed
+   apart along its normal, like other contacts; whatever constraints do then, motions are in the end cut short where a
+   pair would get to the wrong side of its plane. So nothing that starts apart ever crosses, as in Lan and others,
+   "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact". */
 
-   Pairs within reach are collected once per step; of those, a substep looks at the ones that could come together in it.
-   Nearest points at the start of a step (or substep) give each pair a plane between its two sides. Pairs nearer than
-   the thickness are pushed apart along its normal, like other contacts; whatever constraints do after that, motions are
-   in the end cut short where a pair would get to the wrong side of its plane. So nothing that starts apart ever
-   crosses. Lan and others, "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact", cut
-   motions short in the same spirit. */
-
-#include "body/all_features.h"
 #include "body/pipeline.h"
-#include "body/point_weight.h"
-#include "math/definition.h"
-#include "math/range.h"
 #include "self_collision/self_faces_impl.h"
 
 #include <string.h>
@@ -22,8 +16,7 @@
 /* Share of its distance that a pair keeps at least. */
 #define SELF_FACES_KEPT 0.2f
 
-/* The inverse mass of both sides. Where all of one side is pinned, a node of the other that bears little of the point
-   beside pinned ones does not go far for them. */
+/* The inverse mass of both sides. Where one is pinned, a node that bears little beside pinned ones does not go far. */
 static float self_faces_weight(const plii_self_nodes* nodes, const plii_self_faces_pair* pair) {
     const int second = pair->is_edges ? 2 : 1;
     float weights[2] = {0};
@@ -198,7 +191,6 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 
 /* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
 enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
-
 const plii_feature_class plii_self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
@@ -231,11 +223,10 @@ const plii_feature_class plii_self_faces_class = {
         {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, PLII_SAVED_AS("3f")},
-        PLII_BVH_LISTS(plii_self_faces_state, tree),
-        {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
+        PLII_BVH_LISTS(plii_self_faces_state, tree), PLII_LEFT_LIST(plii_self_faces_state, boxes, box_capacity),
         {PLII_COUNTED_LIST(plii_self_faces_state, pairs, pair_capacity, pair_count), PLII_SAVED_AS("4nB10f")},
         {PLII_COUNTED_LIST(plii_self_faces_state, due, due_capacity, pair_count), PLII_SAVED_AS("f")},
-        {PLII_COUNTED_LIST(plii_self_faces_state, active, active_capacity, active_count), .snapshot = PLII_LEFT}),
+        PLII_LEFT_COUNTED(plii_self_faces_state, active, active_capacity, active_count)),
     .enable = self_faces_enable,
     .disable = plii_self_faces_release_hits,
     .bytes = plii_self_faces_hit_bytes,
@@ -255,7 +246,6 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     state->reach = 0.0f;
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {

@@ -3,13 +3,10 @@
 #include "base/csr.h"
 #include "geometry/closest_point.h"
 #include "math/bounds.h"
-#include "math/range.h"
 #include "self_collision/self_faces_impl.h"
 
 /* Of the thickness: what rounding may take from a distance. */
 #define SELF_FACES_SLACK 0.01f
-
-// --------------------------------------------------------------------------------------------------------------- edges
 
 /* Sorted by the first node, then looked for among those of the same node. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state) {
@@ -40,8 +37,6 @@ void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* sta
     state->edge_count = kept;
     state->mean_edge_length = kept > 0 ? (float)(length / kept) : 0.0f;
 }
-
-// ------------------------------------------------------------------------------------------------------ nearest points
 
 /* Nearest points of segments (Ericson, Real-Time Collision Detection, 5.1.9): shares along each. */
 static void self_faces_nearest_on_edges(const pli_vec3 p[4], float* s, float* t) {
@@ -185,7 +180,6 @@ static bool self_faces_take_hits(const self_faces_search* search, const plii_sel
 }
 
 enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_BOX_NS = 10, SELF_FACES_PAIR_NS = 10 };
-
 /* In the order of items, whatever the threads. */
 static bool self_faces_find_pairs(self_faces_search* search, int count) {
     pli_context* context = search->body->context;
@@ -298,8 +292,7 @@ static float self_faces_distance_at_rest(const plii_self_faces_state* state, con
     return pli_vec3_length(self_faces_nearest(x, pair->is_edges, weights));
 }
 
-/* Looks at a pair as it is at the start of a step or substep, where `last` is. True when it could come together in it
-   and has a normal. */
+/* Looks at a pair at the start, where `last` is. True when it has a normal and could come together. */
 static bool self_faces_activate(plii_self_faces_state* state, int index) {
     plii_self_faces_pair* pair = &state->pairs[index];
     const float thickness = state->def.thickness;

@@ -1,7 +1,6 @@
 #pragma once
 
-/* Self-collision of faces: state shared by the feature and the solve (self_faces.c), and the search for pairs
-   (self_faces_find.c). */
+/* Self-collision of faces: the feature and its solve are self_faces.c, the search is self_faces_find.c. */
 
 #include "base/ranges.h"
 #include "geometry/bvh.h"

@@ -1,12 +1,9 @@
-/* Self-collision of nodes by two grids, the second shifted by half a cell: only nodes in one cell are compared, once
-   per grid, after each step. Kang, "Efficient Methods for Cloth Animation and Collision Handling". A pair that lies
-   across a wall of both grids is not seen. */
+/* Self-collision of nodes by two grids, the second shifted by half a cell (Kang, "Efficient Methods for Cloth Animation
+   and Collision Handling"): nodes in one cell are compared after each step. Pairs across walls of both are not seen. */
 
-#include "body/all_features.h"
 #include "body/link_graph.h"
 #include "body/pipeline.h"
 #include "geometry/spatial_hash.h"
-#include "math/definition.h"
 #include "self_collision/self_collision_impl.h"
 
 typedef struct self_grids_state {
@@ -86,7 +83,6 @@ static void self_grids_run(pli_body* body, void* data) {
 
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
 enum { SELF_GRIDS_ORDER = 50 };
-
 const plii_feature_class plii_self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
@@ -105,13 +101,7 @@ const plii_feature_class plii_self_grids_class = {
 pli_self_grids_def pli_self_grids_def_default(void) {
     return (pli_self_grids_def){.distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE};
 }
-
-pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY_SETTINGS(body, pli_self_grids_def, used, def, plii_self_grids_class);
-    return plii_feature_enable_with(body, &plii_self_grids_class, &used, sizeof used, NULL);
-}
-
+PLII_DEFINE_ENABLE(pli_body_enable_self_grids, plii_check_body_idle, pli_self_grids_def, plii_self_grids_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_grids, plii_check_body_idle, plii_self_grids_class)
 
 pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {

@@ -1,5 +1,4 @@
-/* Number of pairs of triangles that cross each other: a box tree gives candidates, and two triangles cross when an edge
-   of one goes through the other. In double, by signs of volumes. */
+/* Pairs of triangles that cross: an edge of one goes through the other, by signs of volumes in double. */
 
 #include "body/body_impl.h"
 #include "geometry/bvh.h"

@@ -17,8 +17,6 @@
 /* Of the thickness: the longest reach. For faster nodes a search is good for a shorter time. */
 #define SELF_NODES_MAX_REACH 0.75f
 
-// ------------------------------------------------------------------------------------------------------ paths
-
 /* How far a node is off its path, squared; share: of the travel since the search. */
 PLII_SIMD_INLINE float self_nodes_stray_squared(const plii_self_node_pairs* state, int node, float share) {
     const plii_float4 at = plii_float4_from(&state->at[node]), from = plii_float4_from(&state->searched[node]);
@@ -79,9 +77,8 @@ static bool self_nodes_reserve(pli_context* context, plii_self_pair_list* found,
            PLII_RESERVE(context, &found->items, &found->capacity, found->count + more);
 }
 
-/* Keeps a pair that can touch, where links of `a` have been marked; `half` of the travel is on either side of a moment
-   when they are so far from each other. There is room; the pair is written in any case, as hardly predictable branches
-   cost more. */
+/* Keeps a pair that can touch, where links of `a` are marked; `half` of the travel is on either side of a moment when
+   they are so far apart. There is room; it is written in any case, as branches that are hard to predict cost more. */
 static void self_nodes_keep(const self_nodes_finder* finder, int a, int b, float distance_squared, float half) {
     const plii_self_node_pairs* state = finder->state;
     plii_self_pair_list* found = finder->found;
@@ -226,7 +223,6 @@ static bool self_nodes_reserve_parts(const pli_body* body, plii_self_node_pairs*
 }
 
 enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
-
 /* Adds the pairs of so many nodes, in their order, whatever the threads. */
 static void self_nodes_find(self_nodes_search_task* task, int count) {
     const pli_body* body = task->body;
@@ -258,7 +254,6 @@ static int self_nodes_max_apart(int node_count) {
 }
 
 enum { SELF_NODES_PATH_NS = 5 }; /* per node */
-
 /* Margin and travel beside the drift, to either side of the middle. */
 static float self_nodes_longest_reach(const pli_body* body, const plii_self_node_pairs* state) {
     float longest = 0.0f;
@@ -324,8 +319,6 @@ static void self_nodes_search(const pli_body* body, plii_self_node_pairs* state)
     state->is_known = !state->is_truncated;
 }
 
-// ------------------------------------------------------------------------------------------------------------- counts
-
 /* Of a pass over the nodes. */
 typedef struct self_nodes_paths {
     const pli_body* body;
@@ -364,8 +357,6 @@ static int self_nodes_count(const pli_body* body, plii_self_node_pairs* state, p
     const self_nodes_paths all = {.body = body, .state = state, .share = share};
     return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, &all);
 }
-
-// -------------------------------------------------------------------------------------------------------- of a step
 
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
     if (!state->is_known || state->thickness != thickness) { return false; }
@@ -417,7 +408,6 @@ static void self_nodes_drop_block(int begin, int end, int block, void* data) {
 }
 
 enum { SELF_NODES_DROP_NS = 2 }; /* per pair */
-
 static void self_nodes_drop_marked(const pli_body* body, plii_self_node_pairs* state) {
     plii_self_pair_list* found = &state->found;
     const plii_blocks blocks = plii_blocks_of(found->count, plii_grain(SELF_NODES_DROP_NS), PLII_MOST_BLOCKS);
@@ -487,8 +477,6 @@ void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* sta
     /* What is missing must not be missing in the steps to come. */
     if (plii_thread.shortages != shortages) { state->is_known = false; }
 }
-
-// ------------------------------------------------------------------------------------------------------ memory
 
 void plii_self_node_pairs_start(plii_self_node_pairs* state) {
     state->at = state->local;

@@ -1,10 +1,7 @@
-/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their paths; distances at rest count as the
-   thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
-   Physics" 15. */
+/* Self-collision of nodes (Mueller, "Ten Minute Physics" 15): pairs from a dense hash, found as nodes leave their
+   paths; smaller distances at rest count as thickness; a speed limit; friction towards the mean motion of a pair. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
-#include "math/definition.h"
 #include "math/simd_float4.h"
 #include "self_collision/self_node_pairs.h"
 
@@ -37,7 +34,6 @@ static void self_nodes_copy_range(int begin, int end, void* data) {
 }
 
 enum { SELF_NODES_COPY_NS = 1 }; /* per node */
-
 /* Takes positions over, relative to the origin. */
 static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     self_nodes_copy copy = {&state->pairs, nodes, plii_lanes_from_vec3(&state->origin)};
@@ -102,7 +98,6 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
 static float self_nodes_longest_motion(const self_nodes_state* state) {
     return state->def.speed_limit_ratio * state->def.thickness;
 }
-
 static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const float longest = self_nodes_longest_motion(state);
     if (longest > 0.0f) { state->report.limited_nodes += plii_self_limit_motions(body, nodes, longest); }
@@ -152,8 +147,7 @@ static bool self_nodes_is_near(plii_float4 apart, const plii_self_pair* pair, fl
    of an eighth of it; it is small enough for its nodes to stay in the first cache. All of a batch are looked at,
    without a branch, before those that are too near are parted. */
 enum { SELF_NODES_STRIDES = 8, SELF_NODES_BATCH = 8 * 64 };
-/* Others may be pushed together meanwhile. Pairs that are so little too far, of distances squared, are looked at again;
-   without that, coils of cloth keep trembling. */
+/* Pairs a little too far, of distances squared, are looked at again; or coils of cloth keep trembling. */
 #define SELF_NODES_ALMOST 1.2f
 
 /* Pairs too near, or almost, of a batch. */
@@ -273,7 +267,6 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
 static void self_nodes_disable(pli_body* body, void* data) {
     plii_self_node_pairs_release(body->context, &((self_nodes_state*)data)->pairs);
 }
-
 static size_t self_nodes_bytes(const void* data) {
     return plii_self_node_pairs_bytes(&((const self_nodes_state*)data)->pairs);
 }
@@ -329,40 +322,32 @@ const plii_feature_class plii_self_nodes_class = {
                                               .restart = self_nodes_restart,
                                               .sweep = self_nodes_sweep,
                                               .finish = self_nodes_finish},
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
-         .fields = "3f"},
-        {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
-        {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-        {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, PLII_SAVED_AS("4f")},
-        {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, PLII_SAVED_AS("B")},
-        {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
-         .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
-        {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
-        {PLII_COUNTED_LIST(self_nodes_state, pairs.found.items, pairs.found.capacity, pairs.found.count),
-         PLII_SAVED_AS("2nf")},
-        {PLII_COUNTED_LIST(self_nodes_state, touching, touching_capacity, touching_count), .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
+                     .fields = "3f"},
+                    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
+                    {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, PLII_SAVED_AS("B")},
+                    {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
+                     .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
+                    {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
+                    {PLII_COUNTED_LIST(self_nodes_state, pairs.found.items, pairs.found.capacity, pairs.found.count),
+                     PLII_SAVED_AS("2nf")},
+                    PLII_LEFT_COUNTED(self_nodes_state, touching, touching_capacity, touching_count)),
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,
     .bytes = self_nodes_bytes,
     .topology_commit = self_nodes_topology_commit,
 };
 
-// --------------------------------------------------------------------------------------------------------- settings
-
 pli_self_collision_def pli_self_collision_def_default(void) {
     return (pli_self_collision_def){
         .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f, .cookie = PLII_DEF_COOKIE};
 }
-
-pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY_SETTINGS(body, pli_self_collision_def, used, def, plii_self_nodes_class);
-    return plii_feature_enable_with(body, &plii_self_nodes_class, &used, sizeof used, NULL);
-}
-
+PLII_DEFINE_ENABLE(pli_body_enable_self_collision, plii_check_body_idle, pli_self_collision_def, plii_self_nodes_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {

@@ -1,5 +1,4 @@
-/* Life and queries of collision shapes. What a shape is lies in its callbacks; each built-in shape is a file of its
-   own. */
+/* Life and queries of shapes. What a shape is lies in its callbacks; each built-in one is a file of its own. */
 
 #include "base/handle.h"
 #include "math/definition.h"
@@ -80,7 +79,6 @@ static pli_status shape_check_count(const pli_shape* shape, const char* function
 void plii_shape_retain(pli_shape* shape) {
     (void)__atomic_add_fetch(&shape->reference_count, 1, __ATOMIC_RELAXED);
 }
-
 void pli_shape_retain(pli_shape* shape) {
     if (shape_check_count(shape, __func__) == PLI_OK) { plii_shape_retain(shape); }
 }
@@ -101,7 +99,6 @@ static void shape_destroy(pli_shape* shape) {
 void plii_shape_release(pli_shape* shape) {
     if (__atomic_sub_fetch(&shape->reference_count, 1, __ATOMIC_ACQ_REL) == 0) { shape_destroy(shape); }
 }
-
 void pli_shape_release(pli_shape* shape) {
     if (shape != NULL && shape_check_count(shape, __func__) == PLI_OK) { plii_shape_release(shape); }
 }

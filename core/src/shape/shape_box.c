@@ -32,7 +32,6 @@ static pli_bounds box_bounds(const void* user) {
     const pli_vec3 h = *(const pli_vec3*)user;
     return (pli_bounds){pli_vec3_neg(h), h};
 }
-
 static pli_vec3 box_support(const void* user, pli_vec3 direction) {
     const pli_vec3 h = *(const pli_vec3*)user;
     return pli_vec3_make(copysignf(h.x, direction.x), copysignf(h.y, direction.y), copysignf(h.z, direction.z));

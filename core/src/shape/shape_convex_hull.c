@@ -9,8 +9,7 @@
 
 #include <string.h>
 
-/* Doubled area below this share of the longest edge squared: the normal is too rough for the plane through the
-   triangle to hold all points. */
+/* Doubled area, of the longest edge squared, below which the normal is too rough for its plane to hold all points. */
 #define HULL_ROUGH_TRIANGLE 1e-3f
 
 typedef struct hull_plane {
@@ -36,7 +35,6 @@ static pli_vec3 hull_closest(const hull_data* hull, int triangle, pli_vec3 p) {
     plii_closest_feature closest;
     return plii_closest_point_on_triangle(p, hull->points[v[0]], hull->points[v[1]], hull->points[v[2]], &closest);
 }
-
 static float hull_measure(int triangle, pli_vec3 p, const void* user) {
     return pli_vec3_length_squared(pli_vec3_sub(p, hull_closest(user, triangle, p)));
 }
@@ -74,7 +72,6 @@ static void hull_distances(const void* user, int count, const pli_vec3* points, 
 static pli_bounds hull_bounds(const void* user) {
     return ((const hull_data*)user)->bounds;
 }
-
 static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
     const hull_data* hull = user;
     return plii_vec3_farthest(hull->point_count, hull->points, direction);

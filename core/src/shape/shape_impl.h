@@ -35,8 +35,7 @@ struct pli_shape {
     size_t data_size;        /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
 };
 
-/* A shape that owns a copy of `data`, of other kinds than PLII_SHAPE_OTHER numbers, floats; def->user is ignored.
-   Messages name `function`. */
+/* Owns a copy of `data`, which is floats but for PLII_SHAPE_OTHER; def->user is ignored. Messages name `function`. */
 pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
                                     const void* data, size_t size, const char* function, pli_shape** shape);
 /* The arguments that all creating functions share. */
@@ -60,9 +59,7 @@ static inline pli_bounds plii_shape_source_bounds(const pli_shape* shape) {
     const pli_shape_def* def = shape->source != NULL ? &shape->source->def : &shape->def;
     return def->bounds(def->user);
 }
-
-/* Trilinear between samples at the corners of a cell, once around its lower face and once around its upper one, in the
-   operations of btSparseSdf; the gradient per cell. */
+/* Trilinear between the corners of a cell, lower face before upper one, in the operations of btSparseSdf. */
 static inline float plii_shape_interpolate(const float d[8], pli_vec3 f, pli_vec3* gradient) {
     gradient->x = plii_lerp(plii_lerp(d[1] - d[0], d[2] - d[3], f.y), plii_lerp(d[5] - d[4], d[6] - d[7], f.y), f.z);
     gradient->y = plii_lerp(plii_lerp(d[3] - d[0], d[2] - d[1], f.x), plii_lerp(d[7] - d[4], d[6] - d[5], f.x), f.z);

@@ -1,9 +1,7 @@
-/* Signed distances sampled at lattice points and interpolated: Bullet's view of rigid shapes (btSparseSdf<3>).
-
-   Space is cut into cells of 3 x 3 x 3 voxels. A cell is sampled at its 64 corners when a point first falls into it,
-   and kept. Index and interpolation arithmetic follow btSparseSdf, so that equal samples give equal distances and
-   normals, bit for bit. At LATTICE_MAX_CELLS cells all are dropped and sampling starts again, which changes time, not
-   results. */
+/* Signed distances sampled at lattice points and interpolated: Bullet's view of rigid shapes (btSparseSdf<3>). A cell
+   of 3 x 3 x 3 voxels is sampled at its 64 corners when a point first falls into it, and kept. Index and interpolation
+   arithmetic follow btSparseSdf, so that equal samples give equal results, bit for bit. At LATTICE_MAX_CELLS cells all
+   are dropped and sampling starts again, which changes time only. */
 
 #include "base/handle.h"
 #include "base/key_table.h"

@@ -1,5 +1,4 @@
-/* The solid inside of triangles by signed distances on a dense grid, interpolated trilinearly; the normal is the
-   gradient of the interpolant. How the samples come about: sdf_grid.c. */
+/* The solid inside of triangles by distances on a dense grid (sdf_grid.c), trilinear; normals are its gradient. */
 
 #include "geometry/sdf_grid.h"
 #include "math/bounds.h"
@@ -63,8 +62,7 @@ static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli
     const pli_vec3 offset = pli_vec3_sub(local, pli_vec3_scale(inside, mesh->cell_size));
     const float largest = plii_max(fabsf(offset.x), plii_max(fabsf(offset.y), fabsf(offset.z)));
     if (!(largest > 0.0f)) { return distance; }
-    /* Where the line to the surface enters the grid it goes on at an obtuse angle. Far away the squares would
-       overflow. */
+    /* Where the line to the surface enters the grid it goes on at an obtuse angle; far squares would overflow. */
     const pli_vec3 before = pli_vec3_make(offset.x / largest, offset.y / largest, offset.z / largest);
     const pli_vec3 after = pli_vec3_scale(*normal, plii_max(distance, 0.0f) / largest);
     const float length = sqrtf(pli_vec3_length_squared(before) + pli_vec3_length_squared(after));
@@ -138,7 +136,6 @@ static size_t sampled_mesh_bytes(const sampled_mesh* mesh) {
     const int* counts = mesh->sampling.counts;
     return (size_t)counts[0] * (size_t)counts[1] * (size_t)counts[2] * sizeof *mesh->sampling.samples;
 }
-
 static void sampled_mesh_destroy(void* user) {
     sampled_mesh* mesh = user;
     plii_release(mesh->context, mesh->sampling.samples, sampled_mesh_bytes(mesh));

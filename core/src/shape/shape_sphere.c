@@ -22,7 +22,6 @@ static pli_bounds sphere_bounds(const void* user) {
     const float r = *(const float*)user;
     return (pli_bounds){{-r, -r, -r}, {r, r, r}};
 }
-
 static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
     return pli_vec3_make(0, 0, 0);
 }

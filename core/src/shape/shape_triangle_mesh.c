@@ -1,6 +1,5 @@
 /* Triangle surface: distance to the nearest triangle, sign by the angle-weighted pseudo-normal of the nearest vertex,
    edge or face (Baerentzen and Aanaes, Signed distance computation using the angle weighted pseudonormal, 2005).
-
    Points at equal positions count as one, so that unconnected triangles still make a surface. A connected part without
    a border is solid. A part with a border is a floor: its border never has an inside, and behind its faces only the
    first `thickness` is inside; farther behind there is nothing. */
@@ -52,7 +51,6 @@ static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_v
     return plii_closest_point_on_triangle(p, surface->vertices[v[0]].position, surface->vertices[v[1]].position,
                                           surface->vertices[v[2]].position, closest);
 }
-
 static float surface_measure(int triangle, pli_vec3 p, const void* user) {
     plii_closest_feature closest;
     return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &closest)));
@@ -322,8 +320,6 @@ static bool surface_build(surface_data* surface, int point_count, const pli_vec3
     plii_scratch_free(&scratch);
     return is_built;
 }
-
-// ---------------------------------------------------------------------------------------------------------- life
 
 static void surface_destroy(void* user) {
     surface_data* surface = user;

@@ -5,8 +5,7 @@
 
 #include "pliant/snapshot.h"
 
-#include "body/feature_arrays.h"
-#include "body/world_state.h"
+#include "body/pipeline.h"
 #include "world/checksum.h"
 
 typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;

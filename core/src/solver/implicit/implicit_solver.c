@@ -485,8 +485,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     PLII_TRY_SETTINGS(body, pli_implicit_def, used, def, plii_implicit_class);
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
-    implicit_state* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_implicit_class, (void**)&state));
+    PLII_TRY_ENABLE(body, implicit_state, state, plii_implicit_class);
     plii_dvec3** direction = &state->system.direction;
     if (!implicit_needs_direction(&used)) {
         PLII_RELEASE(body->context, *direction, body->node_count);

@@ -5,7 +5,8 @@
 #include "math/simd_float4.h"
 
 #include "body/all_features.h"
-#include "body/substep_kinds.h"
+#include "body/pipeline.h"
+#include "body/substep.h"
 #include "body/substep_rigid.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -202,18 +203,12 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     return PLI_OK;
 }
 
-static void xpbd_leave(pli_body* body) {
+static void xpbd_disable_kinds(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = pipeline->feature_count; i-- > 0;) {
         if (i >= pipeline->feature_count) { continue; } /* what only the last one needed went with it */
-        const plii_substep_class* kind = pipeline->features[i].klass->substepped;
-        if (kind != NULL && kind->is_of_xpbd) {
-            plii_feature_disable(body, pipeline->features[i].klass);
-            continue;
-        }
-        if (kind == NULL || kind->leave == NULL) { continue; }
-        const bool stays = kind->is_in_iterations && !body->world->def.reference_mode;
-        if (!stays) { kind->leave(body, pipeline->features[i].state); }
+        const plii_feature_class* klass = pipeline->features[i].klass;
+        if (klass->substepped != NULL && klass->substepped->is_of_xpbd) { plii_feature_disable(body, klass); }
     }
 }
 
@@ -222,7 +217,7 @@ pli_status pli_body_disable_xpbd(pli_body* body) {
     const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     if (state == NULL) { return PLI_OK; }
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
-    xpbd_leave(body);
+    xpbd_disable_kinds(body);
     plii_feature_disable(body, &plii_xpbd_class);
     return PLI_OK;
 }
