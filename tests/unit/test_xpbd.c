@@ -158,6 +158,36 @@ static void test_links_keep_momentum(void** unused) {
     check_at_most(pli_vec3_length(lost), 0.05 * (double)pli_vec3_length(turn));
 }
 
+/* Every seventh node of a weightless ball is kicked. Rigid links, and such as yield next to nothing. */
+static void test_closed_surfaces_get_no_energy(void** unused) {
+    (void)unused;
+    no_gravity();
+    static const int node_counts[] = {100, 300, 700};
+    for (int c = 0; c < 12; ++c) {
+        const bool is_short = c % 2 == 1, is_soft = c / 2 % 2 == 1;
+        pli_mesh* mesh = NULL;
+        const pli_vec3 radii = pli_vec3_make(0.5f, c >= 8 ? 1.0f : 0.5f, 0.5f);
+        CHECK_OK(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 0, 0), radii, node_counts[c / 4], &mesh));
+        CHECK_OK(pli_mesh_set_total_mass(mesh, 2));
+        pli_body* body = make_body(mesh, 10, 1);
+        enable_links(body, is_soft ? 1e-7f : 0, 0);
+        for (int i = 0; i < node_counts[c / 4]; i += 7) {
+            const float phase = (float)i;
+            CHECK_OK(pli_body_set_node_velocity(body, i, pli_vec3_make(sinf(phase), cosf(3 * phase), 0.5f)));
+        }
+        const float start = pli_body_kinetic_energy(body);
+        float most = 0;
+        for (int i = 0; i < 480; ++i) {
+            step_many(1, is_short ? 1.0 / 960 : 1.0 / 60);
+            most = fmaxf(most, pli_body_kinetic_energy(body));
+        }
+        print_message("%d nodes, %s, %s: %.4f J, later at most %.4f J\n", node_counts[c / 4],
+                      is_short ? "1/960 s" : "1/60 s", is_soft ? "soft" : "rigid", (double)start, (double)most);
+        check_at_most(most, 0.5f * start);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_damping_slows_compliant_links(void** unused) {
     (void)unused;
     no_gravity();
@@ -921,6 +951,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_free_fall_is_exact, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_links_keep_momentum, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_closed_surfaces_get_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup_world,
                                         teardown_world),

@@ -15,6 +15,7 @@ typedef struct plii_links_task {
     pli_vec4* moved;      /* positions, or displacements under XPBD; w = inverse mass */
     /* XPBD only. */
     const float *compliances, *dampings; /* by slot, m/N and s: see plii_xpbd_multiplier; NULL: all are 0 */
+    float softening;                     /* the least compliance over dt^2, as a share of the mass term */
     float inverse_dt;                    /* of a substep, 1/s */
     float* vectors;                      /* [3 * slot count] see plii_links_start_colors */
     const pli_vec4* start_displacements; /* the displacements at the start of the substep */

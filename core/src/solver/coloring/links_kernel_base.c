@@ -33,7 +33,10 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(length_squared);
     plii_float8 force = plii_float8_sub(rest_length, length);
-    if (kind == LINKS_RIGID) { return links_where_finite(plii_float8_div(force, plii_float8_mul(mass, length))); }
+    const plii_float8 least = plii_float8_mul(plii_float8_all(task->softening), mass);
+    if (kind == LINKS_RIGID) {
+        return links_where_finite(plii_float8_div(force, plii_float8_mul(plii_float8_add(mass, least), length)));
+    }
     const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
     const plii_float8 inverse_dt_squared = plii_float8_all(task->inverse_dt * task->inverse_dt);
     const plii_float8 alpha = plii_float8_mul(plii_float8_load(task->compliances + slot), inverse_dt_squared);
@@ -49,7 +52,7 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
         force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
         mass = plii_float8_mul(plii_float8_add(plii_float8_all(1.0f), gamma), mass);
     }
-    const plii_float8 divisor = plii_float8_add(mass, alpha);
+    const plii_float8 divisor = plii_float8_add(mass, plii_float8_max(alpha, least));
     const plii_float8 change =
         links_where_finite(plii_float8_where_greater(mass, zero, plii_float8_div(force, divisor)));
     if (task->writes_multipliers) { plii_float8_store(multipliers, plii_float8_add(multiplier, change)); }

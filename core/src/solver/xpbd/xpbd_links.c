@@ -11,6 +11,7 @@ typedef struct xpbd_links_state {
     float *compliances, *dampings;     /* by slot, where there are some: see plii_links_task */
     float* vectors;                    /* see plii_links_start_colors */
     int rest_capacity, multiplier_capacity, compliance_capacity, damping_capacity, vector_capacity;
+    float softening;        /* see plii_links_task */
     uint32_t link_revision; /* of the numbers of links */
 } xpbd_links_state;
 
@@ -31,6 +32,16 @@ static bool xpbd_links_reserve(pli_context* context, xpbd_links_state* state, in
            PLII_RESERVE(context, &state->vectors, &state->vector_capacity, 3 * count);
 }
 
+/* As many as its faces have edges, of two faces each. It keeps its shape by them alone, and nothing is left over:
+   errors that the colours push on around it would grow from sweep to sweep, unless each link leaves half of its own. */
+static bool xpbd_links_are_closed_surface(const pli_body* body) {
+    int edges = 0;
+    for (int i = 0; i < body->link_count; ++i) {
+        edges += !plii_link_is_bending(body, i);
+    }
+    return edges > 0 && 2 * (int64_t)edges == 3 * (int64_t)body->topology->face_count;
+}
+
 /* Links may change between steps. */
 static void xpbd_links_begin(pli_body* body, void* data) {
     xpbd_links_state* state = data;
@@ -49,6 +60,7 @@ static void xpbd_links_begin(pli_body* body, void* data) {
         state->compliances[i] = is_link ? compliance / plii_link_stiffness(body, link) : 0.0f;
         if (xpbd_links_are_damped(state)) { state->dampings[i] = compliance * def->damping; }
     }
+    state->softening = xpbd_links_are_closed_surface(body) ? 1.0f : 0.0f;
     state->link_revision = body->link_revision;
 }
 
@@ -68,6 +80,7 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
                                   .colors = state->colors,
                                   .compliances = xpbd_links_are_soft(state) ? state->compliances : NULL,
                                   .dampings = xpbd_links_are_damped(state) ? state->dampings : NULL,
+                                  .softening = state->softening,
                                   .inverse_dt = substep->inverse_dt,
                                   .rest = state->rest_lengths,
                                   .moved = substep->displacements,
@@ -102,7 +115,7 @@ const plii_feature_class plii_xpbd_links_class = {
                                PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
                                     PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
-                                    PLII_STATE(xpbd_links_state, link_revision, PLII_LEFT)),
+                                    PLII_STATE_SPAN(xpbd_links_state, softening, link_revision, PLII_LEFT, NULL)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},
