@@ -18,30 +18,6 @@ namespace {
 constexpr int default_sweeps = 5;    // of the implicit solver
 constexpr int default_substeps = 10; // of XPBD
 
-void refuse(const Description& description, SolverKind kind, const std::string& reason) {
-    const std::string scene_name = description.source != nullptr ? description.source->name : "";
-    throw Error("scene " + scene_name + " does not run with --solver " + solver_name(kind) + ": " + reason);
-}
-
-// Joints act on clusters, and clusters are moved by what Bullet's solver and the springs leave of the predicted
-// positions; XPBD starts from the old ones.
-void require_xpbd(const Description& description) {
-    if (!description.joints.empty()) {
-        const size_t owner = static_cast<size_t>(description.joints.front().ends.soft);
-        refuse(description, SolverKind::xpbd, "the joints of \"" + description.softs[owner].name + "\" need clusters");
-    }
-    for (const SoftRecord& soft : description.softs) {
-        const bool is_solid = pli_mesh_get_view(soft.mesh.get()).tetra_count > 0;
-        if (soft.def.has_clusters && !is_solid) {
-            refuse(description, SolverKind::xpbd,
-                   "\"" + soft.name + "\" collides by clusters, which XPBD replaces in bodies of tetrahedra only");
-        }
-        if (soft.def.pose_matching > 0.0f) {
-            refuse(description, SolverKind::xpbd, "\"" + soft.name + "\" keeps its shape by pose matching");
-        }
-    }
-}
-
 // btSoftBody and what is compared with it step by step have no choice.
 SolverKind own_solver(const Description& description, EngineKind engine, const EngineOptions& options) {
     if (engine == EngineKind::bullet || options.reference || description.source == nullptr) {
@@ -100,7 +76,6 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
         run.finishing_iterations = options.solver.finishing_iterations;
         break;
     case SolverKind::xpbd:
-        require_xpbd(description);
         run.substeps = options.solver.substeps.value_or(own_substeps(description));
         run.iterations = options.solver.iterations.value_or(1);
         break;
@@ -235,7 +210,7 @@ scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& 
     scene_soft_def def = record.def;
     if (run.kind != SolverKind::position_based) { def.velocity_links = false; }
     if (run.kind != SolverKind::xpbd) { return def; }
-    if (def.has_clusters) {
+    if (def.has_clusters && pli_mesh_get_view(record.mesh.get()).tetra_count > 0) { // tetrahedra keep their volumes
         def.has_rigid_contacts = true;
         def.rigid_contacts.friction = def.cluster_contacts.friction;
         def.has_clusters = def.has_cluster_contacts = false;

@@ -72,10 +72,6 @@ static void test_cli_solvers(void**) {
     expect_failure("run ClothAttach --substeps 4", 1, "--substeps are those of --solver xpbd");
     expect_failure("run ClothAttach --engine bullet --solver xpbd", 1, "btSoftBody has no solver xpbd");
     expect_failure("run ClothAttach --reference --solver implicit", 1, "does not go with --solver implicit");
-    expect_failure("run ClusterCar --solver xpbd", 1,
-                   "scene ClusterCar does not run with --solver xpbd: the joints of \"bunny\" need clusters");
-    expect_failure("compare Bunny TorusMatch --solver xpbd --frames 1", 1,
-                   "\"torus\" keeps its shape by pose matching");
 }
 
 static void test_cli_changes_of_scenes(void**) {

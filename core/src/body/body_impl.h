@@ -157,6 +157,13 @@ static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* posi
         positions[i] = plii_xyz(body->positions[i]);
     }
 }
+/* A part of the way from where a node is predicted to a goal. XPBD starts from velocities, not from predictions. */
+static inline void plii_body_pull_predicted(pli_body* body, int node, pli_vec3 goal, float share) {
+    const pli_vec3 from = plii_xyz(body->positions[node]), to = pli_vec3_lerp(from, goal, share);
+    plii_set_xyz(&body->positions[node], to);
+    if (!body->solver_class->has_substeps) { return; }
+    plii_add_xyz(&body->velocities[node], pli_vec3_scale(pli_vec3_sub(to, from), body->step.inverse_dt));
+}
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
 /* Of a face as it is now, for trees. */

@@ -60,10 +60,10 @@ static void cluster_update_inertia(plii_cluster* cluster) {
 static void cluster_match(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     for (int i = 0; i < cluster->member_count; ++i) {
-        pli_vec4* position = &body->positions[members[i].node];
-        if (!(position->w > 0.0f) && !clusters->def.reference_mode) { continue; }
+        const int node = members[i].node;
+        if (!(body->positions[node].w > 0.0f) && !clusters->def.reference_mode) { continue; }
         const pli_vec3 goal = pli_transform_point(cluster->frame, plii_xyz(members[i].rest));
-        plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, cluster->settings.matching));
+        plii_body_pull_predicted(body, node, goal, cluster->settings.matching);
     }
 }
 

@@ -62,10 +62,8 @@ static void pose_run(pli_body* body, void* state) {
     }
     const pli_transform frame = {pose->rotation, pose->centre};
     for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
-        pli_vec4* position = &body->positions[i];
-        if (!(position->w > 0.0f)) { continue; } /* pinned nodes stay */
-        const pli_vec3 goal = pli_transform_point(frame, pose->rest[i]);
-        plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, pose->matching));
+        if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
+        plii_body_pull_predicted(body, i, pli_transform_point(frame, pose->rest[i]), pose->matching);
     }
 }
 
