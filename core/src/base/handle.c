@@ -183,7 +183,7 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
     handle_record record;
     if (handles_copy(handle, &record)) {
         if (context == NULL) { context = handles_living_owner(&record); }
-
+        PLII_FAIL_IF(record.kind == kind, context, PLI_ERROR_STALE_ID, function, "%s was destroyed before", what);
         return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is a %s", what, handle_names[record.kind]);
     }
 #endif
