@@ -421,10 +421,10 @@ static bool gradient_judge(plii_implicit_system* system) {
     const int count = constraints->node_bound_count;
     double change = 0.0, scale = 0.0;
     bool is_same = true;
-    const plii_implicit_constraint* const points = &constraints->items[count]; /* of faces */
     for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const int node = constraint->nodes[0];
-        if (!constraint->is_pinned && constraint < points) { system->spare[node] = plii_implicit_swept(system, node); }
+        const bool is_of_node = constraint - constraints->items < count;
+        if (!constraint->is_pinned && is_of_node) { system->spare[node] = plii_implicit_swept(system, node); }
         constraint->rows_before = constraint->rows;
         constraint->impulse_before = constraint->impulse;
     }
@@ -461,7 +461,8 @@ static bool gradient_judge(plii_implicit_system* system) {
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         is_same = is_same && constraint->rows == constraint->rows_before;
         const plii_dvec3 more = plii_dvec3_sub(constraint->impulse, constraint->impulse_before);
-        change += constraint->rows == 1 || constraint >= points ? plii_dvec3_dot(more, more) : 0.0;
+        const bool is_of_face = constraint - constraints->items >= count;
+        change += constraint->rows == 1 || is_of_face ? plii_dvec3_dot(more, more) : 0.0;
         scale += plii_dvec3_dot(constraint->impulse, constraint->impulse);
     }
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;

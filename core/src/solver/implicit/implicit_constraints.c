@@ -462,9 +462,9 @@ double plii_implicit_point_response(const plii_implicit_constraints* constraints
 
 void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
     const int first = constraints->node_bound_count;
-    plii_implicit_constraint* const points = constraints->items + first; /* of faces */
     double* loads = constraints->loads;
     if (constraints->count == first) { return; }
+    plii_implicit_constraint* const points = constraints->items + first; /* of faces */
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         for (int k = 0; k < constraint->node_count; ++k) {
             loads[constraint->nodes[k]] = 0.0;
