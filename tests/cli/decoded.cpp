@@ -5,7 +5,7 @@
 #include <stb_image.h>
 
 #include <cstddef>
-#include <set>
+#include <vector>
 
 void PixelDeleter::operator()(unsigned char* pixels) const {
     stbi_image_free(pixels);
@@ -34,11 +34,15 @@ double Decoded::warm_share(int from, int to) const {
 }
 
 size_t Decoded::color_count() const {
-    std::set<std::array<int, 3>> colors;
+    std::vector<bool> is_there(1 << 24);
+    size_t count = 0;
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
-            colors.insert(at(x, y));
+            const std::array<int, 3> color = at(x, y);
+            const auto index = static_cast<size_t>((color[0] << 16) + (color[1] << 8) + color[2]);
+            count += is_there[index] ? 0U : 1U;
+            is_there[index] = true;
         }
     }
-    return colors.size();
+    return count;
 }

@@ -86,7 +86,7 @@ static balance drop_ball(solver_kind kind, bool has_nodes, bool has_faces) {
 static void a_ball_takes_the_impulses_that_are_told(void** state) {
     (void)state;
     for (int kind = 0; kind < SOLVER_COUNT; ++kind) {
-        for (int elements = 1; elements <= 3; ++elements) {
+        for (int elements = PLIANT_CHECKED ? 3 : 1; elements <= 3; ++elements) {
             const balance b = drop_ball((solver_kind)kind, (elements & 1) != 0, (elements & 2) != 0);
             check_at_most(b.worst, 1e-4);
             check_near(b.mean, GRAVITY * STEP, 0.01 * (double)(GRAVITY * STEP));

@@ -92,9 +92,9 @@ static void drop_ball(bool is_exact, float mass, const contact_kind* kind) {
 
 static void test_balls_on_a_pinned_sheet(void** unused) {
     (void)unused;
-    static const float masses[] = {1.0f, 5.0f, 20.0f};
+    static const float masses[] = {1.0f, 20.0f};
     for (int method = 0; method < 2; ++method) {
-        for (int m = 0; m < 3; ++m) {
+        for (int m = 0; m < 2; ++m) {
             for (int k = 0; k < KINDS; ++k) {
                 drop_ball(method == 1, masses[m], &kinds[k]);
             }

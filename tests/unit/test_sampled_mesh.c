@@ -384,7 +384,7 @@ static void test_sampled_mesh_of_several_components(void** state) {
     surface_add_sphere(&s, 32, 1, pli_vec3_make(0, 4, 0), -1);       /* apart */
     surface_add_sphere(&s, 32, 1.2f, pli_vec3_make(0, 0, 4), 1);
     surface_add_sphere(&s, 32, 0.6f, pli_vec3_make(0, 0, 4), -1); /* a cavity */
-    pli_shape* shape = sample(&s, 0.08f, 0);
+    pli_shape* shape = sample(&s, 0.1f, 0);
     const struct {
         pli_vec3 point;
         double distance;

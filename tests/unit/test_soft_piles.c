@@ -38,25 +38,25 @@ static void check_sheets(const fixture* f, pile_def def, int frames, double most
 }
 
 static void test_sheets_lie_on_sheets_position_based(void** state) {
-    check_sheets(*state, (pile_def){.margin = 0.02f, .iterations = 10, .colored = true}, 600, 0.03, 0.01, 0.04f, 0);
+    check_sheets(*state, (pile_def){.margin = 0.02f, .iterations = 10, .colored = true}, 360, 0.03, 0.01, 0.04f, 0);
 }
 static void test_thick_sheets_lie_on_sheets_position_based(void** state) {
-    check_sheets(*state, (pile_def){.margin = 0.05f, .iterations = 10, .colored = true}, 600, 0.03, 0.01, 0.005f, 0);
+    check_sheets(*state, (pile_def){.margin = 0.05f, .iterations = 10, .colored = true}, 240, 0.03, 0.01, 0.005f, 0);
 }
 static void test_sheets_lie_on_sheets_implicit(void** state) {
-    check_sheets(*state, (pile_def){.solver = PILE_IMPLICIT, .margin = 0.02f, .iterations = 10}, 600, 0.06, 0.01, 0.04f,
+    check_sheets(*state, (pile_def){.solver = PILE_IMPLICIT, .margin = 0.02f, .iterations = 10}, 360, 0.06, 0.01, 0.04f,
                  0);
 }
 static void test_thick_sheets_lie_on_sheets_xpbd(void** state) {
-    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.05f, .iterations = 10}, 600, 0.02, 0.01, 0.005f,
+    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.05f, .iterations = 10}, 240, 0.02, 0.01, 0.005f,
                  0);
 }
 static void test_sheets_lie_on_sheets_xpbd(void** state) {
-    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.02f, .iterations = 10, .recovery_speed = 1}, 600,
+    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.02f, .iterations = 10, .recovery_speed = 1}, 360,
                  0.02, 0.01, 0.04f, 0);
 }
 static void test_thin_sheets_lie_on_sheets_xpbd(void** state) {
-    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.01f, .iterations = 10}, 600, 0.02, 0.01, 0.04f, 0);
+    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.01f, .iterations = 10}, 240, 0.02, 0.01, 0.04f, 0);
 }
 
 /* Balls that overlap while they fall: what parts them gives little energy. */
