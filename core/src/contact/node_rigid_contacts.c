@@ -49,6 +49,14 @@ typedef struct rigid_contacts_candidate {
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
 
+/* Nodes whose distances are asked for in one call. */
+typedef struct rigid_contacts_gathered {
+    int count;
+    int nodes[RIGID_CONTACTS_BATCH];
+    pli_vec3 points[RIGID_CONTACTS_BATCH]; /* of the shape */
+    pli_vec3 shifts[RIGID_CONTACTS_BATCH]; /* that the points are behind; see rigid_contacts_shift */
+} rigid_contacts_gathered;
+
 static bool rigid_contacts_is_as_in_bullet(const rigid_contacts_candidate* candidate) {
     return !candidate->is_swept && !candidate->body->solver_class->solves_constraints;
 }
@@ -79,11 +87,12 @@ static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, 
     if (!candidate->is_moving) { return none; }
     const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[node]), candidate->rigid->state.pose.origin);
     const pli_vec3 shift = pli_vec3_add(candidate->motion.linear, pli_vec3_cross(candidate->motion.angular, offset));
-    const pli_vec3 motion = rigid_contacts_motion(body, node), apart = pli_vec3_sub(motion, shift);
-    const float way = pli_vec3_length(motion), beside = pli_vec3_length(apart);
+    const pli_vec3 motion = rigid_contacts_motion(body, node);
+    const float way = pli_vec3_length_squared(motion);
+    const float beside = pli_vec3_length_squared(pli_vec3_sub(motion, shift));
     const float half = 0.5f * candidate->rigid->shape_places[candidate->shape].least_extent;
-    const float most = plii_max(body->collision_margin, plii_min(RIGID_CONTACTS_ALONG * way, half));
-    return beside < way && beside < most ? shift : none;
+    const float most = plii_min(RIGID_CONTACTS_ALONG * RIGID_CONTACTS_ALONG * way, half * half);
+    return beside < way && beside < plii_max(body->collision_margin * body->collision_margin, most) ? shift : none;
 }
 
 /* One node closer than the margin, `shift` behind where it is. */
@@ -145,30 +154,43 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
 
 /* Distances of gathered nodes, and contacts from those below the margin and `reach`. With `is_departing` the points are
    those of the start, and the nodes keep its planes. */
-static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, int count, const int* nodes,
-                                       const pli_vec3* points, float reach, bool is_departing) {
+static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, rigid_contacts_gathered* gathered,
+                                       float reach, bool is_departing) {
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin;
     const pli_mat3 rotation = candidate->rigid->shape_places[candidate->shape].pose.rotation;
+    const int count = gathered->count;
     if (count == 0) { return PLI_OK; }
+    gathered->count = 0;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
-    shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
+    shape->def.distances(shape->def.user, count, gathered->points, margin + reach, distances, normals);
     for (int i = 0; i < count; ++i) {
         float distance = distances[i] - margin;
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         if (!plii_vec3_is_finite(normals[i])) { continue; }
+        const int node = gathered->nodes[i];
+        const pli_vec3 shift = gathered->shifts[i];
         pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
-        const pli_vec3 shift = rigid_contacts_shift(candidate, nodes[i]);
         if (is_departing) {
-            distance += pli_vec3_dot(pli_vec3_sub(rigid_contacts_motion(body, nodes[i]), shift), normal);
+            distance += pli_vec3_dot(pli_vec3_sub(rigid_contacts_motion(body, node), shift), normal);
         } else if (body->solver_class->solves_constraints) {
-            rigid_contacts_look_back(candidate, nodes[i], shift, &normal, &distance);
+            rigid_contacts_look_back(candidate, node, shift, &normal, &distance);
         }
-        PLII_TRY(rigid_contacts_add(candidate, nodes[i], normal, distance, shift));
+        PLII_TRY(rigid_contacts_add(candidate, node, normal, distance, shift));
     }
     return PLI_OK;
+}
+
+static inline pli_status rigid_contacts_gather(const rigid_contacts_candidate* candidate,
+                                               rigid_contacts_gathered* gathered, int node, pli_vec3 point,
+                                               pli_vec3 shift, float reach, bool is_departing) {
+    gathered->nodes[gathered->count] = node;
+    gathered->points[gathered->count] = point;
+    gathered->shifts[gathered->count++] = shift;
+    return gathered->count < RIGID_CONTACTS_BATCH ? PLI_OK
+                                                  : rigid_contacts_batch(candidate, gathered, reach, is_departing);
 }
 
 static inline bool rigid_contacts_is_within(const pli_vec4* position, plii_float4 low, plii_float4 high) {
@@ -186,9 +208,8 @@ static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* 
     const plii_float4 reach = plii_float4_all(body->collision_margin + touching);
     const plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
     const int end = state->count;
-    int nodes[RIGID_CONTACTS_BATCH];
-    pli_vec3 points[RIGID_CONTACTS_BATCH];
-    int count = 0;
+    rigid_contacts_gathered gathered;
+    gathered.count = 0;
     for (int i = 0; i < body->node_count; ++i) {
         if (!rigid_contacts_is_within(&body->previous[i], low, high)) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
@@ -196,16 +217,13 @@ static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* 
             ++first;
         }
         if (first < end && state->contacts[first].node == i) { continue; }
-        const pli_vec3 apart = pli_vec3_sub(rigid_contacts_motion(body, i), rigid_contacts_shift(candidate, i));
+        const pli_vec3 shift = rigid_contacts_shift(candidate, i);
+        const pli_vec3 apart = pli_vec3_sub(rigid_contacts_motion(body, i), shift);
         if (plii_vec3_is_within(apart, body->collision_margin)) { continue; }
-        nodes[count] = i;
-        points[count++] = pli_transform_inverse_point(place->pose, plii_xyz(body->previous[i]));
-        if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, touching, true));
-            count = 0;
-        }
+        const pli_vec3 point = pli_transform_inverse_point(place->pose, plii_xyz(body->previous[i]));
+        PLII_TRY(rigid_contacts_gather(candidate, &gathered, i, point, shift, touching, true));
     }
-    return rigid_contacts_batch(candidate, count, nodes, points, touching, true);
+    return rigid_contacts_batch(candidate, &gathered, touching, true);
 }
 
 /* As Bullet chooses the nodes. */
@@ -214,11 +232,15 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
     const pli_transform pose = candidate->rigid->shape_places[candidate->shape].pose;
     const pli_bounds local = plii_shape_source_bounds(candidate->rigid->shapes[candidate->shape]);
     const pli_bounds search = plii_bounds_grow(plii_bounds_transform(local, pose), body->collision_margin);
+    rigid_contacts_gathered gathered;
     for (int i = 0; i < body->node_count; ++i) {
         if (!plii_bounds_overlap(candidate->boxes[i], search)) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
-        const pli_vec3 point = pli_transform_inverse_point(pose, plii_xyz(body->positions[i]));
-        PLII_TRY(rigid_contacts_batch(candidate, 1, &i, &point, candidate->reach, false));
+        gathered.count = 1;
+        gathered.nodes[0] = i;
+        gathered.points[0] = pli_transform_inverse_point(pose, plii_xyz(body->positions[i]));
+        gathered.shifts[0] = pli_vec3_make(0, 0, 0);
+        PLII_TRY(rigid_contacts_batch(candidate, &gathered, candidate->reach, false));
     }
     return PLI_OK;
 }
@@ -262,25 +284,21 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     const uint8_t* restrict anchored = body->anchored;
     const int node_count = body->node_count;
     const int first = candidate->state->count;
-    int nodes[RIGID_CONTACTS_BATCH];
-    pli_vec3 points[RIGID_CONTACTS_BATCH];
-    int count = 0;
+    rigid_contacts_gathered gathered;
+    gathered.count = 0;
     for (int i = 0; i < node_count; ++i) {
         if (!rigid_contacts_is_within(&positions[i], low, high)) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
-        nodes[count] = i;
-        pli_vec3 x = plii_xyz(positions[i]);
+        pli_vec3 x = plii_xyz(positions[i]), shift = pli_vec3_make(0, 0, 0);
         if (candidate->is_moving) {
-            x = pli_vec3_sub(x, rigid_contacts_shift(candidate, i));
+            shift = rigid_contacts_shift(candidate, i);
+            x = pli_vec3_sub(x, shift);
             if (!plii_bounds_overlap(near, (pli_bounds){x, x})) { continue; }
         }
-        points[count++] = pli_transform_inverse_point(place->pose, x);
-        if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, candidate->reach, false));
-            count = 0;
-        }
+        const pli_vec3 point = pli_transform_inverse_point(place->pose, x);
+        PLII_TRY(rigid_contacts_gather(candidate, &gathered, i, point, shift, candidate->reach, false));
     }
-    PLII_TRY(rigid_contacts_batch(candidate, count, nodes, points, candidate->reach, false));
+    PLII_TRY(rigid_contacts_batch(candidate, &gathered, candidate->reach, false));
     return body->leaps ? rigid_contacts_keep_departing(candidate, first) : PLI_OK;
 }
 
