@@ -144,6 +144,32 @@ static void a_world_of_a_file_goes_on(void** unused) {
     }
 }
 
+/* Into a world where no body had one. */
+static void update_intervals_come_with_a_file(void** unused) {
+    (void)unused;
+    trial t, anew;
+    start(&t, TRIAL_SELF_NODES, POSITION, 1); /* it meets nothing that is dynamic */
+    start(&anew, TRIAL_SELF_NODES, POSITION, 1);
+    assert_int_equal(pli_body_set_update_interval(t.bodies[0], 4), PLI_OK);
+    for (int i = 0; i < 10; ++i) {
+        step(&t);
+    }
+    size_t size = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    uint64_t hashes[FRESH];
+    anew.step = t.step;
+    for (int i = 0; i < FRESH; ++i) {
+        step(&t);
+        hashes[i] = hash_of(&t);
+    }
+    assert_int_equal(pli_world_file_restore(anew.world, NULL, buffer, size), PLI_OK);
+    assert_int_equal(pli_body_get_update_interval(anew.bodies[0]), 4);
+    expect_same_steps(&anew, hashes, FRESH, "update intervals");
+    free(buffer);
+    end(&anew);
+    end(&t);
+}
+
 // ------------------------------------------------------------------------------- every member is described as it is
 
 static void every_field_has_the_size_of_its_member(void** unused) {
@@ -468,6 +494,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_field_has_the_size_of_its_member),
         cmocka_unit_test(a_world_of_a_file_goes_on),
+        cmocka_unit_test(update_intervals_come_with_a_file),
         cmocka_unit_test(what_is_wrong_is_refused),
         cmocka_unit_test(no_setting_is_out_of_range),
         cmocka_unit_test(every_definition_has_limits),

@@ -374,6 +374,7 @@ static void file_commit(file_walk* walk) {
     target->dt = made->dt;
     target->sleep_group = made->sleep_group;
     if (target->sleep == NULL) { target->sleep = made->sleep; }
+    if (target->take_update_intervals == NULL) { target->take_update_intervals = made->take_update_intervals; }
     target->event_count = 0;
     target->has_groups = target->has_islands = false;
     target->needs_reserve = true;
