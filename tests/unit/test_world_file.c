@@ -170,6 +170,31 @@ static void update_intervals_come_with_a_file(void** unused) {
     end(&t);
 }
 
+/* Totals leave some room below PLI_MIN_MASS, and cuts halve masses. */
+static void light_nodes_come_with_a_file(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    const pli_vec3 ends[2] = {{0, 0, 0}, {1, 0, 0}};
+    assert_int_equal(pli_mesh_create_rope(context, ends[0], ends[1], 0, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_set_total_mass(mesh, 2.0f * 0.9995e-9f), PLI_OK);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    for (int i = 0; i < 2; ++i) {
+        size_t size = 0;
+        unsigned char* buffer = write_file(world, &size);
+        pli_world* made = NULL;
+        if (pli_world_file_create(context, NULL, buffer, size, &made) != PLI_OK) {
+            fail_msg("%s", pli_last_error(context));
+        }
+        assert_true(pli_body_state_hash(pli_world_get_body(made, 0)) == pli_body_state_hash(body));
+        pli_world_destroy(made);
+        free(buffer);
+        assert_int_equal(pli_body_cut_link(body, 0, 1, 0.5f), i == 0 ? PLI_OK : PLI_ERROR_INVALID_VALUE);
+    }
+    assert_true(pli_body_get_view(body).positions[0].w > 1.4f / PLI_MIN_MASS);
+}
+
 // ------------------------------------------------------------------------------- every member is described as it is
 
 static void every_field_has_the_size_of_its_member(void** unused) {
@@ -495,6 +520,7 @@ int main(void) {
         cmocka_unit_test(every_field_has_the_size_of_its_member),
         cmocka_unit_test(a_world_of_a_file_goes_on),
         cmocka_unit_test(update_intervals_come_with_a_file),
+        cmocka_unit_test_setup_teardown(light_nodes_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test(what_is_wrong_is_refused),
         cmocka_unit_test(no_setting_is_out_of_range),
         cmocka_unit_test(every_definition_has_limits),

@@ -99,8 +99,8 @@ static void file_check_body(plii_file* file, const pli_body* body) {
     }
     bool is_within = plii_body_find_lost_node(body) == PLI_NULL_INDEX;
     for (int i = 0; i < body->node_count; ++i) {
-        const float w = body->positions[i].w;
-        is_within = is_within && plii_is_point(plii_xyz(body->previous[i])) && w >= 0.0f && w <= 1.0f / PLI_MIN_MASS;
+        const float w = body->positions[i].w; /* may be above 1 / PLI_MIN_MASS: cuts halve masses */
+        is_within = is_within && plii_is_point(plii_xyz(body->previous[i])) && w >= 0.0f && w <= FLT_MAX;
     }
     if (!is_within) { plii_file_refuse(file, "a node is too far out, too fast, or has no mass"); }
     for (int i = 0; i < body->material_count && file->status == PLI_OK; ++i) {
