@@ -195,6 +195,51 @@ static void light_nodes_come_with_a_file(void** unused) {
     assert_true(pli_body_get_view(body).positions[0].w > 1.4f / PLI_MIN_MASS);
 }
 
+static int cluster_contacts_after_step(pli_world* stepped) {
+    assert_int_equal(pli_world_step(stepped, 1.0f / 60.0f), PLI_OK);
+    return pli_body_get_cluster_contacts(pli_world_get_body(stepped, 0), 0, NULL);
+}
+
+/* Clusters that were apart at first meet later, also in a world that is made when they do. */
+static void clusters_of_a_body_that_touch_come_with_a_file(void** unused) {
+    (void)unused;
+    const pli_vec3 corners[4] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 0}}, far = {0, 5, 0};
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    for (int i = 0; i < 8; ++i) {
+        const pli_vec3 at = i < 4 ? corners[i] : pli_vec3_add(corners[i - 4], far);
+        assert_int_equal(pli_mesh_append_node(mesh, at, 1, NULL), PLI_OK);
+    }
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.05f;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    const int nodes[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    assert_int_equal(pli_body_add_cluster(body, nodes, 4, NULL), PLI_OK);
+    assert_int_equal(pli_body_add_cluster(body, nodes + 4, 4, NULL), PLI_OK);
+    pli_cluster_contacts_def contacts = pli_cluster_contacts_def_default();
+    contacts.with_self = true;
+    assert_int_equal(pli_body_enable_cluster_contacts(body, &contacts), PLI_OK);
+    assert_int_equal(cluster_contacts_after_step(world), 0);
+    for (int i = 4; i < 8; ++i) {
+        const pli_vec4 at = pli_body_get_view(body).positions[i];
+        assert_int_equal(pli_body_set_node_position(body, i, pli_vec3_make(at.x, at.y - 4.02f, at.z)), PLI_OK);
+    }
+    size_t size = 0;
+    unsigned char* buffer = write_file(world, &size);
+    pli_world* made = NULL;
+    assert_int_equal(pli_world_file_create(context, NULL, buffer, size, &made), PLI_OK);
+    for (int i = 0; i < FRESH; ++i) {
+        const int count = cluster_contacts_after_step(world);
+        assert_true(count > 0 || i > 0);
+        assert_int_equal(cluster_contacts_after_step(made), count);
+        assert_true(pli_body_state_hash(pli_world_get_body(made, 0)) == pli_body_state_hash(body));
+    }
+    pli_world_destroy(made);
+    free(buffer);
+}
+
 // ------------------------------------------------------------------------------- every member is described as it is
 
 static void every_field_has_the_size_of_its_member(void** unused) {
@@ -521,6 +566,7 @@ int main(void) {
         cmocka_unit_test(a_world_of_a_file_goes_on),
         cmocka_unit_test(update_intervals_come_with_a_file),
         cmocka_unit_test_setup_teardown(light_nodes_come_with_a_file, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(clusters_of_a_body_that_touch_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test(what_is_wrong_is_refused),
         cmocka_unit_test(no_setting_is_out_of_range),
         cmocka_unit_test(every_definition_has_limits),
