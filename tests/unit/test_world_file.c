@@ -195,6 +195,30 @@ static void light_nodes_come_with_a_file(void** unused) {
     assert_true(pli_body_get_view(body).positions[0].w > 1.4f / PLI_MIN_MASS);
 }
 
+/* It waits for the world when it is told to step with it. */
+static void what_is_left_of_an_update_interval_comes_with_a_file(void** unused) {
+    (void)unused;
+    trial t, made;
+    start(&t, TRIAL_SELF_NODES, POSITION, 1);
+    assert_int_equal(pli_body_set_update_interval(t.bodies[0], 8), PLI_OK);
+    for (int i = 0; i < 4; ++i) {
+        step(&t);
+    }
+    assert_int_equal(pli_body_set_update_interval(t.bodies[0], 1), PLI_OK);
+    size_t size = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    start_from_file(&made, &t, buffer, size, 1);
+    uint64_t hashes[FRESH];
+    for (int i = 0; i < FRESH; ++i) {
+        step(&t);
+        hashes[i] = hash_of(&t);
+    }
+    expect_same_steps(&made, hashes, FRESH, "after an update interval");
+    free(buffer);
+    end(&made);
+    end(&t);
+}
+
 static int cluster_contacts_after_step(pli_world* stepped) {
     assert_int_equal(pli_world_step(stepped, 1.0f / 60.0f), PLI_OK);
     return pli_body_get_cluster_contacts(pli_world_get_body(stepped, 0), 0, NULL);
@@ -565,6 +589,7 @@ int main(void) {
         cmocka_unit_test(every_field_has_the_size_of_its_member),
         cmocka_unit_test(a_world_of_a_file_goes_on),
         cmocka_unit_test(update_intervals_come_with_a_file),
+        cmocka_unit_test(what_is_left_of_an_update_interval_comes_with_a_file),
         cmocka_unit_test_setup_teardown(light_nodes_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(clusters_of_a_body_that_touch_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test(what_is_wrong_is_refused),

@@ -137,7 +137,9 @@ void plii_file_body_end(plii_file* file, pli_body* body) {
         body->records_contacts != has_events) {
         plii_file_refuse(file, "a setting is out of range");
     }
-    if (body->interval.steps > 1) { plii_world_use_update_intervals(body->world); }
+    /* One that had some before may still be ahead of the world, and wait. */
+    const bool has_intervals = body->interval.steps > 1 || body->interval.step > 0.0f;
+    if (has_intervals) { plii_world_use_update_intervals(body->world); }
 }
 
 void plii_file_ignored_rigids(plii_file* file, pli_body* body) {
