@@ -219,6 +219,34 @@ static void what_is_left_of_an_update_interval_comes_with_a_file(void** unused) 
     end(&t);
 }
 
+/* Steps later too, and when there were contacts before that have ended. */
+static void worlds_that_are_equal_have_equal_files(void** unused) {
+    (void)unused;
+    trial t, made;
+    start(&t, TRIAL_CLUSTERS, POSITION, 1);
+    for (int i = 0; i < 3 * BEFORE; ++i) {
+        step(&t);
+    }
+    pli_rigid* gone = NULL;
+    const pli_rigid_def def = pli_rigid_def_default();
+    assert_int_equal(pli_rigid_create(t.world, &def, &gone), PLI_OK);
+    pli_rigid_destroy(gone); /* all contacts end */
+    size_t size = 0, again = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    start_from_file(&made, &t, buffer, size, 1);
+    free(buffer);
+    step(&t);
+    step(&made);
+    buffer = write_file(t.world, &size);
+    unsigned char* other = write_file(made.world, &again);
+    assert_int_equal(again, size);
+    expect_same_bytes(buffer, other, size, "a step later");
+    free(other);
+    free(buffer);
+    end(&made);
+    end(&t);
+}
+
 static int cluster_contacts_after_step(pli_world* stepped) {
     assert_int_equal(pli_world_step(stepped, 1.0f / 60.0f), PLI_OK);
     return pli_body_get_cluster_contacts(pli_world_get_body(stepped, 0), 0, NULL);
@@ -588,6 +616,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_field_has_the_size_of_its_member),
         cmocka_unit_test(a_world_of_a_file_goes_on),
+        cmocka_unit_test(worlds_that_are_equal_have_equal_files),
         cmocka_unit_test(update_intervals_come_with_a_file),
         cmocka_unit_test(what_is_left_of_an_update_interval_comes_with_a_file),
         cmocka_unit_test_setup_teardown(light_nodes_come_with_a_file, setup_world, teardown_world),
