@@ -279,6 +279,34 @@ static void worlds_that_go_back_to_their_beginning_have_equal_files(void** unuse
     end(&t);
 }
 
+/* Where two corners of a face coincide there is no division by its first edge. */
+static void faces_without_an_area_come_with_a_file(void** unused) {
+    (void)unused;
+    const pli_vec3 points[5] = {{1, 0, 0}, {1, 0, 0}, {1, 0, 1}, {1, 0.3f, 0.5f}, {2, 0.3f, 0.5f}};
+    const int triangles[6] = {0, 1, 2, 3, 4, 2};
+    for (int turn = 0; turn < 3; ++turn) {
+        const int turned[6] = {triangles[turn], triangles[(turn + 1) % 3], triangles[(turn + 2) % 3], 3, 4, 2};
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create_from_triangles(context, 5, points, 2, turned, false, &mesh), PLI_OK);
+        pli_body* body = NULL;
+        assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+        pli_mesh_destroy(mesh);
+        pli_self_faces_def faces = pli_self_faces_def_default();
+        faces.thickness = 0.2f;
+        assert_int_equal(pli_body_enable_self_faces(body, &faces), PLI_OK);
+        assert_int_equal(pli_body_set_node_velocity(body, 3, pli_vec3_make(0, -20, 0)), PLI_OK);
+    }
+    assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    size_t size = 0;
+    unsigned char* buffer = write_file(world, &size);
+    pli_world* made = NULL;
+    if (pli_world_file_create(context, NULL, buffer, size, &made) != PLI_OK) {
+        fail_msg("%s", pli_last_error(context));
+    }
+    pli_world_destroy(made);
+    free(buffer);
+}
+
 static int cluster_contacts_after_step(pli_world* stepped) {
     assert_int_equal(pli_world_step(stepped, 1.0f / 60.0f), PLI_OK);
     return pli_body_get_cluster_contacts(pli_world_get_body(stepped, 0), 0, NULL);
@@ -653,6 +681,7 @@ int main(void) {
         cmocka_unit_test(update_intervals_come_with_a_file),
         cmocka_unit_test(what_is_left_of_an_update_interval_comes_with_a_file),
         cmocka_unit_test_setup_teardown(light_nodes_come_with_a_file, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(faces_without_an_area_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(clusters_of_a_body_that_touch_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test(what_is_wrong_is_refused),
         cmocka_unit_test(no_setting_is_out_of_range),
