@@ -199,6 +199,13 @@ pli_status plii_text_read_float(plii_text* text, const char* what, float* value)
     return text_parse_float(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
 }
 
+pli_status plii_text_read_coordinate(plii_text* text, const char* what, float limit, float* value) {
+    PLII_TRY(plii_text_read_float(text, what, value));
+    PLII_TEXT_FAIL_IF(fabsf(*value) > limit, text, "%s is %g, coordinates go to %g", what, (double)*value,
+                      (double)limit);
+    return PLI_OK;
+}
+
 pli_status plii_text_read_int(plii_text* text, const char* what, int* value) {
     const char* word = NULL;
     int length = 0;
