@@ -99,6 +99,17 @@ static void test_obj_forms(void** state) {
     pli_triangles_destroy(NULL);
 }
 
+/* UTF-8 with a mark: the first line is not lost. */
+static void test_a_byte_order_mark_is_skipped(void** state) {
+    (void)state;
+    pli_triangles t;
+    assert_int_equal(read_obj("\xef\xbb\xbfv 5 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n", &t), PLI_OK);
+    assert_int_equal(t.point_count, 4);
+    check_near(t.points[t.indices[0]].x, 5, 0);
+    pli_triangles_destroy(&t);
+    check_obj_fails("\xef\xbb", "ends after 0 vertices");
+}
+
 /* Points of meshes have limits, triangles have the unit of the file. */
 static void test_far_points_are_named_with_their_line(void** state) {
     (void)state;
@@ -452,6 +463,7 @@ static void test_out_of_memory_leaves_nothing(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_obj_forms),
+        cmocka_unit_test(test_a_byte_order_mark_is_skipped),
         cmocka_unit_test(test_far_points_are_named_with_their_line),
         cmocka_unit_test(test_obj_polygon_is_a_fan),
         cmocka_unit_test(test_obj_refusals),

@@ -49,7 +49,9 @@ pli_status plii_text_open(pli_context* context, const char* path, const char* fu
         plii_text_close(text);
         return status;
     }
-    text->at = text->data;
+    static const char byte_order_mark[3] = {'\xef', '\xbb', '\xbf'}; /* some editors begin UTF-8 with it */
+    const bool has_mark = used >= 3 && memcmp(text->data, byte_order_mark, sizeof byte_order_mark) == 0;
+    text->at = text->data + (has_mark ? sizeof byte_order_mark : 0);
     text->end = text->data + used;
     return PLI_OK;
 }
