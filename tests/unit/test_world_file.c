@@ -307,6 +307,51 @@ static void faces_without_an_area_come_with_a_file(void** unused) {
     free(buffer);
 }
 
+typedef struct meddler {
+    trial* t;
+    int calls, refused;
+} meddler;
+
+static void meddle(void* user) {
+    meddler* self = user;
+    const int bodies = pli_world_body_count(self->t->world);
+    pli_body_destroy(self->t->bodies[0]);
+    pli_rigid_destroy(self->t->rigids[0]);
+    self->calls += 1;
+    self->refused += pli_body_ignore_rigid(self->t->bodies[0], self->t->rigids[0], true) == PLI_ERROR_WRONG_STATE &&
+                     pli_world_body_count(self->t->world) == bodies;
+}
+static uint64_t meddling_rigid_id(const pli_rigid* rigid, void* user) {
+    (void)rigid;
+    meddle(user);
+    return 7;
+}
+static void meddling_begin_part(const char* part, int body, size_t offset, void* user) {
+    (void)part;
+    (void)body;
+    (void)offset;
+    meddle(user);
+}
+
+/* The size is known before. */
+static void nothing_is_changed_while_a_file_is_written(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_SOFT, POSITION, 1);
+    meddler self = {.t = &t};
+    pli_world_file_def def = pli_world_file_def_default();
+    def.rigid_id = meddling_rigid_id;
+    def.begin_part = meddling_begin_part;
+    def.user = &self;
+    const size_t size = pli_world_file_size(t.world);
+    unsigned char* buffer = malloc(size);
+    assert_int_equal(pli_world_file_write(t.world, &def, buffer, size, NULL), PLI_OK);
+    assert_true(self.calls > t.rigid_count + t.body_count);
+    assert_int_equal(self.refused, self.calls);
+    free(buffer);
+    end(&t);
+}
+
 static int cluster_contacts_after_step(pli_world* stepped) {
     assert_int_equal(pli_world_step(stepped, 1.0f / 60.0f), PLI_OK);
     return pli_body_get_cluster_contacts(pli_world_get_body(stepped, 0), 0, NULL);
@@ -683,6 +728,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(light_nodes_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(faces_without_an_area_come_with_a_file, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(clusters_of_a_body_that_touch_come_with_a_file, setup_world, teardown_world),
+        cmocka_unit_test(nothing_is_changed_while_a_file_is_written),
         cmocka_unit_test(what_is_wrong_is_refused),
         cmocka_unit_test(no_setting_is_out_of_range),
         cmocka_unit_test(every_definition_has_limits),
