@@ -269,6 +269,17 @@ static pli_status rigid_state_of_nan(void) {
     state.pose.rotation.rows[1].x = NAN;
     return pli_rigid_set_state(rigid, &state);
 }
+/* Nobody would tell the body of its end. */
+static pli_status ignored_rigid_elsewhere(void) {
+    pli_world* other = NULL;
+    pli_rigid* made = NULL;
+    const pli_rigid_def def = pli_rigid_def_default();
+    CHECK_OK(pli_world_create(context, NULL, &other));
+    CHECK_OK(pli_rigid_create(other, &def, &made));
+    const pli_status status = pli_body_ignore_rigid(body, made, true);
+    pli_world_destroy(other);
+    return status;
+}
 static pli_status sphere_of_negative_radius(void) {
     pli_shape* made = NULL;
     return pli_shape_create_sphere(context, -1.0f, &made);
@@ -349,6 +360,7 @@ static const bad_case bad_cases[] = {
     {rigid_without_mass, PLI_ERROR_INVALID_VALUE, "pli_rigid_create", "inverse_mass is 0"},
     {rigid_with_a_null_shape, PLI_ERROR_NULL_ARGUMENT, "pli_rigid_create", "shape 0"},
     {rigid_state_of_nan, PLI_ERROR_NOT_FINITE, "pli_rigid_set_state", "pose"},
+    {ignored_rigid_elsewhere, PLI_ERROR_INVALID_VALUE, "pli_body_ignore_rigid", "another world"},
     {sphere_of_negative_radius, PLI_ERROR_INVALID_VALUE, "pli_shape_create_sphere", "-1"},
     {plane_without_normal, PLI_ERROR_INVALID_VALUE, "pli_shape_create_plane", "normal"},
     {pressure_of_nan, PLI_ERROR_NOT_FINITE, "pli_body_enable_pressure", "nan"},

@@ -60,6 +60,26 @@ static void test_scratch_is_all_or_nothing(void** state) {
     }
 }
 
+/* As of meshes of some hundred million nodes where addresses have 32 bits. */
+static void test_sizes_do_not_wrap(void** state) {
+    (void)state;
+    pli_context* context = NULL;
+    assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
+    const size_t huge = SIZE_MAX / 8 + 9; /* eight of them are 64 bytes */
+    void* data = NULL;
+    int capacity = 0;
+    assert_false(plii_reserve(context, &data, &capacity, 8, huge));
+    assert_null(data);
+    assert_int_equal(capacity, 0);
+    uint64_t* numbers = NULL;
+    assert_false(PLII_ALLOCATE(context, &numbers, huge));
+    plii_scratch scratch = {.context = context};
+    assert_null(PLII_TAKE(&scratch, uint64_t, huge));
+    assert_true(scratch.is_short);
+    plii_scratch_free(&scratch);
+    assert_int_equal(pli_context_destroy(context), PLI_OK);
+}
+
 static void test_edges_are_ordered_by_their_nodes(void** state) {
     (void)state;
     pli_context* context = NULL;
@@ -111,6 +131,7 @@ int main(void) {
         cmocka_unit_test(test_lists_keep_the_order_of_items),
         cmocka_unit_test(test_the_root_of_a_set_is_its_smallest_index),
         cmocka_unit_test(test_scratch_is_all_or_nothing),
+        cmocka_unit_test(test_sizes_do_not_wrap),
         cmocka_unit_test(test_edges_are_ordered_by_their_nodes),
         cmocka_unit_test(test_keys_are_found_after_the_table_has_grown),
     };

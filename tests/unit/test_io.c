@@ -99,6 +99,32 @@ static void test_obj_forms(void** state) {
     pli_triangles_destroy(NULL);
 }
 
+/* UTF-8 with a mark: the first line is not lost. */
+static void test_a_byte_order_mark_is_skipped(void** state) {
+    (void)state;
+    pli_triangles t;
+    assert_int_equal(read_obj("\xef\xbb\xbfv 5 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n", &t), PLI_OK);
+    assert_int_equal(t.point_count, 4);
+    check_near(t.points[t.indices[0]].x, 5, 0);
+    pli_triangles_destroy(&t);
+    check_obj_fails("\xef\xbb", "ends after 0 vertices");
+}
+
+/* Points of meshes have limits, triangles have the unit of the file. */
+static void test_far_points_are_named_with_their_line(void** state) {
+    (void)state;
+    const char* content = "v 0 0 0\nv 0 -2e6 0 1e30\nv 1 0 0\nf 1 2 3\n";
+    pli_triangles t;
+    assert_int_equal(read_obj(content, &t), PLI_OK);
+    pli_triangles_destroy(&t);
+    write_file("a.obj", content);
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_read_obj(context, file_path("a.obj"), &mesh), PLI_ERROR_FILE_FORMAT);
+    assert_null(mesh);
+    assert_non_null(strstr(pli_last_error(context), "test_io_a.obj:2: y is -2e+06, coordinates go to 1e+06"));
+    remove_file("a.obj");
+}
+
 static void test_obj_polygon_is_a_fan(void** state) {
     (void)state;
     pli_triangles t;
@@ -361,6 +387,8 @@ static void test_tetgen_refusals(void** state) {
     check_tetgen_fails("2 3 0 0\n0 0 0 0\n2 1 1 1\n", ele_text, NULL, "t.node:3: the index is 2 instead of 1");
     check_tetgen_fails("2 3 0 0\n7 0 0 0\n8 1 1 1\n", ele_text, NULL, "t.node:2: the index is 7 instead of 0");
     check_tetgen_fails("2 3 0 0\n0 0 0.0000\n1 1 1 1\n", ele_text, NULL, "t.node:2: the line ends before z");
+    check_tetgen_fails("2 3 0 0\n0 0 0 0\n1 1 1 3e6\n", ele_text, NULL,
+                       "t.node:3: z is 3e+06, coordinates go to 1e+06");
     check_tetgen_fails("1 3 2 0\n0 0 0 0.00000 5\n", ele_text, NULL, "the line ends before an attribute or marker");
     check_tetgen_fails(four, "1 5 0\n0 0 1 2 3\n", NULL, "t.ele:1: 1 tetrahedra of 5 corners");
     check_tetgen_fails(four, "0 4 0\n", NULL, "t.ele:1: 0 tetrahedra");
@@ -435,6 +463,8 @@ static void test_out_of_memory_leaves_nothing(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_obj_forms),
+        cmocka_unit_test(test_a_byte_order_mark_is_skipped),
+        cmocka_unit_test(test_far_points_are_named_with_their_line),
         cmocka_unit_test(test_obj_polygon_is_a_fan),
         cmocka_unit_test(test_obj_refusals),
         cmocka_unit_test(test_messages_show_printable_characters_only),

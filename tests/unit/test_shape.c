@@ -505,6 +505,26 @@ static void custom_destroy(void* user) {
     ++destroyed;
 }
 
+/* A floor that is listed twice has a border too, whatever corners its triangles begin with. */
+static void test_shape_triangles_that_come_again_count_once(void** state) {
+    (void)state;
+    const pli_vec3 points[4] = {{-1, 0, -1}, {1, 0, -1}, {-1, 0, 1}, {1, 0, 1}};
+    const int triangles[12] = {0, 2, 1, 1, 2, 3, 2, 1, 0, 3, 1, 2};
+    pli_shape *once = NULL, *twice = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 4, points, 2, triangles, 0.1f, &once), PLI_OK);
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 4, points, 4, triangles, 0.1f, &twice), PLI_OK);
+    int behind = 0;
+    for (int i = 0; i < POINTS; ++i) {
+        const pli_vec3 p = random_vec3(4);
+        const float d = pli_shape_distance(once, p, NULL);
+        behind += isinf(d);
+        assert_true(pli_shape_distance(twice, p, NULL) == d);
+    }
+    assert_true(behind > 0);
+    pli_shape_release(once);
+    pli_shape_release(twice);
+}
+
 static void test_shape_is_destroyed_with_the_last_reference(void** state) {
     (void)state;
     destroyed = 0;
@@ -654,6 +674,7 @@ int main(void) {
         cmocka_unit_test(test_shape_hull_of_points_with_a_radius),
         cmocka_unit_test(test_shape_mesh_that_is_not_convex),
         cmocka_unit_test(test_shape_open_mesh_is_a_floor),
+        cmocka_unit_test(test_shape_triangles_that_come_again_count_once),
         cmocka_unit_test(test_shape_is_destroyed_with_the_last_reference),
         cmocka_unit_test(test_shape_survives_every_failing_allocation),
         cmocka_unit_test(test_shape_refuses_bad_input),

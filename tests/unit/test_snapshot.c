@@ -60,6 +60,39 @@ static void a_restored_world_goes_the_same_way_again(void** unused) {
     }
 }
 
+static void go_back_to_now(trial* t, const char* what) {
+    size_t size = 0;
+    void* buffer = save(t, &size);
+    const int now = t->step;
+    uint64_t hashes[AFTER];
+    for (int i = 0; i < AFTER; ++i) {
+        step(t);
+        hashes[i] = hash_of(t);
+    }
+    t->step = now;
+    assert_int_equal(pli_world_restore(t->world, buffer, size), PLI_OK);
+    for (int i = 0; i < AFTER; ++i) {
+        step(t);
+        if (hash_of(t) != hashes[i]) { fail_msg("%s: other bits %d steps after the restore", what, i + 1); }
+    }
+    free(buffer);
+}
+
+/* The next step measures tethers anew. */
+static void tethers_of_a_node_that_was_pinned_are_measured_again(void** unused) {
+    (void)unused;
+    for (int solver = POSITION; solver <= XPBD; solver += XPBD - POSITION) {
+        trial t;
+        start(&t, TRIAL_CLOTH, (solver_choice)solver, 1);
+        for (int i = 0; i < BEFORE; ++i) {
+            step(&t);
+        }
+        assert_int_equal(pli_body_set_node_mass(t.bodies[0], GRID * GRID / 3, 0), PLI_OK);
+        go_back_to_now(&t, "with a node that was pinned");
+        end(&t);
+    }
+}
+
 /* Memory that a snapshot was not made from, but with the same history up to there. */
 static void one_body_goes_back_alone(void** unused) {
     (void)unused;
@@ -400,6 +433,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_member_of_a_state_is_said),
         cmocka_unit_test(a_restored_world_goes_the_same_way_again),
+        cmocka_unit_test(tethers_of_a_node_that_was_pinned_are_measured_again),
         cmocka_unit_test(one_body_goes_back_alone),
         cmocka_unit_test(a_buffer_needs_no_alignment),
         cmocka_unit_test(bytes_are_those_of_the_page_of_costs),

@@ -145,6 +145,259 @@ static void a_world_of_a_file_goes_on(void** unused) {
     }
 }
 
+/* Into a world where no body had one. */
+static void update_intervals_come_with_a_file(void** unused) {
+    (void)unused;
+    trial t, anew;
+    start(&t, TRIAL_SELF_NODES, POSITION, 1); /* it meets nothing that is dynamic */
+    start(&anew, TRIAL_SELF_NODES, POSITION, 1);
+    assert_int_equal(pli_body_set_update_interval(t.bodies[0], 4), PLI_OK);
+    for (int i = 0; i < 10; ++i) {
+        step(&t);
+    }
+    size_t size = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    uint64_t hashes[FRESH];
+    anew.step = t.step;
+    for (int i = 0; i < FRESH; ++i) {
+        step(&t);
+        hashes[i] = hash_of(&t);
+    }
+    assert_int_equal(pli_world_file_restore(anew.world, NULL, buffer, size), PLI_OK);
+    assert_int_equal(pli_body_get_update_interval(anew.bodies[0]), 4);
+    expect_same_steps(&anew, hashes, FRESH, "update intervals");
+    free(buffer);
+    end(&anew);
+    end(&t);
+}
+
+/* Totals leave some room below PLI_MIN_MASS, and cuts halve masses. */
+static void light_nodes_come_with_a_file(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    const pli_vec3 ends[2] = {{0, 0, 0}, {1, 0, 0}};
+    assert_int_equal(pli_mesh_create_rope(context, ends[0], ends[1], 0, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_set_total_mass(mesh, 2.0f * 0.9995e-9f), PLI_OK);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    for (int i = 0; i < 2; ++i) {
+        size_t size = 0;
+        unsigned char* buffer = write_file(world, &size);
+        pli_world* made = NULL;
+        if (pli_world_file_create(context, NULL, buffer, size, &made) != PLI_OK) {
+            fail_msg("%s", pli_last_error(context));
+        }
+        assert_true(pli_body_state_hash(pli_world_get_body(made, 0)) == pli_body_state_hash(body));
+        pli_world_destroy(made);
+        free(buffer);
+        assert_int_equal(pli_body_cut_link(body, 0, 1, 0.5f), i == 0 ? PLI_OK : PLI_ERROR_INVALID_VALUE);
+    }
+    assert_true(pli_body_get_view(body).positions[0].w > 1.4f / PLI_MIN_MASS);
+}
+
+/* It waits for the world when it is told to step with it. */
+static void what_is_left_of_an_update_interval_comes_with_a_file(void** unused) {
+    (void)unused;
+    trial t, made;
+    start(&t, TRIAL_SELF_NODES, POSITION, 1);
+    assert_int_equal(pli_body_set_update_interval(t.bodies[0], 8), PLI_OK);
+    for (int i = 0; i < 4; ++i) {
+        step(&t);
+    }
+    assert_int_equal(pli_body_set_update_interval(t.bodies[0], 1), PLI_OK);
+    size_t size = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    start_from_file(&made, &t, buffer, size, 1);
+    uint64_t hashes[FRESH];
+    for (int i = 0; i < FRESH; ++i) {
+        step(&t);
+        hashes[i] = hash_of(&t);
+    }
+    expect_same_steps(&made, hashes, FRESH, "after an update interval");
+    free(buffer);
+    end(&made);
+    end(&t);
+}
+
+/* Steps later too, and when there were contacts before that have ended. */
+static void worlds_that_are_equal_have_equal_files(void** unused) {
+    (void)unused;
+    trial t, made;
+    start(&t, TRIAL_CLUSTERS, POSITION, 1);
+    for (int i = 0; i < 3 * BEFORE; ++i) {
+        step(&t);
+    }
+    pli_rigid* gone = NULL;
+    const pli_rigid_def def = pli_rigid_def_default();
+    assert_int_equal(pli_rigid_create(t.world, &def, &gone), PLI_OK);
+    pli_rigid_destroy(gone); /* all contacts end */
+    size_t size = 0, again = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    start_from_file(&made, &t, buffer, size, 1);
+    free(buffer);
+    step(&t);
+    step(&made);
+    buffer = write_file(t.world, &size);
+    unsigned char* other = write_file(made.world, &again);
+    assert_int_equal(again, size);
+    expect_same_bytes(buffer, other, size, "a step later");
+    free(other);
+    free(buffer);
+    end(&made);
+    end(&t);
+}
+
+/* The first step puts faces in order, from where bodies begin and not from where they are when they meet. */
+static void worlds_that_go_back_to_their_beginning_have_equal_files(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_SOFT, POSITION, 1);
+    for (int i = 0; i < t.body_count; ++i) {
+        for (int node = 0; node < GRID * GRID; ++node) {
+            const pli_vec3 velocity = pli_vec3_make((float)(node * 7 % 11 - 5), 0, (float)(node * 5 % 13 - 6));
+            assert_int_equal(pli_body_set_node_velocity(t.bodies[i], node, velocity), PLI_OK);
+        }
+    }
+    const size_t saved_size = pli_world_snapshot_size(t.world);
+    void* saved = malloc(saved_size);
+    assert_int_equal(pli_world_save(t.world, saved, saved_size, NULL), PLI_OK);
+    unsigned char* files[2] = {NULL, NULL};
+    size_t sizes[2] = {0, 0};
+    for (int k = 0; k < 2; ++k) {
+        t.step = 0;
+        if (k > 0) { assert_int_equal(pli_world_restore(t.world, saved, saved_size), PLI_OK); }
+        for (int i = 0; i < BEFORE; ++i) {
+            step(&t);
+        }
+        files[k] = write_file(t.world, &sizes[k]);
+    }
+    assert_int_equal(sizes[0], sizes[1]);
+    expect_same_bytes(files[0], files[1], sizes[0], "from the beginning again");
+    free(files[0]);
+    free(files[1]);
+    free(saved);
+    end(&t);
+}
+
+/* Where two corners of a face coincide there is no division by its first edge. */
+static void faces_without_an_area_come_with_a_file(void** unused) {
+    (void)unused;
+    const pli_vec3 points[5] = {{1, 0, 0}, {1, 0, 0}, {1, 0, 1}, {1, 0.3f, 0.5f}, {2, 0.3f, 0.5f}};
+    const int triangles[6] = {0, 1, 2, 3, 4, 2};
+    for (int turn = 0; turn < 3; ++turn) {
+        const int turned[6] = {triangles[turn], triangles[(turn + 1) % 3], triangles[(turn + 2) % 3], 3, 4, 2};
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create_from_triangles(context, 5, points, 2, turned, false, &mesh), PLI_OK);
+        pli_body* body = NULL;
+        assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+        pli_mesh_destroy(mesh);
+        pli_self_faces_def faces = pli_self_faces_def_default();
+        faces.thickness = 0.2f;
+        assert_int_equal(pli_body_enable_self_faces(body, &faces), PLI_OK);
+        assert_int_equal(pli_body_set_node_velocity(body, 3, pli_vec3_make(0, -20, 0)), PLI_OK);
+    }
+    assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    size_t size = 0;
+    unsigned char* buffer = write_file(world, &size);
+    pli_world* made = NULL;
+    if (pli_world_file_create(context, NULL, buffer, size, &made) != PLI_OK) {
+        fail_msg("%s", pli_last_error(context));
+    }
+    pli_world_destroy(made);
+    free(buffer);
+}
+
+typedef struct meddler {
+    trial* t;
+    int calls, refused;
+} meddler;
+
+static void meddle(void* user) {
+    meddler* self = user;
+    const int bodies = pli_world_body_count(self->t->world);
+    pli_body_destroy(self->t->bodies[0]);
+    pli_rigid_destroy(self->t->rigids[0]);
+    self->calls += 1;
+    self->refused += pli_body_ignore_rigid(self->t->bodies[0], self->t->rigids[0], true) == PLI_ERROR_WRONG_STATE &&
+                     pli_world_body_count(self->t->world) == bodies;
+}
+static uint64_t meddling_rigid_id(const pli_rigid* rigid, void* user) {
+    (void)rigid;
+    meddle(user);
+    return 7;
+}
+static void meddling_begin_part(const char* part, int body, size_t offset, void* user) {
+    (void)part;
+    (void)body;
+    (void)offset;
+    meddle(user);
+}
+
+/* The size is known before. */
+static void nothing_is_changed_while_a_file_is_written(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_SOFT, POSITION, 1);
+    meddler self = {.t = &t};
+    pli_world_file_def def = pli_world_file_def_default();
+    def.rigid_id = meddling_rigid_id;
+    def.begin_part = meddling_begin_part;
+    def.user = &self;
+    const size_t size = pli_world_file_size(t.world);
+    unsigned char* buffer = malloc(size);
+    assert_int_equal(pli_world_file_write(t.world, &def, buffer, size, NULL), PLI_OK);
+    assert_true(self.calls > t.rigid_count + t.body_count);
+    assert_int_equal(self.refused, self.calls);
+    free(buffer);
+    end(&t);
+}
+
+static int cluster_contacts_after_step(pli_world* stepped) {
+    assert_int_equal(pli_world_step(stepped, 1.0f / 60.0f), PLI_OK);
+    return pli_body_get_cluster_contacts(pli_world_get_body(stepped, 0), 0, NULL);
+}
+
+/* Clusters that were apart at first meet later, also in a world that is made when they do. */
+static void clusters_of_a_body_that_touch_come_with_a_file(void** unused) {
+    (void)unused;
+    const pli_vec3 corners[4] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 0}}, far = {0, 5, 0};
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    for (int i = 0; i < 8; ++i) {
+        const pli_vec3 at = i < 4 ? corners[i] : pli_vec3_add(corners[i - 4], far);
+        assert_int_equal(pli_mesh_append_node(mesh, at, 1, NULL), PLI_OK);
+    }
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.05f;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    const int nodes[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    assert_int_equal(pli_body_add_cluster(body, nodes, 4, NULL), PLI_OK);
+    assert_int_equal(pli_body_add_cluster(body, nodes + 4, 4, NULL), PLI_OK);
+    pli_cluster_contacts_def contacts = pli_cluster_contacts_def_default();
+    contacts.with_self = true;
+    assert_int_equal(pli_body_enable_cluster_contacts(body, &contacts), PLI_OK);
+    assert_int_equal(cluster_contacts_after_step(world), 0);
+    for (int i = 4; i < 8; ++i) {
+        const pli_vec4 at = pli_body_get_view(body).positions[i];
+        assert_int_equal(pli_body_set_node_position(body, i, pli_vec3_make(at.x, at.y - 4.02f, at.z)), PLI_OK);
+    }
+    size_t size = 0;
+    unsigned char* buffer = write_file(world, &size);
+    pli_world* made = NULL;
+    assert_int_equal(pli_world_file_create(context, NULL, buffer, size, &made), PLI_OK);
+    for (int i = 0; i < FRESH; ++i) {
+        const int count = cluster_contacts_after_step(world);
+        assert_true(count > 0 || i > 0);
+        assert_int_equal(cluster_contacts_after_step(made), count);
+        assert_true(pli_body_state_hash(pli_world_get_body(made, 0)) == pli_body_state_hash(body));
+    }
+    pli_world_destroy(made);
+    free(buffer);
+}
+
 // ------------------------------------------------------------------------------- every member is described as it is
 
 static void every_field_has_the_size_of_its_member(void** unused) {
@@ -469,6 +722,14 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_field_has_the_size_of_its_member),
         cmocka_unit_test(a_world_of_a_file_goes_on),
+        cmocka_unit_test(worlds_that_are_equal_have_equal_files),
+        cmocka_unit_test(worlds_that_go_back_to_their_beginning_have_equal_files),
+        cmocka_unit_test(update_intervals_come_with_a_file),
+        cmocka_unit_test(what_is_left_of_an_update_interval_comes_with_a_file),
+        cmocka_unit_test_setup_teardown(light_nodes_come_with_a_file, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(faces_without_an_area_come_with_a_file, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(clusters_of_a_body_that_touch_come_with_a_file, setup_world, teardown_world),
+        cmocka_unit_test(nothing_is_changed_while_a_file_is_written),
         cmocka_unit_test(what_is_wrong_is_refused),
         cmocka_unit_test(no_setting_is_out_of_range),
         cmocka_unit_test(every_definition_has_limits),

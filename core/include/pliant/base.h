@@ -28,9 +28,9 @@
 /// caller gives and return how many there are.
 ///
 /// Callbacks. The library calls hooks and callbacks of the user from the middle of its work: those of a context, a
-/// profile function, controllers of joints, the surface of a cut, the functions of a shape. In all of them calls that
-/// only read may be made; what would change, make or destroy anything in the context of the caller is refused with
-/// PLI_ERROR_WRONG_STATE, and nothing is changed.
+/// profile function, controllers of joints, the surface of a cut, the functions of a shape, what is asked while a file
+/// of a world is written. In all of them calls that only read may be made; what would change, make or destroy anything
+/// in the context of the caller is refused with PLI_ERROR_WRONG_STATE, and nothing is changed.
 ///
 /// Handles (context, world, body, rigid body, mesh, shape). To use one after its end is undefined behaviour, but in a
 /// checked build (CMake option PLIANT_CHECKED): there it gives PLI_ERROR_STALE_ID and a message, without a look at

@@ -81,7 +81,7 @@ PLI_API pli_status pli_shape_create_convex_hull(pli_context* context, int point_
 /// angle-weighted normal of the nearest feature, so a closed surface is solid and an open one is a floor seen from its
 /// front; behind an open surface only points within `thickness` count as inside, and farther behind it there is nothing
 /// (distance INFINITY). Each connected part of the surface is open or closed by itself; points at equal positions count
-/// as one. Zero-area triangles are ignored.
+/// as one. Zero-area triangles are ignored, and those that come again with the same corners in the same order.
 /// Source: Baerentzen and Aanaes, "Signed Distance Computation Using the Angle Weighted Pseudonormal"
 /// @param points    [point_count]; copied
 /// @param triangles [3 * triangle_count] indices of points, counter-clockwise seen from outside

@@ -127,7 +127,10 @@ void* plii_allocate(pli_context* context, size_t size) {
     const bool was_locked = plii_context_lock(context);
     plii_walk walk;
     plii_walk_begin(&walk, context, PLII_WALK_HOOK);
-    void* block = context->allocator.allocate(size, PLII_ALIGNMENT, context->allocator.user);
+    void* block = NULL;
+    if (size <= (size_t)PTRDIFF_MAX) {
+        block = context->allocator.allocate(size, PLII_ALIGNMENT, context->allocator.user);
+    }
     plii_walk_end(&walk);
     if (block == NULL) {
         context->shortage.size = size;
@@ -163,7 +166,7 @@ bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, 
     if (needed <= *capacity) { return true; }
     int grown = *capacity < 8 ? 8 : *capacity <= INT32_MAX / 2 ? *capacity * 2 : INT32_MAX;
     if (grown < needed) { grown = needed; }
-    void* block = plii_allocate(context, (size_t)grown * element_size);
+    void* block = plii_allocate(context, plii_array_bytes((size_t)grown, element_size));
     if (block == NULL) { return false; }
     const size_t old_size = (size_t)*capacity * element_size;
     if (old_size > 0) { memcpy(block, *data, old_size); }

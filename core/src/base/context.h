@@ -135,6 +135,11 @@ static inline pli_status plii_check_change(pli_context* context, const char* fun
 
 enum { PLII_ALIGNMENT = 64 }; /* bytes */
 
+/* Of so many elements; what is too large for the processor to address becomes what cannot be allocated. */
+static inline size_t plii_array_bytes(size_t count, size_t element_size) {
+    return count <= (size_t)PTRDIFF_MAX / element_size ? count * element_size : SIZE_MAX;
+}
+
 /* Zeroed, so aligned; NULL when out of memory or when `size` is 0. */
 void* plii_allocate(pli_context* context, size_t size);
 /* NULL is allowed. */
@@ -143,7 +148,7 @@ void plii_release(pli_context* context, void* block, size_t size);
 /* An array of `count` elements that `pointer` points to then; false when out of memory. */
 bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
 #define PLII_ALLOCATE(context, pointer, count)                                                                         \
-    plii_allocate_array(context, (void**)(pointer), (size_t)(count) * sizeof **(pointer))
+    plii_allocate_array(context, (void**)(pointer), plii_array_bytes((size_t)(count), sizeof **(pointer)))
 #define PLII_RELEASE(context, array, count) plii_release(context, array, (size_t)(count) * sizeof *(array))
 
 /* In a `for`: each of the items of an array, which may be NULL where there are none. */
@@ -197,7 +202,7 @@ typedef struct plii_scratch {
 
 /* Zeroed; NULL when out of memory, which is kept in `is_short`, or when `size` is 0. At most PLII_SCRATCH_BLOCKS. */
 void* plii_scratch_take(plii_scratch* scratch, size_t size);
-#define PLII_TAKE(scratch, type, count) plii_scratch_take(scratch, (size_t)(count) * sizeof(type))
+#define PLII_TAKE(scratch, type, count) plii_scratch_take(scratch, plii_array_bytes((size_t)(count), sizeof(type)))
 void plii_scratch_free(plii_scratch* scratch);
 
 /* Of what threads change in the context and its rigid bodies. False: an outer hook of this thread has it already. */

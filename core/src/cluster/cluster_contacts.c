@@ -182,9 +182,17 @@ static bool cluster_contacts_own_manifolds(const plii_cluster_contacts* state, b
     return true;
 }
 
+static void cluster_contacts_on_restored(pli_body* body, void* data) {
+    plii_key_table_clear(&((plii_cluster_contacts*)data)->neighbours);
+}
+
 static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
     const plii_cluster_contacts* state = data;
     const plii_pair_cache* memory = &state->memory;
+    for (int i = 0; i < state->neighbour_pair_count; ++i) {
+        const int* pair = state->neighbour_pairs[i];
+        if (pair[0] < 0 || pair[0] >= pair[1] || pair[1] >= plii_body_clusters(body)->count) { return false; }
+    }
     for (int i = 0; i < state->manifold_count; ++i) {
         if (state->manifolds[i].count < 0 || state->manifolds[i].count > PLII_MANIFOLD_POINTS) { return false; }
     }
@@ -214,14 +222,15 @@ const plii_feature_class plii_cluster_contacts_class = {
                                PLII_FIELD(pli_cluster_contacts_def, dynamic_split, 0, 1),
                                PLII_FIELD(pli_cluster_contacts_def, static_split, 0, 1),
                                PLII_FIELD(pli_cluster_contacts_def, soft_split, 0, 1)),
-    .state_parts =
-        PLII_STATE_PARTS(PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
-                         PLII_STATE_SPAN(plii_cluster_contacts, leads, groups, PLII_LEFT, NULL),
-                         PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
-                         PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
-                         PLII_STATE_SPAN(plii_cluster_contacts, tree, has_tree, PLII_LEFT, NULL),
-                         PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
-                         PLII_STATE_SPAN(plii_cluster_contacts, neighbours_revision, neighbours, PLII_LEFT, NULL)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
+                                    PLII_STATE_SPAN(plii_cluster_contacts, leads, groups, PLII_LEFT, NULL),
+                                    PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
+                                    PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
+                                    PLII_STATE_SPAN(plii_cluster_contacts, tree, has_tree, PLII_LEFT, NULL),
+                                    PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
+                                    PLII_STATE_OF(plii_cluster_contacts, neighbours_revision, PLII_SAVED, "u"),
+                                    PLII_STATE(plii_cluster_contacts, neighbours, PLII_LEFT)),
+    .on_restored = cluster_contacts_on_restored,
     .is_sound = cluster_contacts_is_sound,
     .keep_callbacks = cluster_contacts_keep_callbacks,
     .needs = PLII_NEEDS(&plii_clusters_class),
@@ -229,19 +238,22 @@ const plii_feature_class plii_cluster_contacts_class = {
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
-    .arrays = PLII_ARRAYS(PLII_LEFT_COUNTED(plii_cluster_contacts, contacts, capacity, count),
-                          PLII_LEFT_LIST(plii_cluster_contacts, boxes, box_capacity),
-                          PLII_LEFT_LIST(plii_cluster_contacts, candidates, candidate_capacity),
-                          PLII_LEFT_LIST(plii_cluster_contacts, surface, surface_capacity),
-                          {PLII_COUNTED_LIST(plii_cluster_contacts, manifolds, manifold_capacity, manifold_count),
-                           PLII_SAVED_AS("2i9fOf70f")},
-                          PLII_LEFT_LIST(plii_cluster_contacts, groups.groups, groups.capacity),
-                          PLII_LEFT_LIST(plii_cluster_contacts, groups.blocks, groups.block_capacity),
-                          PLII_LEFT_LIST(plii_cluster_contacts, groups.rigids, groups.rigid_capacity),
-                          PLII_LEFT_LIST(plii_cluster_contacts, tree.groups, tree.capacity),
-                          {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
-                          /* The next step frees the slots of pairs that have gone. */
-                          PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
+    .arrays = PLII_ARRAYS(
+        PLII_LEFT_COUNTED(plii_cluster_contacts, contacts, capacity, count),
+        PLII_LEFT_LIST(plii_cluster_contacts, boxes, box_capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, candidates, candidate_capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, surface, surface_capacity),
+        {PLII_COUNTED_LIST(plii_cluster_contacts, manifolds, manifold_capacity, manifold_count),
+         PLII_SAVED_AS("2i9fOf70f")},
+        PLII_LEFT_LIST(plii_cluster_contacts, groups.groups, groups.capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, groups.blocks, groups.block_capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, groups.rigids, groups.rigid_capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, tree.groups, tree.capacity),
+        {PLII_COUNTED_LIST(plii_cluster_contacts, neighbour_pairs, neighbour_pair_capacity, neighbour_pair_count),
+         PLII_SAVED_AS("2i")},
+        {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
+        /* The next step frees the slots of pairs that have gone. */
+        PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
     .on_rigid_removed = cluster_contacts_on_rigid_removed,

@@ -89,7 +89,20 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
 
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
     plii_key_table_free(&state->neighbours);
+    state->neighbour_pair_count = 0;
     state->neighbours_revision = 0;
+}
+
+/* False when out of memory. */
+static bool cluster_contacts_index_neighbours(pli_body* body, plii_cluster_contacts* state) {
+    if (state->neighbours.count > 0 || state->neighbour_pair_count == 0) { return true; }
+    state->neighbours.context = body->context;
+    if (!plii_key_table_reserve(&state->neighbours, state->neighbour_pair_count)) { return false; }
+    for (int i = 0; i < state->neighbour_pair_count; ++i) {
+        const int* pair = state->neighbour_pairs[i];
+        (void)plii_key_table_add(&state->neighbours, plii_edge_key(pair[0], pair[1]), i);
+    }
+    return true;
 }
 
 /* Pairs that share a node, or are within reach as the body is now, never meet: cloth would push itself apart. */
@@ -98,7 +111,6 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     const float margin = 2.0f * body->collision_margin;
     if (!cluster_contacts_update_tree(body, state)) { return false; }
     plii_cluster_contacts_drop_neighbours(state);
-    state->neighbours.context = body->context;
     for (int i = 0; i < clusters->count; ++i) {
         const pli_bounds near = plii_bounds_grow(state->boxes[i], margin);
         state->candidate_count = plii_bvh4_overlaps(&state->tree, &near, state->candidates); /* ascending */
@@ -110,7 +122,13 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
             const plii_cluster_hull hull_b = plii_cluster_hull_of(body, other, origin);
             const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
             if (!plii_cluster_contacts_are_near(&a, &b, margin)) { continue; }
-            if (plii_key_table_add(&state->neighbours, plii_edge_key(i, other), 0) == PLI_NULL_INDEX) { return false; }
+            if (!PLII_GROW(body->context, &state->neighbour_pairs, &state->neighbour_pair_capacity,
+                           state->neighbour_pair_count)) {
+                return false;
+            }
+            int* pair = state->neighbour_pairs[state->neighbour_pair_count++];
+            pair[0] = i;
+            pair[1] = other;
         }
     }
     state->neighbours_revision = clusters->revision;
@@ -168,7 +186,8 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
     plii_clusters* clusters = plii_body_clusters(body);
     if (!cluster_contacts_update_tree(body, state) ||
-        (state->neighbours_revision != clusters->revision && !cluster_contacts_find_neighbours(body, state))) {
+        (state->neighbours_revision != clusters->revision && !cluster_contacts_find_neighbours(body, state)) ||
+        !cluster_contacts_index_neighbours(body, state)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_clusters_update_frames(body, clusters, body->bounds);

@@ -145,7 +145,9 @@ typedef struct plii_cluster_contacts {
     plii_nearest_surface_point* surface; /* [surface_capacity] of the nodes, at the shape that is met */
     int surface_capacity;
     unsigned neighbours_revision; /* of the clusters that these are of; 0: not known */
-    plii_key_table neighbours;    /* pairs of clusters of this body that never meet */
+    int (*neighbour_pairs)[2];    /* clusters of this body that never meet, the smaller index first */
+    int neighbour_pair_count, neighbour_pair_capacity;
+    plii_key_table neighbours; /* of these pairs; empty after they were restored */
 } plii_cluster_contacts;
 
 /* Of contacts in reference mode. */

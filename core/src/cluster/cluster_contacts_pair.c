@@ -206,6 +206,8 @@ static int cluster_contacts_alloc_manifold(pli_body* body, plii_cluster_contacts
     if (!PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count + 1)) {
         return 0;
     }
+    /* Files are to be equal where worlds are: nothing stays of one that was here before. */
+    state->manifolds[state->manifold_count] = (plii_manifold){.count = 0};
     return ++state->manifold_count;
 }
 

@@ -506,7 +506,9 @@ const plii_feature_class plii_tether_class = {
     .settings = PLII_LIMITS_AT(offsetof(tether_state, def), PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
                                     PLII_STATE_OF(tether_state, landmarks, PLII_SAVED, "4N"),
-                                    PLII_STATE_SPAN(tether_state, spread, link_revision, PLII_LEFT, NULL)),
+                                    PLII_STATE(tether_state, spread, PLII_LEFT),
+                                    /* Whether they are to be measured anew. */
+                                    PLII_STATE_OF(tether_state, link_revision, PLII_SAVED, "u")),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &(const plii_substep_class){.order = TETHER_SUBSTEP_ORDER,

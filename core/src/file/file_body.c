@@ -99,8 +99,8 @@ static void file_check_body(plii_file* file, const pli_body* body) {
     }
     bool is_within = plii_body_find_lost_node(body) == PLI_NULL_INDEX;
     for (int i = 0; i < body->node_count; ++i) {
-        const float w = body->positions[i].w;
-        is_within = is_within && plii_is_point(plii_xyz(body->previous[i])) && w >= 0.0f && w <= 1.0f / PLI_MIN_MASS;
+        const float w = body->positions[i].w; /* may be above 1 / PLI_MIN_MASS: cuts halve masses */
+        is_within = is_within && plii_is_point(plii_xyz(body->previous[i])) && w >= 0.0f && w <= FLT_MAX;
     }
     if (!is_within) { plii_file_refuse(file, "a node is too far out, too fast, or has no mass"); }
     for (int i = 0; i < body->material_count && file->status == PLI_OK; ++i) {
@@ -137,7 +137,9 @@ void plii_file_body_end(plii_file* file, pli_body* body) {
         body->records_contacts != has_events) {
         plii_file_refuse(file, "a setting is out of range");
     }
-    if (body->interval.steps > 1) { plii_world_use_update_intervals(body->world); }
+    /* One that had some before may still be ahead of the world, and wait. */
+    const bool has_intervals = body->interval.steps > 1 || body->interval.step > 0.0f;
+    if (has_intervals) { plii_world_use_update_intervals(body->world); }
 }
 
 void plii_file_ignored_rigids(plii_file* file, pli_body* body) {

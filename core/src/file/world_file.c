@@ -228,7 +228,10 @@ pli_status pli_world_file_write(const pli_world* world, const pli_world_file_def
     walk.stream.to = buffer;
     walk.stream.begin_part = walk.def.begin_part;
     walk.stream.begin_user = walk.def.user;
+    plii_walk guard; /* callbacks may read only */
+    plii_walk_begin(&guard, context, PLII_WALK_STEP);
     file_write_all(&walk);
+    plii_walk_end(&guard);
     PLII_TRY(walk.stream.status);
     file_header header = {
         .magic = {FILE_MAGIC_0, FILE_MAGIC_1},
@@ -374,6 +377,7 @@ static void file_commit(file_walk* walk) {
     target->dt = made->dt;
     target->sleep_group = made->sleep_group;
     if (target->sleep == NULL) { target->sleep = made->sleep; }
+    if (target->take_update_intervals == NULL) { target->take_update_intervals = made->take_update_intervals; }
     target->event_count = 0;
     target->has_groups = target->has_islands = false;
     target->needs_reserve = true;

@@ -43,7 +43,7 @@ pli_vec3 plii_closest_point_on_triangle(pli_vec3 point, pli_vec3 vertex_a, pli_v
         return vertex_c;
     }
     const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3) { /* else a is b: the others are one edge */
         const double t = d1 / (d1 - d3);
         *closest = (plii_closest_feature){PLII_TRIANGLE_EDGE_01, {(float)(1.0 - t), (float)t, 0.0f}};
         return closest_point_at(a, ab, t);

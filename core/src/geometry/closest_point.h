@@ -31,7 +31,7 @@ typedef struct plii_closest_feature {
     pli_vec3 weights; /* barycentric */
 } plii_closest_feature;
 
-/* The point of triangle abc, which has an area, nearest to p. */
+/* The point of triangle abc nearest to p; of one without an area, which may be a segment or a point, too. */
 pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_closest_feature* closest);
 
 /* The point of triangle abc nearest to the origin and its squared distance, in btSoftBody's operations (ProjectOrigin).

@@ -12,6 +12,7 @@ typedef struct obj_reader {
     int index_count, index_capacity;
     int* indices;
     int largest_index, largest_line; /* faces may name points that follow; checked at the end */
+    float limit;                     /* of coordinates */
 } obj_reader;
 
 static pli_status obj_out_of_memory(const obj_reader* reader) {
@@ -24,7 +25,7 @@ static pli_status obj_read_point(obj_reader* reader) {
     static const char* const names[7] = {"x", "y", "z", "the weight", "extra number", "extra number", "extra number"};
     float values[7];
     for (int i = 0; i < 3 || (i < 7 && !plii_text_is_line_done(&reader->text)); ++i) {
-        PLII_TRY(plii_text_read_float(&reader->text, names[i], &values[i]));
+        PLII_TRY(plii_text_read_coordinate(&reader->text, names[i], i < 3 ? reader->limit : FLT_MAX, &values[i]));
     }
     PLII_TEXT_FAIL_IF(!plii_text_is_line_done(&reader->text), &reader->text, "a vertex has more than 7 numbers");
     if (!PLII_GROW(reader->text.context, &reader->points, &reader->point_capacity, reader->point_count)) {
@@ -119,8 +120,9 @@ static pli_status obj_write(const obj_reader* reader, pli_triangles* triangles) 
     return PLI_OK;
 }
 
-static pli_status obj_read(pli_context* context, const char* path, const char* function, pli_triangles* triangles) {
-    obj_reader reader = {.largest_index = -1};
+static pli_status obj_read(pli_context* context, const char* path, float limit, const char* function,
+                           pli_triangles* triangles) {
+    obj_reader reader = {.largest_index = -1, .limit = limit};
     PLII_TRY(plii_text_open(context, path, function, NULL, &reader.text));
     reader.text.joins_lines = true;
     pli_status status = obj_read_lines(&reader);
@@ -135,7 +137,7 @@ pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_tr
     PLII_TRY(plii_check_context_change(context, __func__));
     PLII_FAIL_IF(path == NULL || triangles == NULL, context, PLI_ERROR_NULL_ARGUMENT, __func__, "%s null",
                  path == NULL ? "the path is" : "triangles is");
-    return obj_read(context, path, __func__, triangles);
+    return obj_read(context, path, FLT_MAX, __func__, triangles);
 }
 
 void pli_triangles_destroy(pli_triangles* triangles) {
@@ -150,7 +152,7 @@ pli_status pli_mesh_read_obj(pli_context* context, const char* path, pli_mesh** 
     PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
     if (path == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the path is null"); }
     pli_triangles triangles = {0};
-    PLII_TRY(obj_read(context, path, __func__, &triangles));
+    PLII_TRY(obj_read(context, path, PLI_MAX_COORDINATE, __func__, &triangles));
     const pli_status status = pli_mesh_create_from_triangles(context, triangles.point_count, triangles.points,
                                                              triangles.triangle_count, triangles.indices, true, mesh);
     pli_triangles_destroy(&triangles);

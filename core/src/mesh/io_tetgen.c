@@ -93,9 +93,9 @@ static pli_status tetgen_read_points(tetgen_file* file, tetgen_mesh* mesh) {
     mesh->point_count = file->record_count;
     for (PLII_EACH(pli_vec3, point, mesh->points, mesh->point_count)) {
         PLII_TRY(tetgen_begin_record(file, (int)(point - mesh->points)));
-        PLII_TRY(plii_text_read_float(&file->text, "x", &point->x));
-        PLII_TRY(plii_text_read_float(&file->text, "y", &point->y));
-        PLII_TRY(plii_text_read_float(&file->text, "z", &point->z));
+        PLII_TRY(plii_text_read_coordinate(&file->text, "x", PLI_MAX_COORDINATE, &point->x));
+        PLII_TRY(plii_text_read_coordinate(&file->text, "y", PLI_MAX_COORDINATE, &point->y));
+        PLII_TRY(plii_text_read_coordinate(&file->text, "z", PLI_MAX_COORDINATE, &point->z));
         PLII_TRY(tetgen_end_record(file));
     }
     mesh->first_point = file->first_index;

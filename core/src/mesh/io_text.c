@@ -49,7 +49,9 @@ pli_status plii_text_open(pli_context* context, const char* path, const char* fu
         plii_text_close(text);
         return status;
     }
-    text->at = text->data;
+    static const char byte_order_mark[3] = {'\xef', '\xbb', '\xbf'}; /* some editors begin UTF-8 with it */
+    const bool has_mark = used >= 3 && memcmp(text->data, byte_order_mark, sizeof byte_order_mark) == 0;
+    text->at = text->data + (has_mark ? sizeof byte_order_mark : 0);
     text->end = text->data + used;
     return PLI_OK;
 }
@@ -197,6 +199,13 @@ pli_status plii_text_read_float(plii_text* text, const char* what, float* value)
     int length = 0;
     PLII_TRY(text_read(text, what, &word, &length));
     return text_parse_float(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
+}
+
+pli_status plii_text_read_coordinate(plii_text* text, const char* what, float limit, float* value) {
+    PLII_TRY(plii_text_read_float(text, what, value));
+    PLII_TEXT_FAIL_IF(fabsf(*value) > limit, text, "%s is %g, coordinates go to %g", what, (double)*value,
+                      (double)limit);
+    return PLI_OK;
 }
 
 pli_status plii_text_read_int(plii_text* text, const char* what, int* value) {

@@ -46,6 +46,7 @@ bool plii_text_find_content(plii_text* text);
 bool plii_text_read_word(plii_text* text, const char** word, int* length);
 /* Fail where the next word is missing or no such number; `what` names the value. */
 pli_status plii_text_read_float(plii_text* text, const char* what, float* value);
+pli_status plii_text_read_coordinate(plii_text* text, const char* what, float limit, float* value);
 pli_status plii_text_read_int(plii_text* text, const char* what, int* value);
 
 /* A whole word as a number; false when it is none, or too large. */

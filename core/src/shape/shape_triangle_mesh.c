@@ -8,10 +8,13 @@
 #include "base/union_find.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
+#include "geometry/pair_cache.h"
 #include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"
+
+#include <string.h>
 
 /* Measuring that many one by one costs about as much as a walk through the tree. */
 #define SURFACE_MAX_CANDIDATES 12
@@ -210,11 +213,29 @@ static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return atan2f(pli_vec3_length(pli_vec3_cross(u, v)), pli_vec3_dot(u, v));
 }
 
+/* The same for all triangles with these corners that face the same way. */
+static uint64_t surface_triangle_key(const int v[3]) {
+    const int first = v[0] < v[1] && v[0] < v[2] ? 0 : v[1] < v[2] ? 1 : 2;
+    return plii_pair_key_hash((plii_pair_key){v[first], v[(first + 1) % 3], NULL, v[(first + 2) % 3]});
+}
+
+/* Of one that is there already. */
+static bool surface_is_same(const surface_triangle* triangle, const int v[3]) {
+    bool is_same = false;
+    for (int k = 0; k < 3; ++k) {
+        const int turned[3] = {v[k], v[(k + 1) % 3], v[(k + 2) % 3]};
+        is_same = is_same || memcmp(triangle->vertices, turned, sizeof turned) == 0;
+    }
+    return is_same;
+}
+
 /* Triangles with an area, their normals and the weighted sums at the vertices; the edges of all, with the number of
    triangles in `flags`, and the sums of their normals. Triangles without an area have edges too, or their neighbours
-   would seem to end there. False when out of memory. */
+   would seem to end there; those that come again have none, or a border would seem to go on. `known`: indices of
+   triangles by key. False when out of memory. */
 static bool surface_add_triangles(surface_data* surface, int triangle_count, const int* triangles,
-                                  const int* vertex_of_point, plii_edge_map* edges, pli_vec3* edge_sums) {
+                                  const int* vertex_of_point, plii_key_table* known, plii_edge_map* edges,
+                                  pli_vec3* edge_sums) {
     for (int i = 0; i < triangle_count; ++i) {
         const int v[3] = {vertex_of_point[triangles[3 * i]], vertex_of_point[triangles[3 * i + 1]],
                           vertex_of_point[triangles[3 * i + 2]]};
@@ -222,6 +243,11 @@ static bool surface_add_triangles(surface_data* surface, int triangle_count, con
                        c = surface->vertices[v[2]].position;
         const plii_triangle_size size = plii_measure_triangle(a, b, c);
         const pli_vec3 normal = size.is_usable ? size.normal : pli_vec3_make(0, 0, 0);
+        if (size.is_usable) {
+            const int index = plii_key_table_add(known, surface_triangle_key(v), surface->triangle_count);
+            if (index == PLI_NULL_INDEX) { return false; }
+            if (index < surface->triangle_count && surface_is_same(&surface->triangles[index], v)) { continue; }
+        }
         for (int k = 0; k < 3; ++k) {
             if (v[k] == v[(k + 1) % 3]) { continue; }
             plii_edge* edge = plii_edge_map_add(edges, v[k], v[(k + 1) % 3]);
@@ -301,13 +327,14 @@ static bool surface_build(surface_data* surface, int point_count, const pli_vec3
                           const int* triangles) {
     plii_scratch scratch = {.context = surface->context};
     plii_edge_map edges = {.table.context = surface->context};
+    plii_key_table known = {.context = surface->context};
     int* map = PLII_TAKE(&scratch, int, point_count); /* vertex of point, then forest of parts */
     pli_vec3* edge_sums = PLII_TAKE(&scratch, pli_vec3, (size_t)triangle_count * 3);
     bool* is_open = PLII_TAKE(&scratch, bool, point_count); /* by root of a part */
     bool is_built = !scratch.is_short && PLII_ALLOCATE(surface->context, &surface->vertices, point_count) &&
                     PLII_ALLOCATE(surface->context, &surface->triangles, triangle_count) &&
                     surface_weld(surface, point_count, points, map) &&
-                    surface_add_triangles(surface, triangle_count, triangles, map, &edges, edge_sums);
+                    surface_add_triangles(surface, triangle_count, triangles, map, &known, &edges, edge_sums);
     if (is_built) {
         surface_join_edges(surface, &edges, edge_sums, map);
         for (int i = 0; i < surface->vertex_count; ++i) {
@@ -316,6 +343,7 @@ static bool surface_build(surface_data* surface, int point_count, const pli_vec3
         surface_find_open_parts(surface, map, is_open);
         is_built = surface->triangle_count == 0 || surface_build_tree(surface);
     }
+    plii_key_table_free(&known);
     plii_edge_map_free(&edges);
     plii_scratch_free(&scratch);
     return is_built;

@@ -201,6 +201,9 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     /* Masses are with the positions; what follows from them is made anew where they were others. */
     const bool is_same = snapshot_number(walk, body->link_revision) == body->link_revision;
     if (walk->mode == SNAPSHOT_RESTORE && !is_same) { body->link_revision += 1; }
+    /* Room that was still to be made is made again: the order of faces for contacts comes with it. */
+    const bool needs_reserve = snapshot_number(walk, body->world->needs_reserve) != 0;
+    if (walk->mode == SNAPSHOT_RESTORE && needs_reserve) { body->world->needs_reserve = true; }
     snapshot_bytes(walk, body->positions, plii_body_node_block_size(body)); /* previous and velocities, too */
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
     SNAPSHOT_MEMBERS(walk, pli_body, body, is_frozen, is_asleep);
