@@ -283,6 +283,15 @@ static void test_a_body_is_put_to_sleep_by_hand(void** unused) {
     assert_true(pli_body_get_view(sheet).positions[0].y < height);
 }
 
+/* What falls does not rest when sleep is enabled, for hosts that ask at once. */
+static void test_nothing_rests_before_its_time(void** unused) {
+    (void)unused;
+    pli_body* sheet = make_sleeper(1, POSITION);
+    assert_false(pli_body_is_resting(sheet));
+    step(1);
+    assert_false(pli_body_is_resting(sheet));
+}
+
 /* Two sheets apart under one box: the one that may not sleep keeps the other one awake. */
 static void test_a_box_passes_on_who_is_awake(void** unused) {
     (void)unused;
@@ -438,6 +447,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_what_wakes_a_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_the_same_wind_and_targets_wake_nobody, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_is_put_to_sleep_by_hand, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_nothing_rests_before_its_time, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_box_passes_on_who_is_awake, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_falling_body_wakes_what_it_meets, setup_world, teardown_world),

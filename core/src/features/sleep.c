@@ -341,6 +341,7 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     sleep_state* state = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_sleep_class, &used, sizeof used, (void**)&state));
     state->time = 0.0f;
+    body->is_resting = false; /* as it was judged when it came to be there, without settings */
     return PLI_OK;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_sleep, plii_check_body_idle, plii_sleep_class)
