@@ -92,6 +92,28 @@ static void test_what_was_dynamic_does_not_fall(void** unused) {
     }
 }
 
+/* One that goes with its world may leave its place to another one here. */
+static void test_pairs_are_of_one_world(void** unused) {
+    (void)unused;
+    scene s = scene_make();
+    pli_world* other_world = NULL;
+    pli_rigid* other = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    const pli_vec3 from = pli_vec3_make(0, 0, 0), to = pli_vec3_make(1, 0, 0);
+    const pli_rigid_def def = pli_rigid_def_default();
+    assert_int_equal(pli_world_create(s.context, NULL, &other_world), PLI_OK);
+    assert_int_equal(pli_rigid_create(other_world, &def, &other), PLI_OK);
+    assert_int_equal(pli_mesh_create_rope(s.context, from, to, 3, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_body_create(s.world, mesh, NULL, &rope), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_ignore_rigid(rope, other, true), PLI_ERROR_INVALID_VALUE);
+    assert_non_null(strstr(pli_last_error(s.context), "another world"));
+    assert_false(pli_body_ignores_rigid(rope, other));
+    pli_world_destroy(other_world);
+    scene_destroy(&s);
+}
+
 static void test_factors_may_change(void** unused) {
     (void)unused;
     scene s = scene_make();
@@ -148,6 +170,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_kind_may_change),
         cmocka_unit_test(test_what_was_dynamic_does_not_fall),
+        cmocka_unit_test(test_pairs_are_of_one_world),
         cmocka_unit_test(test_factors_may_change),
         cmocka_unit_test(test_shapes_may_change_and_anchors_stay),
     };

@@ -293,6 +293,7 @@ PLI_API pli_status pli_body_set_asleep(pli_body* body, bool asleep);
 
 /// Switches contacts between a soft body and one rigid body off or on, of nodes, faces and clusters. Pairs are on at
 /// first. Bullet name: m_collisionDisabledObjects
+/// @return PLI_ERROR_INVALID_VALUE for a rigid body of another world, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore);
 
 /// True for a pair that is switched off.

@@ -483,6 +483,9 @@ bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
 pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__));
+    if (rigid->world != body->world) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the rigid body is in another world");
+    }
     const int index = body_find_ignored_rigid(body, rigid);
     if (ignore && index == PLI_NULL_INDEX) {
         if (!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity,
