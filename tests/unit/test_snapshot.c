@@ -83,6 +83,33 @@ static void one_body_goes_back_alone(void** unused) {
     end(&t);
 }
 
+/* Its anchors and joints would hold to what is gone. */
+static void a_body_gets_back_nothing_that_is_gone(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    pli_body* body = t.bodies[0];
+    const pli_rigid_def def = pli_rigid_def_default();
+    pli_rigid *rigid = NULL, *later = NULL;
+    assert_int_equal(pli_rigid_create(t.world, &def, &rigid), PLI_OK);
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.rigid = rigid;
+    assert_int_equal(pli_body_add_anchor(body, &anchor, NULL), PLI_OK);
+    const size_t size = pli_body_snapshot_size(body);
+    void* buffer = malloc(size);
+    assert_int_equal(pli_body_save(body, buffer, size, NULL), PLI_OK);
+    assert_int_equal(pli_rigid_create(t.world, &def, &later), PLI_OK);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_OK);
+    const int anchors = pli_body_anchor_count(body);
+    pli_rigid_destroy(later);
+    pli_rigid_destroy(rigid);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_ERROR_INVALID_VALUE);
+    assert_non_null(strstr(pli_last_error(t.context), "bodies or rigid bodies have gone"));
+    assert_int_equal(pli_body_anchor_count(body), anchors - 1);
+    free(buffer);
+    end(&t);
+}
+
 static void a_buffer_needs_no_alignment(void** unused) {
     (void)unused;
     enum { LINE = 64 };
@@ -401,6 +428,7 @@ int main(void) {
         cmocka_unit_test(every_member_of_a_state_is_said),
         cmocka_unit_test(a_restored_world_goes_the_same_way_again),
         cmocka_unit_test(one_body_goes_back_alone),
+        cmocka_unit_test(a_body_gets_back_nothing_that_is_gone),
         cmocka_unit_test(a_buffer_needs_no_alignment),
         cmocka_unit_test(bytes_are_those_of_the_page_of_costs),
         cmocka_unit_test(what_is_damaged_is_refused),

@@ -34,7 +34,8 @@ PLI_API pli_status pli_world_save(const pli_world* world, void* buffer, size_t c
 ///         PLI_ERROR_INVALID_VALUE for one that does not fit the world; PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size);
 
-/// As pli_world_snapshot_size, of one body. What it shares with others, as velocities of rigid bodies, is not in it.
+/// As pli_world_snapshot_size, of one body. What it shares with others, as velocities of rigid bodies, is not in it. It
+/// fits as long as no body and no rigid body has left the world.
 PLI_API size_t pli_body_snapshot_size(const pli_body* body);
 /// As pli_world_save.
 PLI_API pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size);

@@ -193,6 +193,8 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
 
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
+    /* Features keep pointers to them. */
+    snapshot_same(walk, body->world->removals, "bodies or rigid bodies have gone", NULL);
     snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
     snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled", NULL);
     snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver", NULL);
