@@ -331,6 +331,32 @@ static void what_the_first_call_has_made_goes_again(void** unused) {
     }
 }
 
+/* A sweep that meets nothing is no cut. */
+static void a_cut_that_misses_leaves_snapshots(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    size_t size = 0;
+    void* buffer = save(&t, &size);
+    uint64_t hashes[10];
+    for (int round = 0; round < 2; ++round) {
+        for (int i = 0; i < 10; ++i) {
+            step(&t);
+            if (round == 0) { hashes[i] = hash_of(&t); }
+            assert_true(hash_of(&t) == hashes[i]);
+        }
+        const pli_vec3 a = pli_vec3_make(50, 0, 0), b = pli_vec3_make(50, 9, 0);
+        const pli_vec3 c = pli_vec3_make(60, 0, 0), d = pli_vec3_make(60, 9, 0);
+        int parted = 1;
+        assert_int_equal(pli_body_cut_swept(t.bodies[0], a, b, c, d, &parted), PLI_OK);
+        assert_int_equal(parted, 0);
+        t.step = 0;
+        if (pli_world_restore(t.world, buffer, size) != PLI_OK) { fail_msg("%s", pli_last_error(t.context)); }
+    }
+    free(buffer);
+    end(&t);
+}
+
 /* What follows from a definition follows from the one that is restored. */
 static void compliances_come_back(void** unused) {
     (void)unused;
@@ -436,6 +462,7 @@ int main(void) {
         cmocka_unit_test(a_world_that_is_another_is_refused),
         cmocka_unit_test(what_calls_have_changed_comes_back),
         cmocka_unit_test(what_the_first_call_has_made_goes_again),
+        cmocka_unit_test(a_cut_that_misses_leaves_snapshots),
         cmocka_unit_test(compliances_come_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
