@@ -104,9 +104,48 @@ static void a_body_gets_back_nothing_that_is_gone(void** unused) {
     pli_rigid_destroy(later);
     pli_rigid_destroy(rigid);
     assert_int_equal(pli_body_restore(body, buffer, size), PLI_ERROR_INVALID_VALUE);
-    assert_non_null(strstr(pli_last_error(t.context), "bodies or rigid bodies have gone"));
+    assert_non_null(strstr(pli_last_error(t.context), "bodies, rigid bodies or clusters have gone"));
     assert_int_equal(pli_body_anchor_count(body), anchors - 1);
     free(buffer);
+    end(&t);
+}
+
+/* Nor does what others hold to go with it. */
+static void joints_hold_to_clusters_that_are_there(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    pli_body *body = t.bodies[0], *other = NULL;
+    pli_mesh* mesh = NULL;
+    int made = 0;
+    const pli_vec3 from = pli_vec3_make(5, 1, 0), to = pli_vec3_make(6, 1, 0);
+    assert_int_equal(pli_mesh_create_rope(t.context, from, to, 8, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_body_create(t.world, mesh, NULL, &other), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_enable_clusters(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_clusters(other, NULL), PLI_OK);
+    assert_int_equal(pli_body_generate_clusters(body, 1, 10, &made), PLI_OK);
+    const size_t size_before = pli_body_snapshot_size(other);
+    void* before = malloc(size_before);
+    assert_int_equal(pli_body_save(other, before, size_before, NULL), PLI_OK);
+    const int nodes[] = {0, 1, 2};
+    pli_linear_joint_def joint = pli_linear_joint_def_default();
+    joint.other.body = other;
+    assert_int_equal(pli_body_add_cluster(other, nodes, 3, &joint.other.cluster), PLI_OK);
+    assert_int_equal(pli_body_add_linear_joint(body, &joint, NULL), PLI_OK);
+    const size_t size = pli_body_snapshot_size(body);
+    void* buffer = malloc(size);
+    assert_int_equal(pli_body_save(body, buffer, size, NULL), PLI_OK);
+
+    assert_int_equal(pli_body_restore(other, before, size_before), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_OK);
+    assert_int_equal(pli_world_step(t.world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(pli_body_remove_clusters(other), PLI_OK);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_joint_count(body), 0);
+    assert_int_equal(pli_world_step(t.world, 1.0f / 60.0f), PLI_OK);
+    free(buffer);
+    free(before);
     end(&t);
 }
 
@@ -455,6 +494,7 @@ int main(void) {
         cmocka_unit_test(a_restored_world_goes_the_same_way_again),
         cmocka_unit_test(one_body_goes_back_alone),
         cmocka_unit_test(a_body_gets_back_nothing_that_is_gone),
+        cmocka_unit_test(joints_hold_to_clusters_that_are_there),
         cmocka_unit_test(a_buffer_needs_no_alignment),
         cmocka_unit_test(bytes_are_those_of_the_page_of_costs),
         cmocka_unit_test(what_is_damaged_is_refused),

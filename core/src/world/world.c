@@ -158,7 +158,6 @@ void plii_world_remove_body(pli_world* world, pli_body* body) {
     PLII_REMOVE_IF(pli_body*, at, world->sweep, kept, *at == body);
     world->body_count -= 1;
     world->revision += 1;
-    world->removals += 1;
     world_drop_events(world, body, NULL);
 }
 
