@@ -13,7 +13,8 @@ typedef struct pose_state {
     float* weights; /* [node_count], sum 1 */
     pli_mat3 rotation;
     pli_vec3 centre;        /* m */
-    pli_vec3 rest_centre;   /* m, mean of `rest` by the weights; 0 in reference mode */
+    pli_vec3 rest_centre;   /* m, mean of `rest` by the weights; not in reference mode */
+    double weight;          /* sum of the weights, 1 but for rounding */
     uint32_t link_revision; /* of the body, as of the weights */
 } pose_state;
 
@@ -30,30 +31,17 @@ static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
 static pli_vec3 pose_offset(const pli_body* body, const pose_state* pose) {
     const pli_vec3 origin = plii_xyz(body->positions[0]);
     plii_dvec3 sum = {0, 0, 0};
-    double total = 0;
     for (int i = 0; i < body->node_count; ++i) {
-        const double weight = (double)pose->weights[i];
-        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(pli_vec3_sub(plii_xyz(body->positions[i]), origin)), weight);
-        total += weight;
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
+        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(arm), (double)pose->weights[i]);
     }
-    return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / total));
+    return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
 }
 
-/* Where a body of this rest shape has a node, from the centre of mass, before it turns. */
-static pli_vec3 pose_rest(const pose_state* pose, int node) {
-    return pli_vec3_sub(pose->rest[node], pose->rest_centre);
-}
-
-/* From an origin, and an offset from there. */
-static pli_vec3 pose_arm(const pli_body* body, int node, pli_vec3 origin, pli_vec3 offset) {
-    return pli_vec3_sub(pli_vec3_sub(plii_xyz(body->positions[node]), origin), offset);
-}
-
-static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_vec3 origin, pli_vec3 offset,
-                                pli_mat3 covariance) {
+static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_vec3 origin, pli_mat3 covariance) {
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 arm = pose_arm(body, i, origin, offset);
-        const pli_vec3 now = pli_vec3_scale(arm, pose->weights[i]), rest = pose_rest(pose, i);
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
+        const pli_vec3 now = pli_vec3_scale(arm, pose->weights[i]), rest = pose->rest[i];
         covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
         covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
         covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(rest, now.z));
@@ -79,6 +67,10 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
         /* All nodes are pinned. */
         if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
     }
+    pose->weight = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        pose->weight += (double)pose->weights[i];
+    }
 }
 
 /* After masses have changed: pulled by other weights, the body would get a momentum. */
@@ -87,12 +79,10 @@ static void pose_follow_masses(const pli_body* body, pose_state* pose) {
     pose->link_revision = body->link_revision;
     pose_update_weights(body, pose);
     plii_dvec3 sum = {0, 0, 0};
-    double total = 0;
     for (int i = 0; i < body->node_count; ++i) {
         sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(pose->rest[i]), (double)pose->weights[i]);
-        total += (double)pose->weights[i];
     }
-    pose->rest_centre = plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / total));
+    pose->rest_centre = plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
 }
 
 static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
@@ -101,8 +91,7 @@ static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
     body->has_early_bounds = true;
     /* A small diagonal keeps a mesh in a coordinate plane from being singular. */
     const pli_mat3 small = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
-    pose->rotation =
-        plii_polar_factor(pose_covariance(body, pose, pose->centre, pli_vec3_make(0, 0, 0), small), pose->rotation);
+    pose->rotation = plii_polar_factor(pose_covariance(body, pose, pose->centre, small), pose->rotation);
     const pli_transform frame = {pose->rotation, pose->centre};
     for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
@@ -110,10 +99,12 @@ static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
     }
 }
 
-/* Of any size, pinned, flat or inverted. */
+/* Of any size, pinned, flat or inverted. Arms are those from node 0: what that makes is taken off at the end. */
 static void pose_fit(const pli_body* body, pose_state* pose, pli_vec3 origin, pli_vec3 offset) {
-    const pli_mat3 covariance = pose_covariance(body, pose, origin, offset, plii_mat3_diagonal(0, 0, 0)),
-                   *last = &pose->rotation;
+    const pli_vec3 moved = pli_vec3_scale(offset, (float)-pose->weight), rest = pose->rest_centre;
+    const pli_mat3 start_sum = {
+        {pli_vec3_scale(rest, moved.x), pli_vec3_scale(rest, moved.y), pli_vec3_scale(rest, moved.z)}};
+    const pli_mat3 covariance = pose_covariance(body, pose, origin, start_sum), *last = &pose->rotation;
     const float xx = last->rows[0].x, yy = last->rows[1].y, zz = last->rows[2].z;
     pli_quat start = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
                       copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
@@ -132,11 +123,13 @@ static void pose_run(pli_body* body, void* state) {
     const pli_vec3 origin = plii_xyz(body->positions[0]), offset = pose_offset(body, pose);
     pose->centre = pli_vec3_add(origin, offset);
     pose_fit(body, pose, origin, offset);
+    const pli_transform frame = {pose->rotation,
+                                 pli_vec3_sub(offset, pli_mat3_mul_vec3(pose->rotation, pose->rest_centre))};
     for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
-        const pli_vec3 goal = pli_mat3_mul_vec3(pose->rotation, pose_rest(pose, i));
-        const pli_vec3 way = pli_vec3_sub(goal, pose_arm(body, i, origin, offset));
-        plii_body_pull_predicted(body, i, pli_vec3_add(plii_xyz(body->positions[i]), way), pose->matching);
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
+        const pli_vec3 way = pli_vec3_sub(pli_transform_point(frame, pose->rest[i]), arm);
+        plii_body_push_predicted(body, i, pli_vec3_scale(way, pose->matching));
     }
 }
 
@@ -194,7 +187,7 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     }
     pose->centre = pli_vec3_add(origin, offset);
     for (int i = 0; i < body->node_count; ++i) {
-        pose->rest[i] = pose_arm(body, i, origin, offset);
+        pose->rest[i] = pli_vec3_sub(pli_vec3_sub(plii_xyz(body->positions[i]), origin), offset);
     }
     pose->link_revision = body->link_revision - 1;
     return PLI_OK;
