@@ -85,7 +85,8 @@ typedef struct pli_vec4 {
     float x, y, z, w;
 } pli_vec4;
 
-/// Read access without a copy; valid until the body is destroyed or cut. Contents change with each step.
+/// Read access without a copy; valid until the body is destroyed or cut, normals until no enabled feature needs them.
+/// Contents change with each step.
 typedef struct pli_body_view {
     int node_count;             ///< of `positions`, `previous`, `velocities`, `normals`
     int link_count;             ///< of `link_nodes`
@@ -301,7 +302,8 @@ PLI_API bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid
 
 // ---------------------------------------------------------------------------------------------- measures
 
-/// 64-bit FNV-1a hash of the bits of all positions and velocities: equal for equal states on every processor.
+/// 64-bit FNV-1a hash of the bits of all positions and velocities, by words of 32 bits: equal for equal states on every
+/// processor.
 PLI_API uint64_t pli_body_state_hash(const pli_body* body);
 
 /// Kinetic energy of the nodes that are not pinned, J.
