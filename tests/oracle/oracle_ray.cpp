@@ -16,7 +16,9 @@ struct fixture {
 
     fixture() {
         assert_int_equal(pli_context_create(nullptr, &context), PLI_OK);
-        assert_int_equal(pli_world_create(context, nullptr, &world), PLI_OK);
+        pli_world_def def = pli_world_def_default();
+        def.reference_mode = true; // tolerances of rays
+        assert_int_equal(pli_world_create(context, &def, &world), PLI_OK);
     }
     fixture(const fixture&) = delete;
     fixture& operator=(const fixture&) = delete;

@@ -107,6 +107,24 @@ static void test_vertices_lie_between_the_ends_of_the_last_step(void** state) {
     check_near(at_rest[5].position[1], view.positions[5].y, 0);
 }
 
+/* What was turned round in between is drawn as it is now, not half way from before. */
+static void test_normals_turn_with_the_body(void** state) {
+    (void)state;
+    enum { COUNT = 16 };
+    pli_body* sheet = make_sheet(4);
+    assert_int_equal(pli_body_enable_normals(sheet), PLI_OK);
+    assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    const pli_transform turned = {pli_mat3_from_euler_zyx(0, 0, 3.1415927f), pli_vec3_make(0, 0, 0)};
+    assert_int_equal(pli_body_transform(sheet, turned), PLI_OK);
+    const pli_body_view view = pli_body_get_view(sheet);
+    vertex vertices[COUNT];
+    const pli_vertex_buffer_def buffer = buffer_of(vertices, COUNT);
+    assert_int_equal(pli_body_write_vertices(sheet, &buffer, 0.25f), PLI_OK);
+    for (int i = 0; i < COUNT; ++i) {
+        check_near(vertices[i].normal[1], view.normals[i].y, 1e-6);
+    }
+}
+
 /* Between steps at 60 Hz, drawn at 144 Hz, one step late. */
 static void test_interpolation_takes_the_jitter_away(void** state) {
     (void)state;
@@ -315,6 +333,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_vertices_lie_between_the_ends_of_the_last_step, setup_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_normals_turn_with_the_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_interpolation_takes_the_jitter_away, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bad_buffers_are_refused_and_stay_as_they_are, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_doubled_vertices_become_one_node, setup_world, teardown_world),

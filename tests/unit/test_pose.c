@@ -115,6 +115,41 @@ static void test_matching_keeps_the_momentum(void** unused) {
     check_at_most(pli_vec3_length(pli_vec3_sub(after, before)) / pli_vec3_length(before), 1e-4);
 }
 
+/* Weights are those of the masses that there are: else what pulls at the nodes moves the whole. */
+static void test_matching_keeps_the_momentum_of_other_masses(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(1);
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.3f), PLI_OK);
+    assert_int_equal(pli_body_set_node_mass(body, 0, 20.0f), PLI_OK);
+    assert_int_equal(pli_body_set_node_mass(body, 5, 0.01f), PLI_OK);
+    pli_vec3 velocities[SAMPLE_SPHERE_NODES], positions[SAMPLE_SPHERE_NODES];
+    for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+        positions[i] = position_of(body, i);
+        velocities[i] = pli_vec3_make(2.0f + random_float(1), random_float(1), random_float(1));
+    }
+    assert_int_equal(pli_body_set_state(body, positions, velocities), PLI_OK);
+    const pli_vec3 before = pli_body_momentum(body);
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    check_at_most(pli_vec3_length(pli_vec3_sub(pli_body_momentum(body), before)) / pli_vec3_length(before), 1e-4);
+}
+
+/* A kilometre away floats are 0.06 mm apart; what many nodes sum up to is no worse. */
+static void test_matching_pulls_at_nothing_far_away(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_sheet(context, 50, 1.0f, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_translate(mesh, pli_vec3_make(1000, 0, 0)), PLI_OK);
+    pli_body* body = make_body(mesh);
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
+    assert_int_equal(pli_body_add_velocity(body, pli_vec3_make(10, 0, 0)), PLI_OK);
+    for (int i = 0; i < 120; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    check_near(pli_body_momentum(body).x / pli_body_total_mass(body), 10, 0.01);
+}
+
 /* From 2 cm to 200 m, hung up by a node. */
 static void test_a_pinned_body_of_any_size_keeps_its_shape(void** unused) {
     (void)unused;
@@ -302,6 +337,10 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_distance_removed, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_matching_keeps_the_momentum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_matching_keeps_the_momentum_of_other_masses, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_matching_pulls_at_nothing_far_away, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_a_pinned_body_of_any_size_keeps_its_shape, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_degenerate_shapes_stay_finite, setup_weightless_world, teardown_world),

@@ -97,6 +97,46 @@ static void test_face_is_hit_from_both_sides(void** state) {
     assert_int_equal(hit.kind, PLI_FEATURE_NONE);
 }
 
+/* Cells of 5 mm, here and a kilometre away: each ray meets the face that is there, and none beside the sheet. */
+static void test_small_faces_are_hit_where_they_are(void** state) {
+    fixture* f = *state;
+    enum { CELLS = 60 };
+    const float cell = 0.005f, size = cell * CELLS;
+    for (int k = 0; k < 2; ++k) {
+        const float x = 1000.0f * (float)k;
+        pli_patch_def def = pli_patch_def_default();
+        def.corner_00 = pli_vec3_make(x, 0, 0);
+        def.corner_10 = pli_vec3_make(x + size, 0, 0);
+        def.corner_01 = pli_vec3_make(x, 0, size);
+        def.corner_11 = pli_vec3_make(x + size, 0, size);
+        def.columns = def.rows = CELLS + 1;
+        pli_mesh* mesh = NULL;
+        pli_body* body = NULL;
+        assert_int_equal(pli_mesh_create_patch(f->context, &def, &mesh), PLI_OK);
+        assert_int_equal(pli_body_create(f->world, mesh, NULL, &body), PLI_OK);
+        pli_mesh_destroy(mesh);
+        const int* faces = pli_body_get_view(body).face_nodes;
+        for (int i = 0; i < 400; ++i) {
+            /* Oblique; through the middles of all kinds of cells, edges and nodes, and beyond the rim. */
+            const float across = 0.0025f * (float)(i % 20 * 7), along = 0.0025f * (float)(i / 20 * 7);
+            const pli_vec3 at = pli_vec3_make(x + across, 0, along), way = pli_vec3_make(0.2f, -3, -0.1f);
+            const pli_ray_hit hit =
+                cast(body, pli_vec3_sub(at, way), pli_vec3_add(at, way), PLI_RAY_FACES | PLI_RAY_TETRAS, 0);
+            const float rim = 0.0005f;
+            if (across > size + rim || along > size + rim) { assert_int_equal(hit.kind, PLI_FEATURE_NONE); }
+            if (across < rim || along < rim || across > size - rim || along > size - rim) { continue; }
+            assert_int_equal(hit.kind, PLI_FEATURE_FACE);
+            check_vector(hit.point, at.x, 0, at.z, 2e-4);
+            for (int corner = 0; corner < 3; ++corner) {
+                const pli_vec4 p = pli_body_get_view(body).positions[faces[3 * hit.index + corner]];
+                check_at_most(fabsf(p.x - at.x), cell + rim);
+                check_at_most(fabsf(p.z - at.z), cell + rim);
+            }
+        }
+        pli_body_destroy(body);
+    }
+}
+
 static void test_node_is_a_sphere(void** state) {
     fixture* f = *state;
     add_node(f, 5, 0, 0);
@@ -212,8 +252,11 @@ static void test_degenerate_rays_are_refused(void** state) {
 int main(void) {
 #define RAY_TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
     const struct CMUnitTest tests[] = {
-        RAY_TEST(test_face_is_hit_from_both_sides), RAY_TEST(test_node_is_a_sphere),
-        RAY_TEST(test_thin_link_is_found_far_away), RAY_TEST(test_nearest_of_all_kinds_wins),
+        RAY_TEST(test_face_is_hit_from_both_sides),
+        RAY_TEST(test_small_faces_are_hit_where_they_are),
+        RAY_TEST(test_node_is_a_sphere),
+        RAY_TEST(test_thin_link_is_found_far_away),
+        RAY_TEST(test_nearest_of_all_kinds_wins),
         RAY_TEST(test_degenerate_rays_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

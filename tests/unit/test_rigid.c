@@ -62,6 +62,36 @@ static void test_the_kind_may_change(void** unused) {
     scene_destroy(&s);
 }
 
+/* Gravity that waits for the next step, as of a body that was held, goes with the kind. */
+static void test_what_was_dynamic_does_not_fall(void** unused) {
+    (void)unused;
+    const float dt = 1.0f / 60.0f;
+    for (int kind = PLI_RIGID_STATIC; kind <= PLI_RIGID_KINEMATIC; ++kind) {
+        scene s = scene_make();
+        pli_rigid_state state = dynamic_state();
+        state.linear_velocity = pli_vec3_make(0, 0, 0);
+        assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_DYNAMIC, &state), PLI_OK);
+        pli_mesh* mesh = NULL;
+        pli_body* rope = NULL;
+        const pli_vec3 from = pli_vec3_make(0, 1, 0), to = pli_vec3_make(0, 0, 0);
+        assert_int_equal(pli_mesh_create_rope(s.context, from, to, 1, PLI_ROPE_PIN_FIRST, &mesh), PLI_OK);
+        assert_int_equal(pli_body_create(s.world, mesh, NULL, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        pli_anchor_def anchor = pli_anchor_def_default();
+        anchor.rigid = s.rigid;
+        anchor.node = 2;
+        assert_int_equal(pli_body_add_anchor(rope, &anchor, NULL), PLI_OK);
+        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+        assert_int_equal(pli_rigid_integrate(s.rigid, pli_vec3_make(0, -10, 0), dt), PLI_OK);
+        state = pli_rigid_get_state(s.rigid);
+        state.linear_velocity = pli_vec3_make(0, 0, 0);
+        assert_int_equal(pli_rigid_set_kind(s.rigid, (pli_rigid_kind)kind, &state), PLI_OK);
+        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+        check_near(pli_rigid_get_state(s.rigid).linear_velocity.y, 0, 0);
+        scene_destroy(&s);
+    }
+}
+
 static void test_factors_may_change(void** unused) {
     (void)unused;
     scene s = scene_make();
@@ -117,6 +147,7 @@ static void test_shapes_may_change_and_anchors_stay(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_kind_may_change),
+        cmocka_unit_test(test_what_was_dynamic_does_not_fall),
         cmocka_unit_test(test_factors_may_change),
         cmocka_unit_test(test_shapes_may_change_and_anchors_stay),
     };

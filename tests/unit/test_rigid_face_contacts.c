@@ -1150,8 +1150,25 @@ static void test_face_contacts_refuse_bad_input(void** state) {
     assert_false(pli_rigid_get_shift(NULL, NULL, NULL));
 }
 
+/* The bounds of a predicted body hold where it comes from, so that hosts find what it has passed. */
+static void test_a_margin_that_is_set_in_a_step_keeps_its_way(void** state) {
+    const fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.05f, 4);
+    enable_faces(cloth);
+    assert_int_equal(pli_body_add_velocity(cloth, pli_vec3_make(0, -60, 0)), PLI_OK);
+    assert_int_equal(pli_world_predict(f->world, 1.0f / 60.0f), PLI_OK);
+    check_near(pli_body_get_bounds(cloth).max.y, 0.05, 1e-6);
+    assert_int_equal(pli_body_set_collision_margin(cloth, 0.08f), PLI_OK);
+    check_near(pli_body_get_bounds(cloth).max.y, 0.08, 1e-6);
+    check_near(pli_body_get_bounds(cloth).min.y, -1 - 10 / 3600.0 - 0.08, 1e-5);
+    assert_int_equal(pli_world_solve(f->world), PLI_OK);
+    check_near(pli_body_get_bounds(cloth).max.y, -1 - 10 / 3600.0 + 0.08, 1e-5);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_a_margin_that_is_set_in_a_step_keeps_its_way, setup_fixture,
+                                        teardown_fixture),
         cmocka_unit_test_setup_teardown(test_balls_do_not_pass_a_coarse_cloth, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_balls_pass_without_face_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_boxes_and_sticks_do_not_pass_a_coarse_cloth, setup_fixture,

@@ -283,6 +283,45 @@ static void test_a_body_is_put_to_sleep_by_hand(void** unused) {
     assert_true(pli_body_get_view(sheet).positions[0].y < height);
 }
 
+/* A weight without shapes at the end of a rope. */
+static void test_what_touches_nothing_rests_too(void** unused) {
+    (void)unused;
+    pli_body_def def = pli_body_def_default();
+    def.solver = damped();
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    pli_rigid* weight = NULL;
+    const pli_vec3 from = pli_vec3_make(0, 1, 0), to = pli_vec3_make(0, 0, 0);
+    CHECK_OK(pli_mesh_create_rope(context, from, to, 3, PLI_ROPE_PIN_FIRST, &mesh));
+    CHECK_OK(pli_body_create(world, mesh, &def, &rope));
+    pli_mesh_destroy(mesh);
+    pli_rigid_def made = pli_rigid_def_default();
+    made.kind = PLI_RIGID_DYNAMIC;
+    made.state.inverse_mass = 1;
+    made.state.inverse_inertia_world = pli_mat3_identity();
+    CHECK_OK(pli_rigid_create(world, &made, &weight));
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.node = 4;
+    anchor.rigid = weight;
+    CHECK_OK(pli_body_add_anchor(rope, &anchor, NULL));
+    CHECK_OK(pli_body_enable_sleep(rope, NULL));
+    for (int i = 0; i < 600 && !pli_body_is_asleep(rope); ++i) {
+        step(1);
+        CHECK_OK(pli_rigid_integrate(weight, pli_vec3_make(0, -gravity, 0), dt));
+    }
+    assert_true(pli_body_is_asleep(rope));
+    assert_true(pli_rigid_is_asleep(weight));
+}
+
+/* What falls does not rest when sleep is enabled, for hosts that ask at once. */
+static void test_nothing_rests_before_its_time(void** unused) {
+    (void)unused;
+    pli_body* sheet = make_sleeper(1, POSITION);
+    assert_false(pli_body_is_resting(sheet));
+    step(1);
+    assert_false(pli_body_is_resting(sheet));
+}
+
 /* Two sheets apart under one box: the one that may not sleep keeps the other one awake. */
 static void test_a_box_passes_on_who_is_awake(void** unused) {
     (void)unused;
@@ -438,6 +477,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_what_wakes_a_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_the_same_wind_and_targets_wake_nobody, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_is_put_to_sleep_by_hand, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_what_touches_nothing_rests_too, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_nothing_rests_before_its_time, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_box_passes_on_who_is_awake, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_falling_body_wakes_what_it_meets, setup_world, teardown_world),

@@ -116,6 +116,72 @@ static void one_body_goes_back_alone(void** unused) {
     end(&t);
 }
 
+/* Its anchors and joints would hold to what is gone. */
+static void a_body_gets_back_nothing_that_is_gone(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    pli_body* body = t.bodies[0];
+    const pli_rigid_def def = pli_rigid_def_default();
+    pli_rigid *rigid = NULL, *later = NULL;
+    assert_int_equal(pli_rigid_create(t.world, &def, &rigid), PLI_OK);
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.rigid = rigid;
+    assert_int_equal(pli_body_add_anchor(body, &anchor, NULL), PLI_OK);
+    const size_t size = pli_body_snapshot_size(body);
+    void* buffer = malloc(size);
+    assert_int_equal(pli_body_save(body, buffer, size, NULL), PLI_OK);
+    assert_int_equal(pli_rigid_create(t.world, &def, &later), PLI_OK);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_OK);
+    const int anchors = pli_body_anchor_count(body);
+    pli_rigid_destroy(later);
+    pli_rigid_destroy(rigid);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_ERROR_INVALID_VALUE);
+    assert_non_null(strstr(pli_last_error(t.context), "bodies, rigid bodies or clusters have gone"));
+    assert_int_equal(pli_body_anchor_count(body), anchors - 1);
+    free(buffer);
+    end(&t);
+}
+
+/* Nor does what others hold to go with it. */
+static void joints_hold_to_clusters_that_are_there(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    pli_body *body = t.bodies[0], *other = NULL;
+    pli_mesh* mesh = NULL;
+    int made = 0;
+    const pli_vec3 from = pli_vec3_make(5, 1, 0), to = pli_vec3_make(6, 1, 0);
+    assert_int_equal(pli_mesh_create_rope(t.context, from, to, 8, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_body_create(t.world, mesh, NULL, &other), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_enable_clusters(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_clusters(other, NULL), PLI_OK);
+    assert_int_equal(pli_body_generate_clusters(body, 1, 10, &made), PLI_OK);
+    const size_t size_before = pli_body_snapshot_size(other);
+    void* before = malloc(size_before);
+    assert_int_equal(pli_body_save(other, before, size_before, NULL), PLI_OK);
+    const int nodes[] = {0, 1, 2};
+    pli_linear_joint_def joint = pli_linear_joint_def_default();
+    joint.other.body = other;
+    assert_int_equal(pli_body_add_cluster(other, nodes, 3, &joint.other.cluster), PLI_OK);
+    assert_int_equal(pli_body_add_linear_joint(body, &joint, NULL), PLI_OK);
+    const size_t size = pli_body_snapshot_size(body);
+    void* buffer = malloc(size);
+    assert_int_equal(pli_body_save(body, buffer, size, NULL), PLI_OK);
+
+    assert_int_equal(pli_body_restore(other, before, size_before), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_OK);
+    assert_int_equal(pli_world_step(t.world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(pli_body_remove_clusters(other), PLI_OK);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_joint_count(body), 0);
+    assert_int_equal(pli_world_step(t.world, 1.0f / 60.0f), PLI_OK);
+    free(buffer);
+    free(before);
+    end(&t);
+}
+
 static void a_buffer_needs_no_alignment(void** unused) {
     (void)unused;
     enum { LINE = 64 };
@@ -337,6 +403,32 @@ static void what_the_first_call_has_made_goes_again(void** unused) {
     }
 }
 
+/* A sweep that meets nothing is no cut. */
+static void a_cut_that_misses_leaves_snapshots(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    size_t size = 0;
+    void* buffer = save(&t, &size);
+    uint64_t hashes[10];
+    for (int round = 0; round < 2; ++round) {
+        for (int i = 0; i < 10; ++i) {
+            step(&t);
+            if (round == 0) { hashes[i] = hash_of(&t); }
+            assert_true(hash_of(&t) == hashes[i]);
+        }
+        const pli_vec3 a = pli_vec3_make(50, 0, 0), b = pli_vec3_make(50, 9, 0);
+        const pli_vec3 c = pli_vec3_make(60, 0, 0), d = pli_vec3_make(60, 9, 0);
+        int parted = 1;
+        assert_int_equal(pli_body_cut_swept(t.bodies[0], a, b, c, d, &parted), PLI_OK);
+        assert_int_equal(parted, 0);
+        t.step = 0;
+        if (pli_world_restore(t.world, buffer, size) != PLI_OK) { fail_msg("%s", pli_last_error(t.context)); }
+    }
+    free(buffer);
+    end(&t);
+}
+
 /* What follows from a definition follows from the one that is restored. */
 static void compliances_come_back(void** unused) {
     (void)unused;
@@ -435,6 +527,8 @@ int main(void) {
         cmocka_unit_test(a_restored_world_goes_the_same_way_again),
         cmocka_unit_test(tethers_of_a_node_that_was_pinned_are_measured_again),
         cmocka_unit_test(one_body_goes_back_alone),
+        cmocka_unit_test(a_body_gets_back_nothing_that_is_gone),
+        cmocka_unit_test(joints_hold_to_clusters_that_are_there),
         cmocka_unit_test(a_buffer_needs_no_alignment),
         cmocka_unit_test(bytes_are_those_of_the_page_of_costs),
         cmocka_unit_test(what_is_damaged_is_refused),
@@ -442,6 +536,7 @@ int main(void) {
         cmocka_unit_test(a_world_that_is_another_is_refused),
         cmocka_unit_test(what_calls_have_changed_comes_back),
         cmocka_unit_test(what_the_first_call_has_made_goes_again),
+        cmocka_unit_test(a_cut_that_misses_leaves_snapshots),
         cmocka_unit_test(compliances_come_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -251,6 +251,23 @@ static void test_a_cut_gives_new_nodes_the_targets_between(void** unused) {
     }
 }
 
+/* Masses that nodes have again when they are let go. */
+static void test_a_cut_between_held_nodes_keeps_the_mass(void** unused) {
+    (void)unused;
+    pli_body* cape = make_cape(ROWS);
+    const float mass = pli_body_total_mass(cape);
+    const pli_targets_def def = targets_of(cape, MOST, 0.05f);
+    for (int i = 0; i < COLUMNS; ++i) {
+        targets[i].max_distance = 0;
+    }
+    assert_int_equal(pli_body_enable_targets(cape, &def), PLI_OK);
+    for (int i = 0; i + 1 < COLUMNS; ++i) {
+        assert_int_equal(pli_body_cut_link(cape, i, i + 1, 0.3f), PLI_OK);
+    }
+    assert_int_equal(pli_body_disable_targets(cape), PLI_OK);
+    check_near(pli_body_total_mass(cape), mass, 1e-4f * mass);
+}
+
 static void test_steps_take_no_memory(void** unused) {
     (void)unused;
     pli_body* cape = make_cape(ROWS);
@@ -360,6 +377,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_targets_that_stand_give_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_teleport_is_no_motion, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_cut_gives_new_nodes_the_targets_between, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_cut_between_held_nodes_keeps_the_mass, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_steps_take_no_memory, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bad_input_changes_nothing, setup_world, teardown_world),
         cmocka_unit_test(test_running_out_of_memory_leaves_nothing),

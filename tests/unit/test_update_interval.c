@@ -153,6 +153,47 @@ static void test_a_frozen_body_stands_still(void** state) {
     check_at_most((double)pli_body_get_view(sheet).positions[0].y, (double)height - 1e-3);
 }
 
+/* A force that is added before each step of the world gives as much in a second, however often the body steps; nothing
+   else would be the same for bodies that are far away. */
+static void test_forces_give_the_same_impulse(void** state) {
+    (void)state;
+    enum { STEPS = 61 };
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* sheet = make_sheet(0, 0, (solver_choice)solver);
+        const float nodes = (float)pli_body_get_view(sheet).node_count;
+        assert_int_equal(pli_body_set_update_interval(sheet, 4), PLI_OK);
+        for (int i = 0; i < 4; ++i) { /* until its step begins with the next one of the world */
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        pli_vec3 before = pli_body_momentum(sheet);
+        int steps = 0;
+        for (int i = 0; i < STEPS; ++i) {
+            assert_int_equal(pli_body_add_force(sheet, pli_vec3_make(0.5f, 0, 0)), PLI_OK);
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            const pli_vec3 after = pli_body_momentum(sheet);
+            if (after.x == before.x) { continue; }
+            steps = i + 1; /* what was added up to here has acted */
+            before = after;
+        }
+        assert_true(steps > STEPS - 4);
+        check_near((double)before.x, (double)(0.5f * nodes * (float)steps * dt), 1e-3 * (double)nodes);
+        pli_body_destroy(sheet);
+    }
+}
+
+static void test_forces_are_not_saved_up_while_frozen(void** state) {
+    (void)state;
+    pli_body* sheet = make_sheet(0, 0, POSITION);
+    assert_int_equal(pli_body_set_frozen(sheet, true), PLI_OK);
+    for (int i = 0; i < 100; ++i) {
+        assert_int_equal(pli_body_add_force(sheet, pli_vec3_make(1, 0, 0)), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_int_equal(pli_body_set_frozen(sheet, false), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    check_near((double)pli_vec3_length(pli_body_momentum(sheet)), 0, 1e-4);
+}
+
 static void test_bad_intervals_are_refused(void** state) {
     (void)state;
     pli_body* sheet = make_sheet(0, 0, POSITION);
@@ -180,6 +221,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_bodies_take_turns, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_snapshots_keep_the_interval, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_frozen_body_stands_still, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_forces_give_the_same_impulse, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_forces_are_not_saved_up_while_frozen, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_bad_intervals_are_refused, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

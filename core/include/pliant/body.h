@@ -85,7 +85,8 @@ typedef struct pli_vec4 {
     float x, y, z, w;
 } pli_vec4;
 
-/// Read access without a copy; valid until the body is destroyed or cut. Contents change with each step.
+/// Read access without a copy; valid until the body is destroyed or cut, normals until no enabled feature needs them.
+/// Contents change with each step.
 typedef struct pli_body_view {
     int node_count;             ///< of `positions`, `previous`, `velocities`, `normals`
     int link_count;             ///< of `link_nodes`
@@ -213,10 +214,10 @@ PLI_API pli_status pli_body_disable_colored_links(pli_body* body);
 /// world's and costs as much as one, begins with the first of them, and nothing moves it in the others. Bodies of one
 /// interval take turns. pli_body_write_vertices goes evenly through the longer step, so that drawn bodies neither lag
 /// nor jump, also when the interval changes: the step in progress is waited for. Positions in pli_body_view are ahead
-/// by up to steps - 1 steps of the world. Results are those of the longer step: stretch of the position-based solver
-/// grows, XPBD wants as many substeps more. A body that has met a dynamic rigid body or another soft body, or is held
-/// to one by an anchor or a joint, takes each step, as long as that lasts; what comes fast goes in by what it moves in
-/// a step of the body before that.
+/// by up to steps - 1 steps of the world. Forces that are added act for one step of the world, as on other bodies.
+/// Results are those of the longer step: stretch of the position-based solver grows, XPBD wants as many substeps more.
+/// A body that has met a dynamic rigid body or another soft body, or is held to one by an anchor or a joint, takes each
+/// step, as long as that lasts; what comes fast goes in by what it moves in a step of the body before that.
 /// @param steps 1 to 60, default 1; fewer where a step would be longer than PLI_MAX_TIME_STEP
 /// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_update_interval(pli_body* body, int steps);
@@ -228,7 +229,8 @@ PLI_API int pli_body_get_update_interval(const pli_body* body);
 /// (PLI_EVENT_BODY_FROZEN), or by pli_body_set_frozen.
 PLI_API bool pli_body_is_frozen(const pli_body* body);
 
-/// Takes a body out of the steps, or back in; it stays where it is and keeps its velocities.
+/// Takes a body out of the steps, or back in; it stays where it is and keeps its velocities. Forces that are added
+/// meanwhile are used up by each step, as ever.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 
@@ -292,7 +294,7 @@ PLI_API pli_status pli_body_set_asleep(pli_body* body, bool asleep);
 
 /// Switches contacts between a soft body and one rigid body off or on, of nodes, faces and clusters. Pairs are on at
 /// first. Bullet name: m_collisionDisabledObjects
-/// @return PLI_ERROR_INVALID_VALUE for a rigid body of another world
+/// @return PLI_ERROR_INVALID_VALUE for a rigid body of another world, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore);
 
 /// True for a pair that is switched off.
@@ -300,7 +302,8 @@ PLI_API bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid
 
 // ---------------------------------------------------------------------------------------------- measures
 
-/// 64-bit FNV-1a hash of the bits of all positions and velocities: equal for equal states on every processor.
+/// 64-bit FNV-1a hash of the bits of all positions and velocities, by words of 32 bits: equal for equal states on every
+/// processor.
 PLI_API uint64_t pli_body_state_hash(const pli_body* body);
 
 /// Kinetic energy of the nodes that are not pinned, J.

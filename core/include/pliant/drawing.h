@@ -12,8 +12,9 @@ extern "C" {
 
 /// Keeps unit normals of nodes (mean of the faces around, by area) and of faces, refreshed after each step, without any
 /// force that needs them: pli_body_view::normals and pli_body_get_face_normals.
-/// @return PLI_ERROR_INVALID_VALUE for a body without faces, PLI_ERROR_OUT_OF_MEMORY, PLI_ERROR_WRONG_STATE while
-/// stepping Cost: 40 B per node and 12 B per face; a pass over the faces per step.
+/// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_OUT_OF_MEMORY, PLI_ERROR_WRONG_STATE while
+///         stepping
+/// Cost: 40 B per node and 12 B per face; a pass over the faces per step.
 PLI_API pli_status pli_body_enable_normals(pli_body* body);
 
 /// Ends them, but for what other features need. Nothing when not enabled.

@@ -12,7 +12,8 @@ extern "C" {
 /// Takes the present shape as the rest shape and pulls the body back to it. Enable, or change when enabled (the rest
 /// shape is taken anew).
 /// A pinned node weighs a thousand times the whole body. In reference mode (pli_world_def) the matched shape shrinks to
-/// a point then, as in Bullet, and when the body is smaller than about 3 cm, and grows without bound above about 90 m.
+/// a point then, as in Bullet, and when the body is smaller than about 3 cm, and grows without bound above about 90 m;
+/// and masses count as they were when this was enabled.
 /// Source: Müller and others, "Meshless Deformations Based on Shape Matching". Bullet name: kMT with
 /// setPose(false, true)
 /// @param matching [0, 1]: share of the distance to the matched pose that one step removes

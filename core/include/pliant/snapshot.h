@@ -7,9 +7,10 @@
 /// A snapshot is of one world of one process, and holds copies of its memory: what steps, forces and settings change.
 /// It fits as long as the world has the same bodies and rigid bodies, each body the same features, and nobody cut a
 /// body, changed its rest lengths (pli_body_set_rest_length), or gave lists less memory than they had. Forces, anchors,
-/// drags and moved nodes may come and go. Anything else is refused with a message that names the body and what is different. Ids of
-/// anchors and joints are those of the moment, pointers stay valid. Contacts of the last step are not in a snapshot:
-/// lists of them are empty until the next one. Not in it either: user data, callbacks, the shapes of rigid bodies.
+/// drags and moved nodes may come and go. Anything else is refused with a message that names the body and what is
+/// different. Ids of anchors and joints are those of the moment, pointers stay valid. Contacts of the last step are not
+/// in a snapshot: lists of them are empty until the next one. Not in it either: user data, callbacks, the shapes of
+/// rigid bodies.
 ///
 /// A buffer needs no alignment, and is the caller's; one on a multiple of 64 bytes is the fastest. Save and restore
 /// allocate nothing. docs/state.md has a loop.
@@ -34,7 +35,8 @@ PLI_API pli_status pli_world_save(const pli_world* world, void* buffer, size_t c
 ///         PLI_ERROR_INVALID_VALUE for one that does not fit the world; PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size);
 
-/// As pli_world_snapshot_size, of one body. What it shares with others, as velocities of rigid bodies, is not in it.
+/// As pli_world_snapshot_size, of one body. What it shares with others, as velocities of rigid bodies, is not in it. It
+/// fits as long as no body, no rigid body and no cluster has left the world.
 PLI_API size_t pli_body_snapshot_size(const pli_body* body);
 /// As pli_world_save.
 PLI_API pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size);

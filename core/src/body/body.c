@@ -239,8 +239,13 @@ float pli_body_get_collision_margin(const pli_body* body) {
 pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_margin(body->context, margin, __func__));
+    const float grown = margin - body->collision_margin;
     body->collision_margin = margin;
-    plii_body_update_bounds(body);
+    if (body->world->is_stepping) { /* bounds that hold the way of the step stay so */
+        body->bounds = plii_bounds_grow(body->bounds, grown);
+    } else {
+        plii_body_update_bounds(body);
+    }
     return PLI_OK;
 }
 

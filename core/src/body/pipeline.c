@@ -210,6 +210,7 @@ int plii_features_list_constraints(const pli_body* body, int parts, plii_node_co
 }
 
 void plii_features_notify(const pli_body* about, plii_body_notice notice) {
+    about->world->removals += notice != PLII_TOPOLOGY_CHANGED;
     for (int i = 0; i < about->world->body_count; ++i) {
         pli_body* body = about->world->bodies[i];
         if (body == about && notice == PLII_TOPOLOGY_CHANGED) { continue; }

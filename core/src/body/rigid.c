@@ -109,6 +109,7 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
     if (rigid->kind != PLI_RIGID_DYNAMIC) {
         rigid->state.inverse_mass = 0.0f;
         rigid->state.inverse_inertia_world = plii_mat3_diagonal(0, 0, 0);
+        rigid->pull = pli_vec3_make(0, 0, 0); /* of when it was dynamic */
     }
     if (rigid->kind == PLI_RIGID_STATIC) {
         rigid->given = plii_twist_zero();

@@ -24,7 +24,8 @@ struct pli_world {
     bool has_convex_shapes, has_other_shapes;
     int joint_iterations;  /* of the joint solve in progress */
     uint32_t collide_call; /* counts those of many pairs */
-    uint32_t revision;     /* counts bodies and rigid bodies that come and go */
+    uint32_t revision;     /* counts bodies and rigid bodies that come and go, */
+    uint32_t removals;     /* and what goes that features of other bodies may keep: these, and clusters */
     pli_body** bodies;
     int body_count, body_capacity;
     pli_body** sweep; /* [body_count] sorted by the lower x bound */

@@ -46,6 +46,7 @@ static void trace_forget(pli_body* body, void* state) {
 
 const plii_feature_class plii_trace_class = {
     .name = "cut trace",
+    .is_made_by_calls = true, /* by one that meets nothing, too */
     .state_size = sizeof(trace_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(trace_state, has_ray, ray, PLII_SAVED, "B6f")),
     .arrays = PLII_ARRAYS(

@@ -145,6 +145,8 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* ste
     const plii_mask4 moves = plii_vec3x4_dot(velocity, velocity) > PLII_EPSILON;
     plii_mask4 is_active = (inverse_mass > 0.0f) & moves;
 
+    /* In the air. Bullet limits by the velocity in the world, and so keeps what stands still from the wind. */
+    const plii_vec3x4 limiting = step->is_limited ? velocity : own_velocity;
     plii_vec3x4 normal = plii_vec3x4_from(nodes.normals);
     const plii_float4 areas = plii_float4_load(nodes.areas);
     const plii_vec3x4 before = plii_vec3x4_from(nodes.forces);
@@ -152,13 +154,13 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* ste
     if (aero->def.model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
         plii_vec3x4 lift, drag;
         aero_lift_and_drag(aero, density, areas, normal, velocity, &lift, &drag);
-        drag = aero_limit_drag(drag, own_velocity, inverse_mass, dt);
+        drag = aero_limit_drag(drag, limiting, inverse_mass, dt);
         after = plii_vec3x4_add(plii_vec3x4_add(before, drag), lift);
     } else {
         if (aero->def.model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
         plii_vec3x4 force;
         is_active &= aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force);
-        after = aero_add_clamped(before, force, own_velocity, inverse_mass, dt);
+        after = aero_add_clamped(before, force, limiting, inverse_mass, dt);
     }
     if (step->is_limited) {
         const plii_vec3x4 force = aero_limit(plii_vec3x4_sub(after, before), velocity, inverse_mass, dt);
@@ -203,6 +205,8 @@ static void aero_run_vertices(pli_body* body, void* state) {
 /* One face at a time, since faces share nodes: all lanes are equal. */
 static void aero_add_faces(const pli_body* body, const aero_state* aero, pli_vec3* forces) {
     const float density = body->world->def.air_density;
+    /* Of what the limits count as at rest. */
+    const pli_vec3 still = body->world->def.reference_mode ? pli_vec3_make(0, 0, 0) : aero->def.wind;
     const plii_topology* topology = body->topology;
     for (int f = 0; f < topology->face_count; ++f) {
         const int* nodes = topology->faces[f];
@@ -231,15 +235,15 @@ static void aero_add_faces(const pli_body* body, const aero_state* aero, pli_vec
             const float inverse_mass = body->positions[nodes[k]].w;
             /* A pinned node has no response to divide by. */
             if (!(inverse_mass > 0.0f)) { continue; }
-            const plii_vec3x4 own_velocity = plii_vec3x4_all(plii_xyz(body->velocities[nodes[k]]));
+            const plii_vec3x4 limiting = plii_vec3x4_all(pli_vec3_sub(plii_xyz(body->velocities[nodes[k]]), still));
             const plii_float4 response = plii_float4_all(inverse_mass);
             plii_vec3x4 total = plii_vec3x4_all(forces[nodes[k]]);
             if (has_lift) {
                 /* As in Bullet, what one node limits stays limited for the next. */
-                force = aero_limit_drag(force, own_velocity, response, body->step.dt);
+                force = aero_limit_drag(force, limiting, response, body->step.dt);
                 total = plii_vec3x4_add(plii_vec3x4_add(total, force), lift);
             } else {
-                total = aero_add_clamped(total, force, own_velocity, response, body->step.dt);
+                total = aero_add_clamped(total, force, limiting, response, body->step.dt);
             }
             forces[nodes[k]] = plii_vec3x4_first(total);
         }

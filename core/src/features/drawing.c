@@ -6,7 +6,7 @@
 #include <string.h>
 
 typedef struct drawn_normals_state {
-    pli_vec3* previous; /* [node_count] at the start of the last step; zero: there was none */
+    pli_vec3* previous; /* [node_count] at the start of the last step, or since nodes were placed */
 } drawn_normals_state;
 
 static void drawn_normals_keep(pli_body* body, void* data) {
@@ -14,13 +14,19 @@ static void drawn_normals_keep(pli_body* body, void* data) {
     memcpy(state->previous, body->normals, (size_t)body->node_count * sizeof *state->previous);
 }
 
-enum { DRAWN_NORMALS_ORDER = 0 };
+/* Calls that place nodes leave no motion to go evenly through. */
+static void drawn_normals_refresh(pli_body* body, void* data) {
+    if (!body->world->is_stepping) { drawn_normals_keep(body, data); }
+}
+
+enum { DRAWN_NORMALS_ORDER = 0, DRAWN_NORMALS_REFRESH_ORDER = 10 }; /* after the normals */
 const plii_feature_class plii_drawn_normals_class = {
     .name = "drawn normals",
     .state_size = sizeof(drawn_normals_state),
     .needs = PLII_NEEDS(&plii_normals_class, &plii_face_normals_class),
     .arrays = PLII_ARRAYS({PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, PLII_SAVED_AS("3f")}),
-    .stages = {[PLII_STAGE_FORCES] = {drawn_normals_keep, DRAWN_NORMALS_ORDER}},
+    .stages = {[PLII_STAGE_FORCES] = {drawn_normals_keep, DRAWN_NORMALS_ORDER},
+               [PLII_STAGE_REFRESH] = {drawn_normals_refresh, DRAWN_NORMALS_REFRESH_ORDER}},
 };
 
 pli_status pli_body_enable_normals(pli_body* body) {

@@ -3,6 +3,7 @@
 
 #include "pliant/pose.h"
 #include "body/pipeline.h"
+#include "math/dvec3.h"
 #include "math/polar.h"
 #include "math/rotation_fit.h"
 
@@ -11,7 +12,10 @@ typedef struct pose_state {
     pli_vec3* rest; /* [node_count] m, from the centre of mass */
     float* weights; /* [node_count], sum 1 */
     pli_mat3 rotation;
-    pli_vec3 centre; /* m */
+    pli_vec3 centre;        /* m */
+    pli_vec3 rest_centre;   /* m, mean of `rest` by the weights; not in reference mode */
+    double weight;          /* sum of the weights, 1 but for rounding */
+    uint32_t link_revision; /* of the body, as of the weights */
 } pose_state;
 
 static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
@@ -22,49 +26,27 @@ static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
     return centre;
 }
 
-static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_mat3 covariance) {
+/* Mean of positions by the weights, m from node 0. In double and near the body: what a sum of floats is off by far from
+   the origin would pull at the body in each step. */
+static pli_vec3 pose_offset(const pli_body* body, const pose_state* pose) {
+    const pli_vec3 origin = plii_xyz(body->positions[0]);
+    plii_dvec3 sum = {0, 0, 0};
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
+        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(arm), (double)pose->weights[i]);
+    }
+    return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
+}
+
+static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_vec3 origin, pli_mat3 covariance) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
         const pli_vec3 now = pli_vec3_scale(arm, pose->weights[i]), rest = pose->rest[i];
         covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
         covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
         covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(rest, now.z));
     }
     return covariance;
-}
-
-static void pose_fit_as_in_bullet(const pli_body* body, pose_state* pose) {
-    /* A small diagonal keeps a mesh in a coordinate plane from being singular. */
-    const pli_mat3 small = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
-    pose->rotation = plii_polar_factor(pose_covariance(body, pose, small), pose->rotation);
-}
-
-/* Of any size, pinned, flat or inverted. */
-static void pose_fit(const pli_body* body, pose_state* pose) {
-    const pli_mat3 covariance = pose_covariance(body, pose, plii_mat3_diagonal(0, 0, 0)), *last = &pose->rotation;
-    const float xx = last->rows[0].x, yy = last->rows[1].y, zz = last->rows[2].z;
-    pli_quat start = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
-                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
-                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), last->rows[1].x - last->rows[0].y),
-                      sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
-    pose->rotation = plii_rotation_fit_warm(&covariance, &start);
-}
-
-static void pose_run(pli_body* body, void* state) {
-    pose_state* pose = state;
-    pose->centre = pose_centre(body, pose);
-    if (body->world->def.reference_mode) {
-        plii_body_update_bounds(body);
-        body->has_early_bounds = true;
-        pose_fit_as_in_bullet(body, pose);
-    } else {
-        pose_fit(body, pose);
-    }
-    const pli_transform frame = {pose->rotation, pose->centre};
-    for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
-        if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
-        plii_body_pull_predicted(body, i, pli_transform_point(frame, pose->rest[i]), pose->matching);
-    }
 }
 
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */
@@ -84,6 +66,70 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
         pose->weights[i] = inverse_mass > 0.0f ? 1.0f / (inverse_mass * total) : pinned_mass / total;
         /* All nodes are pinned. */
         if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
+    }
+    pose->weight = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        pose->weight += (double)pose->weights[i];
+    }
+}
+
+/* After masses have changed: pulled by other weights, the body would get a momentum. */
+static void pose_follow_masses(const pli_body* body, pose_state* pose) {
+    if (pose->link_revision == body->link_revision) { return; }
+    pose->link_revision = body->link_revision;
+    pose_update_weights(body, pose);
+    plii_dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < body->node_count; ++i) {
+        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(pose->rest[i]), (double)pose->weights[i]);
+    }
+    pose->rest_centre = plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
+}
+
+static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
+    pose->centre = pose_centre(body, pose);
+    plii_body_update_bounds(body);
+    body->has_early_bounds = true;
+    /* A small diagonal keeps a mesh in a coordinate plane from being singular. */
+    const pli_mat3 small = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
+    pose->rotation = plii_polar_factor(pose_covariance(body, pose, pose->centre, small), pose->rotation);
+    const pli_transform frame = {pose->rotation, pose->centre};
+    for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
+        plii_body_pull_predicted(body, i, pli_transform_point(frame, pose->rest[i]), pose->matching);
+    }
+}
+
+/* Of any size, pinned, flat or inverted. Arms are those from node 0: what that makes is taken off at the end. */
+static void pose_fit(const pli_body* body, pose_state* pose, pli_vec3 origin, pli_vec3 offset) {
+    const pli_vec3 moved = pli_vec3_scale(offset, (float)-pose->weight), rest = pose->rest_centre;
+    const pli_mat3 start_sum = {
+        {pli_vec3_scale(rest, moved.x), pli_vec3_scale(rest, moved.y), pli_vec3_scale(rest, moved.z)}};
+    const pli_mat3 covariance = pose_covariance(body, pose, origin, start_sum), *last = &pose->rotation;
+    const float xx = last->rows[0].x, yy = last->rows[1].y, zz = last->rows[2].z;
+    pli_quat start = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
+                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
+                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), last->rows[1].x - last->rows[0].y),
+                      sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
+    pose->rotation = plii_rotation_fit_warm(&covariance, &start);
+}
+
+static void pose_run(pli_body* body, void* state) {
+    pose_state* pose = state;
+    if (body->world->def.reference_mode) {
+        pose_run_as_in_bullet(body, pose);
+        return;
+    }
+    pose_follow_masses(body, pose);
+    const pli_vec3 origin = plii_xyz(body->positions[0]), offset = pose_offset(body, pose);
+    pose->centre = pli_vec3_add(origin, offset);
+    pose_fit(body, pose, origin, offset);
+    const pli_transform frame = {pose->rotation,
+                                 pli_vec3_sub(offset, pli_mat3_mul_vec3(pose->rotation, pose->rest_centre))};
+    for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
+        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
+        const pli_vec3 way = pli_vec3_sub(pli_transform_point(frame, pose->rest[i]), arm);
+        plii_body_push_predicted(body, i, pli_vec3_scale(way, pose->matching));
     }
 }
 
@@ -105,13 +151,20 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
     }
 }
 
+/* The mean of what was restored is taken anew. */
+static void pose_on_restored(pli_body* body, void* state) {
+    ((pose_state*)state)->link_revision = body->link_revision - 1;
+}
+
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
 const plii_feature_class plii_pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(pose_state, matching, 0, 1)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
-                                    PLII_STATE_SPAN(pose_state, rotation, centre, PLII_SAVED, "12f")),
+                                    PLII_STATE_SPAN(pose_state, rotation, centre, PLII_SAVED, "12f"),
+                                    PLII_STATE_SPAN(pose_state, rest_centre, link_revision, PLII_LEFT, NULL)),
+    .on_restored = pose_on_restored,
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
     .arrays = PLII_ARRAYS({PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("3f")},
                           {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, PLII_SAVED_AS("f")}),
@@ -123,12 +176,20 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_limits(body->context, &matching, &plii_pose_class.settings, __func__));
     pose_state* pose = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_pose_class, &matching, sizeof matching, (void**)&pose));
+    const bool is_of_bullet = body->world->def.reference_mode;
+    pli_vec3 origin = plii_xyz(body->positions[0]), offset = pli_vec3_make(0, 0, 0);
     pose->rotation = pli_mat3_identity();
     pose_update_weights(body, pose);
-    pose->centre = pose_centre(body, pose);
-    for (int i = 0; i < body->node_count; ++i) {
-        pose->rest[i] = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
+    if (is_of_bullet) {
+        origin = pose_centre(body, pose);
+    } else {
+        offset = pose_offset(body, pose);
     }
+    pose->centre = pli_vec3_add(origin, offset);
+    for (int i = 0; i < body->node_count; ++i) {
+        pose->rest[i] = pli_vec3_sub(pli_vec3_sub(plii_xyz(body->positions[i]), origin), offset);
+    }
+    pose->link_revision = body->link_revision - 1;
     return PLI_OK;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_pose_matching, plii_check_body_change, plii_pose_class)

@@ -1,9 +1,10 @@
-/* Ray casts against the nodes, links, faces and tetrahedra of a body. Faces and tetrahedra are met where
-   btSoftBody::rayTest meets them, bit for bit; nodes are spheres and links are capsules, which Bullet does not test. */
+/* Ray casts against the nodes, links, faces and tetrahedra of a body. In reference mode faces and tetrahedra are met
+   where btSoftBody::rayTest meets them, bit for bit: its tolerances have units, and triangles of a few centimetres are
+   met far beside themselves. Nodes are spheres and links are capsules, which Bullet does not test. */
 
 #include "pliant/query.h"
 
-#include "body/body_impl.h"
+#include "body/world_state.h"
 #include "math/dvec3.h"
 
 #define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
@@ -32,7 +33,8 @@ static void ray_accept(ray_cast* ray, pli_feature_kind kind, int index, float fr
     ray->hit.normal = normal;
 }
 
-static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b, int node_c) {
+static void ray_cast_triangle_as_in_bullet(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b,
+                                           int node_c) {
     const pli_vec3 a = ray_position(ray, node_a), b = ray_position(ray, node_b), c = ray_position(ray, node_c);
     const pli_vec3 n = pli_vec3_cross(pli_vec3_sub(b, a), pli_vec3_sub(c, a));
     const float slope = pli_vec3_dot(ray->direction, n);
@@ -48,6 +50,32 @@ static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, i
     }
     const pli_vec3 normal = plii_vec3_safe_normalize(n);
     ray_accept(ray, kind, index, t, slope > 0.0f ? pli_vec3_neg(normal) : normal);
+}
+
+/* On which side of the ray an edge goes by, seen from its start: twice the area times the length. Of the edge the other
+   way round it is the same number with the other sign, so that no ray slips through between two triangles. */
+static double ray_side(plii_dvec3 direction, plii_dvec3 p, plii_dvec3 q) {
+    return plii_dvec3_dot(direction, plii_dvec3_cross(p, q));
+}
+
+static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b, int node_c) {
+    if (ray->body->world->def.reference_mode) {
+        ray_cast_triangle_as_in_bullet(ray, kind, index, node_a, node_b, node_c);
+        return;
+    }
+    const plii_dvec3 direction = plii_dvec3_from(ray->direction), from = plii_dvec3_from(ray->from);
+    const plii_dvec3 a = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, node_a)), from),
+                     b = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, node_b)), from),
+                     c = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, node_c)), from);
+    const double ab = ray_side(direction, a, b), bc = ray_side(direction, b, c), ca = ray_side(direction, c, a);
+    const bool is_inside = (ab >= 0.0 && bc >= 0.0 && ca >= 0.0) || (ab <= 0.0 && bc <= 0.0 && ca <= 0.0);
+    const plii_dvec3 n = plii_dvec3_cross(plii_dvec3_sub(b, a), plii_dvec3_sub(c, a));
+    const double slope = plii_dvec3_dot(direction, n);
+    pli_vec3 normal;
+    if (!is_inside || slope == 0.0 || !plii_dvec3_unit(n, &normal)) { return; }
+    const float t = (float)(plii_dvec3_dot(a, n) / slope);
+    if (!(t > RAY_TOLERANCE && t < ray->hit.fraction)) { return; }
+    ray_accept(ray, kind, index, t, slope > 0.0 ? pli_vec3_neg(normal) : normal);
 }
 
 /* In double, since a thin link far from the start of a long ray is what a mouse looks for. */

@@ -42,13 +42,17 @@ static void sleep_refresh(pli_body* body, void* data) {
     body->is_resting = state->time >= state->def.time;
 }
 
+/* m, how far its shapes reach from the middle of them; of a body without shapes only the origin counts. */
+static float sleep_radius(const pli_rigid* rigid, pli_bounds bounds) {
+    return rigid->shape_count > 0 ? 0.5f * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min)) : 0.0f;
+}
+
 /* By the default settings, of its origin and of what its bounds reach. */
 static void sleep_judge_rigid(pli_rigid* rigid, float dt) {
     const pli_sleep_def def = pli_sleep_def_default();
     const float reach = def.speed * def.time;
     const pli_transform *pose = &rigid->state.pose, *rest = &rigid->rest_pose;
-    const pli_bounds bounds = rigid->step_bounds;
-    const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
+    const float radius = sleep_radius(rigid, rigid->step_bounds);
     bool rests = sleep_is_near(pose->origin, rest->origin, reach);
     for (int i = 0; i < 3; ++i) {
         rests = rests && sleep_is_near(pli_vec3_scale(pose->rotation.rows[i], radius),
@@ -148,8 +152,7 @@ static bool sleep_rigid_moves(const pli_rigid* rigid) {
 /* Below what rests; in the step in which its host puts it to sleep it may still do so. */
 static bool sleep_rigid_is_slow(const pli_rigid* rigid) {
     const pli_sleep_def def = pli_sleep_def_default();
-    const pli_bounds bounds = plii_rigid_bounds(rigid);
-    const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
+    const float radius = sleep_radius(rigid, plii_rigid_bounds(rigid));
     const float speed = pli_vec3_length(rigid->state.linear_velocity);
     return speed + radius * pli_vec3_length(rigid->state.angular_velocity) <= def.speed;
 }
@@ -341,6 +344,7 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     sleep_state* state = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_sleep_class, &used, sizeof used, (void**)&state));
     state->time = 0.0f;
+    body->is_resting = false; /* as it was judged when it came to be there, without settings */
     return PLI_OK;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_sleep, plii_check_body_idle, plii_sleep_class)

@@ -212,6 +212,15 @@ static bool target_topology_reserve(const pli_body* body, void* data, const plii
     return PLII_RESERVE(body->context, &state->items, &state->capacity, most);
 }
 
+/* Of a held node between two: as heavy as the point between them, which give it that as they do when they are free. */
+static float target_split_mass(target_item* first, target_item* second, float share) {
+    const float a = 1.0f / first->inverse_mass, b = 1.0f / second->inverse_mass, between = plii_lerp(a, b, share);
+    const float scale = (a + b) / (a + b + between);
+    first->inverse_mass /= scale;
+    second->inverse_mass /= scale;
+    return between * scale;
+}
+
 static void target_add_between(pli_body* body, target_state* state, int node, const plii_node_origin* origin) {
     const int a = state->places[origin->a] - 1, b = state->places[origin->b] - 1;
     if (a < 0 || b < 0) { return; }
@@ -232,6 +241,7 @@ static void target_add_between(pli_body* body, target_state* state, int node, co
         .from = target_between(&first->from, &second->from, share),
         .to = target_between(&first->to, &second->to, share),
     };
+    if (item->is_held && a != b) { item->inverse_mass = 1.0f / target_split_mass(first, second, share); }
     state->places[node] = ++state->count;
 }
 

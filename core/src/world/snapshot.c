@@ -15,6 +15,7 @@ typedef struct snapshot_walk {
     pli_context* context;
     const char* function;
     int body;                  /* index of the one that is looked at, for messages */
+    bool is_of_body;           /* alone: others stay as they are */
     unsigned char* to;         /* SAVE */
     const unsigned char* from; /* COMPARE, RESTORE */
     size_t at, size;           /* SAVE: what is beyond `size` is counted, not written */
@@ -193,6 +194,9 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
 
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
+    if (walk->is_of_body) { /* its features may keep them */
+        snapshot_same(walk, body->world->removals, "bodies, rigid bodies or clusters have gone", NULL);
+    }
     snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
     snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled", NULL);
     snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver", NULL);
@@ -265,7 +269,8 @@ static uint64_t snapshot_handle(snapshot_subject subject) {
 
 static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
     walk->at = sizeof(snapshot_header);
-    walk->body = subject.body != NULL ? subject.body->world_index : PLI_NULL_INDEX;
+    walk->is_of_body = subject.body != NULL;
+    walk->body = walk->is_of_body ? subject.body->world_index : PLI_NULL_INDEX;
     if (subject.world != NULL) {
         snapshot_world(walk, (pli_world*)(uintptr_t)subject.world);
     } else {

@@ -184,6 +184,7 @@ void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
     }
     world->rigid_count -= 1;
     world->revision += 1;
+    world->removals += 1;
     world_drop_events(world, NULL, rigid);
 }
 
@@ -291,10 +292,19 @@ void plii_world_note_frozen(pli_world* world) {
     if (!PLII_LOAD(&world->is_entered)) { world_tell_frozen(world); } /* by a call between steps */
 }
 
+/* What was added acts for a step of the world. A longer one of the body gets the same impulse. */
+static void world_spread_forces(pli_body* body, float share) {
+    for (int i = 0; i < body->node_count; ++i) {
+        body->forces[i] = pli_vec3_scale(body->forces[i], share);
+    }
+}
+
 static void world_predict_body(pli_body* body) {
     plii_world_begin_body(body);
     const pli_world* world = body->world;
-    body->solver_class->predict(body, world->take_update_intervals != NULL ? body->interval.step : world->dt);
+    const float dt = world->take_update_intervals != NULL ? body->interval.step : world->dt;
+    if (dt != world->dt && body->forces != NULL) { world_spread_forces(body, world->dt / dt); }
+    body->solver_class->predict(body, dt);
 }
 
 static pli_status world_predict(pli_world* world, float dt, const char* function) {
@@ -362,6 +372,9 @@ static void world_solve_joints(pli_world* world) {
 static void world_refresh_bodies(pli_body* const* bodies, int count) {
     for (int i = 0; i < count; ++i) {
         bodies[i]->is_solved = false;
+        if (bodies[i]->is_frozen && bodies[i]->forces != NULL) { /* used up all the same, not saved up */
+            memset(bodies[i]->forces, 0, (size_t)bodies[i]->node_count * sizeof *bodies[i]->forces);
+        }
         if (plii_body_is_idle(bodies[i])) { continue; }
         plii_world_begin_body(bodies[i]);
         plii_body_refresh_in_step(bodies[i]);
