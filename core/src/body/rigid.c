@@ -483,13 +483,40 @@ pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_v
     return response;
 }
 
-pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
-                             pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
+static pli_mat3 rigid_effective_mass(float dt, float point_inverse_mass, pli_mat3 rigid) {
     const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
-    const pli_mat3 rigid = plii_point_response(rigid_inverse_mass, rigid_inverse_inertia, offset);
     pli_mat3 matrix = plii_mat3_inverse(plii_mat3_add(point, rigid));
     for (int i = 0; i < 3; ++i) {
         matrix.rows[i] = pli_vec3_scale(matrix.rows[i], 1.0f / dt);
     }
     return matrix;
+}
+
+pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
+                             pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
+    return rigid_effective_mass(dt, point_inverse_mass,
+                                plii_point_response(rigid_inverse_mass, rigid_inverse_inertia, offset));
+}
+
+pli_mat3 plii_rigid_inertia(const pli_rigid* rigid) {
+    const pli_vec3 factor = rigid->angular_factor;
+    const pli_mat3* inertia = &rigid->state.inverse_inertia_world;
+    return (pli_mat3){{pli_vec3_scale(inertia->rows[0], factor.x), pli_vec3_scale(inertia->rows[1], factor.y),
+                       pli_vec3_scale(inertia->rows[2], factor.z)}};
+}
+
+pli_mat3 plii_rigid_response(const pli_rigid* rigid, pli_vec3 offset) {
+    pli_mat3 response = plii_point_response(rigid->state.inverse_mass, plii_rigid_inertia(rigid), offset);
+    for (int i = 0; i < 3; ++i) {
+        response.rows[i] = pli_vec3_mul(response.rows[i], rigid->linear_factor);
+    }
+    return response;
+}
+
+pli_mat3 plii_rigid_effective_mass(float dt, float point_inverse_mass, const pli_rigid* rigid, pli_vec3 offset) {
+    const pli_mat3 matrix = rigid_effective_mass(dt, point_inverse_mass, plii_rigid_response(rigid, offset));
+    if (plii_mat3_is_finite(matrix)) { return matrix; }
+    /* A pinned point, and a body that is held along an axis: impulses along that do nothing, whatever they are. */
+    return plii_effective_mass(dt, point_inverse_mass, rigid->state.inverse_mass, rigid->state.inverse_inertia_world,
+                               offset);
 }

@@ -33,6 +33,7 @@ static void joints_prepare(pli_body* body, void* state) {
             rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.reference_mode;
         joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_end_of(&joint->other);
+        joint->sides[1].has_factors = joint->keeps_momentum;
         if (joint->other.rigid != NULL) { plii_rigid_touch(joint->other.rigid); }
         joint->klass->prepare(joint, body->step.dt, body->world->joint_iterations);
     }
