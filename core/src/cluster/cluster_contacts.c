@@ -51,7 +51,7 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) 
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
     (void)plii_contact_batches_reserve(body->context, &state->groups, capacity);
-    (void)plii_contact_batches_prepare(body->context, &state->groups, &body->step);
+    (void)plii_contact_batches_prepare(body->context, &state->groups);
 }
 
 static void cluster_contacts_prepare(pli_body* body, void* data) {
