@@ -2,6 +2,7 @@
 
 #include "body/rigid_lanes.h"
 
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
@@ -161,11 +162,30 @@ static void rigid_release(pli_rigid* rigid) {
     plii_handle_release(context, rigid, PLII_HANDLE_RIGID, sizeof *rigid);
 }
 
+typedef enum rigid_shapes_change { RIGID_SAME_SHAPES, RIGID_SHAPES_MOVED, RIGID_OTHER_SHAPES } rigid_shapes_change;
+
+static rigid_shapes_change rigid_compare_shapes(const pli_rigid* rigid, int count, pli_shape* const* shapes,
+                                                const pli_transform* poses) {
+    const pli_transform identity = pli_transform_identity();
+    if (count != rigid->shape_count) { return RIGID_OTHER_SHAPES; }
+    rigid_shapes_change change = RIGID_SAME_SHAPES;
+    for (int i = 0; i < count; ++i) {
+        if (shapes[i] != rigid->shapes[i]) { return RIGID_OTHER_SHAPES; }
+        const bool stays = rigid_is_same_pose(&rigid->shape_poses[i], poses != NULL ? &poses[i] : &identity);
+        if (!stays) { change = RIGID_SHAPES_MOVED; }
+    }
+    return change;
+}
+
 static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* shapes, const pli_transform* poses) {
     if (!PLII_RESERVE(rigid->context, &rigid->shapes, &rigid->shape_capacity, count) ||
         !PLII_RESERVE(rigid->context, &rigid->shape_poses, &rigid->shape_pose_capacity, count) ||
         !PLII_RESERVE(rigid->context, &rigid->shape_places, &rigid->shape_place_capacity, count)) {
         return false;
+    }
+    const rigid_shapes_change change = rigid_compare_shapes(rigid, count, shapes, poses);
+    if (rigid->shape_count > 0 && change != RIGID_SAME_SHAPES) {
+        plii_features_notify_shapes(rigid, change == RIGID_OTHER_SHAPES);
     }
     /* Retain first: a shape may be in the old list and in the new one. */
     for (int i = 0; i < count; ++i) {

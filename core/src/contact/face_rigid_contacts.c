@@ -200,6 +200,10 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
 
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
     for (int i = 0; i < state->candidate_count; ++i) {
+        const plii_rigid_faces_candidate* candidate = &state->candidates[i];
+        const pli_rigid* rigid = candidate->rigid;
+        const int index = candidate->shape_index;
+        if (index >= rigid->shape_count || rigid->shapes[index] != candidate->shape) { continue; } /* replaced since */
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         pass.is_at_end = true;
         (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
@@ -383,6 +387,11 @@ static void rigid_faces_on_rigid_removed(pli_body* body, void* data, const pli_r
     PLII_REMOVE_IF(plii_rigid_face_contact, contact, state->contacts, state->count, contact->rigid == rigid);
 }
 
+/* Those that only lie in other places have moved, as with their body. */
+static void rigid_faces_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
+    if (are_others) { plii_pair_cache_forget(body->context, &((plii_rigid_faces*)data)->memory, rigid); }
+}
+
 static pli_status rigid_faces_enable(pli_body* body, void* data) {
     ++body->sweeping_features;
     return PLI_OK;
@@ -442,6 +451,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .visit_contacts = rigid_faces_visit_contacts,
     .visit_met = rigid_faces_visit_met,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
+    .on_shapes_changed = rigid_faces_on_shapes_changed,
     .build = rigid_faces_build,
 };
 
