@@ -50,6 +50,35 @@ static void test_every_node_is_in_a_cluster(void** unused) {
     assert_false(settings.collides);
 }
 
+/* The same groups, however small the body is. */
+static void test_size_does_not_matter(void** unused) {
+    (void)unused;
+    const float scales[] = {0.25f, 0.25f / 256};
+    pli_body* bodies[2];
+    for (int k = 0; k < 2; ++k) {
+        const float a = scales[k];
+        pli_patch_def sheet = pli_patch_def_default();
+        sheet.corner_00 = pli_vec3_make(-a, 0, -a);
+        sheet.corner_10 = pli_vec3_make(a, 0, -a);
+        sheet.corner_01 = pli_vec3_make(-a, 0, a);
+        sheet.corner_11 = pli_vec3_make(a, 0, a);
+        sheet.columns = 31;
+        sheet.rows = 23;
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create_patch(context, &sheet, &mesh), PLI_OK);
+        bodies[k] = make_body(mesh, 0.05f * a);
+        generate(bodies[k], 8);
+        assert_int_equal(pli_body_cluster_count(bodies[k]), 9);
+    }
+    for (int i = 0; i < 9; ++i) {
+        const pli_cluster_view large = cluster_of(bodies[0], i), small = cluster_of(bodies[1], i);
+        assert_int_equal(small.node_count, large.node_count);
+        for (int k = 0; k < large.node_count; ++k) {
+            assert_int_equal(small.nodes[k * small.node_stride], large.nodes[k * large.node_stride]);
+        }
+    }
+}
+
 static void test_clusters_are_replaced_and_removed(void** unused) {
     (void)unused;
     pli_body* body = make_ball(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 0, 0), 0.1f);
@@ -468,6 +497,7 @@ static void test_bad_input(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_every_node_is_in_a_cluster, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_size_does_not_matter, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_clusters_are_replaced_and_removed, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_enabling_again_keeps_clusters, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_frame_follows_a_rigid_motion, setup_weightless_world, teardown_world),
