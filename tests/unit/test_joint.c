@@ -136,6 +136,36 @@ static void test_two_bodies_keep_their_momenta(void** unused) {
     assert_true(pli_vec3_length(cluster_of(b, 0).linear_velocity) > 0.3f);
 }
 
+/* A body of any mass swings on a cluster of pinned nodes as on the world. */
+static void test_pinned_cluster_holds_what_is_heavy(void** unused) {
+    (void)unused;
+    const float masses[] = {1, 100, 1e4f};
+    for (int k = 0; k < 3; ++k) {
+        const pli_vec3 points[] = {{0, 0, 0}, {0.5f, 0, 0}, {0, 0.5f, 0}, {0, 0, 0.5f}};
+        const int nodes[] = {0, 1, 2, 3};
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+        pli_body* body = make_points(points, 4, 0.05f);
+        for (int i = 0; i < 4; ++i) {
+            assert_int_equal(pli_body_set_node_mass(body, i, 0), PLI_OK);
+        }
+        assert_int_equal(pli_body_add_cluster(body, nodes, 4, NULL), PLI_OK);
+        pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, masses[k], 0.1f * masses[k], pli_vec3_make(1.5f, 0, 0), NULL);
+        add_linear(body, end_of_rigid(rigid), pli_vec3_make(0.5f, 0, 0), 1);
+        double farthest = 0, lowest = 0;
+        for (int i = 0; i < 240; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            assert_int_equal(pli_rigid_integrate(rigid, pli_world_get_gravity(world), dt), PLI_OK);
+            const pli_vec3 arm = pli_vec3_sub(pli_rigid_get_state(rigid).pose.origin, pli_vec3_make(0.5f, 0, 0));
+            farthest = fmax(farthest, fabs((double)pli_vec3_length(arm) - 1));
+            lowest = fmin(lowest, (double)arm.y);
+        }
+        check_at_most(farthest, 0.02);
+        check_at_most(lowest, -0.98);
+        pli_rigid_destroy(rigid);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_linear_joint_holds_a_pendulum(void** unused) {
     (void)unused;
     const float splits[] = {0.0f, 0.5f, 1.0f};
@@ -522,6 +552,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_joint_starts_where_the_body_was_moved_to, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_pinned_cluster_holds_what_is_heavy, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joints_to_what_is_not_present_hold_nothing, setup_weightless_world,
                                         teardown_world),
