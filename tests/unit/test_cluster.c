@@ -3,6 +3,8 @@
 
 #include "test_cluster_world.h"
 
+#include <stdlib.h>
+
 static const float dt = 1.0f / 60.0f;
 
 static void check_error(pli_status status, pli_status expected, const char* part) {
@@ -77,6 +79,21 @@ static void test_size_does_not_matter(void** unused) {
             assert_int_equal(small.nodes[k * small.node_stride], large.nodes[k * large.node_stride]);
         }
     }
+}
+
+/* A snapshot does not fit other clusters, of as many groups as before. */
+static void test_snapshots_know_their_clusters(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 0, 0), 0.1f);
+    generate(body, 5);
+    size_t size = pli_world_snapshot_size(world);
+    unsigned char* snapshot = malloc(size);
+    assert_non_null(snapshot);
+    assert_int_equal(pli_world_save(world, snapshot, size, &size), PLI_OK);
+    assert_int_equal(pli_world_restore(world, snapshot, size), PLI_OK);
+    generate(body, 5);
+    check_error(pli_world_restore(world, snapshot, size), PLI_ERROR_INVALID_VALUE, "the state of clusters");
+    free(snapshot);
 }
 
 static void test_clusters_are_replaced_and_removed(void** unused) {
@@ -498,6 +515,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_every_node_is_in_a_cluster, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_size_does_not_matter, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_snapshots_know_their_clusters, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_clusters_are_replaced_and_removed, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_enabling_again_keeps_clusters, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_frame_follows_a_rigid_motion, setup_weightless_world, teardown_world),

@@ -183,7 +183,7 @@ static pli_status generate_replace(pli_body* body, int count, int max_iterations
     const bool was_enabled = plii_body_clusters(body) != NULL;
     if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     plii_clusters* clusters = plii_body_clusters(body);
-    plii_clusters fresh = {.def = clusters->def};
+    plii_clusters fresh = {.def = clusters->def, .revision = clusters->revision};
     pli_status status;
     if (count > 0) {
         generate_work g = {.scratch = {.context = body->context}, .group_count = count};
