@@ -3,6 +3,8 @@
 
 #include "test_cluster_world.h"
 
+#include <stdlib.h>
+
 static const float dt = 1.0f / 60.0f;
 
 static void check_error(pli_status status, pli_status expected, const char* part) {
@@ -48,6 +50,50 @@ static void test_every_node_is_in_a_cluster(void** unused) {
     pli_cluster_settings settings;
     assert_int_equal(pli_body_get_cluster_settings(body, 0, &settings), PLI_OK);
     assert_false(settings.collides);
+}
+
+/* The same groups, however small the body is. */
+static void test_size_does_not_matter(void** unused) {
+    (void)unused;
+    const float scales[] = {0.25f, 0.25f / 256};
+    pli_body* bodies[2];
+    for (int k = 0; k < 2; ++k) {
+        const float a = scales[k];
+        pli_patch_def sheet = pli_patch_def_default();
+        sheet.corner_00 = pli_vec3_make(-a, 0, -a);
+        sheet.corner_10 = pli_vec3_make(a, 0, -a);
+        sheet.corner_01 = pli_vec3_make(-a, 0, a);
+        sheet.corner_11 = pli_vec3_make(a, 0, a);
+        sheet.columns = 31;
+        sheet.rows = 23;
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create_patch(context, &sheet, &mesh), PLI_OK);
+        bodies[k] = make_body(mesh, 0.05f * a);
+        generate(bodies[k], 8);
+        assert_int_equal(pli_body_cluster_count(bodies[k]), 9);
+    }
+    for (int i = 0; i < 9; ++i) {
+        const pli_cluster_view large = cluster_of(bodies[0], i), small = cluster_of(bodies[1], i);
+        assert_int_equal(small.node_count, large.node_count);
+        for (int k = 0; k < large.node_count; ++k) {
+            assert_int_equal(small.nodes[k * small.node_stride], large.nodes[k * large.node_stride]);
+        }
+    }
+}
+
+/* A snapshot does not fit other clusters, of as many groups as before. */
+static void test_snapshots_know_their_clusters(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 0, 0), 0.1f);
+    generate(body, 5);
+    size_t size = pli_world_snapshot_size(world);
+    unsigned char* snapshot = malloc(size);
+    assert_non_null(snapshot);
+    assert_int_equal(pli_world_save(world, snapshot, size, &size), PLI_OK);
+    assert_int_equal(pli_world_restore(world, snapshot, size), PLI_OK);
+    generate(body, 5);
+    check_error(pli_world_restore(world, snapshot, size), PLI_ERROR_INVALID_VALUE, "the state of clusters");
+    free(snapshot);
 }
 
 static void test_clusters_are_replaced_and_removed(void** unused) {
@@ -468,6 +514,8 @@ static void test_bad_input(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_every_node_is_in_a_cluster, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_size_does_not_matter, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_snapshots_know_their_clusters, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_clusters_are_replaced_and_removed, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_enabling_again_keeps_clusters, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_frame_follows_a_rigid_motion, setup_weightless_world, teardown_world),

@@ -375,6 +375,62 @@ static void test_frozen_bodies_take_no_impulses(void** unused) {
     assert_int_equal(pli_body_get_cluster_contacts(body, 0, NULL), 0);
 }
 
+/* Contacts that are followed from step to step end where a shape is put elsewhere in its rigid body. */
+static void test_contacts_know_where_shapes_are(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 1.05f, 0), 1);
+    enable_contacts(body, 0.5f);
+    pli_shape* shape = make_box_shape(pli_vec3_make(5, 1, 5));
+    pli_shape_retain(shape);
+    pli_rigid* ground = make_rigid(PLI_RIGID_STATIC, 1, 1, pli_vec3_make(0, -1, 0), shape);
+    assert_int_equal(pli_body_add_velocity(body, pli_vec3_make(0, -0.3f, 0)), PLI_OK);
+    for (int i = 0; i < 8; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    pli_cluster_contact contact;
+    assert_true(pli_body_get_cluster_contacts(body, 1, &contact) > 0);
+    check_near(contact.other_witness.y, 0, 0.01);
+    const float heights[] = {0.04f, -0.5f};
+    for (int k = 0; k < 2; ++k) {
+        pli_transform pose = pli_transform_identity();
+        pose.origin.y = heights[k];
+        assert_int_equal(pli_rigid_set_shapes(ground, 1, &shape, &pose), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        const int count = pli_body_get_cluster_contacts(body, 1, &contact);
+        assert_int_equal(count > 0, k == 0);
+        if (k == 0) { check_near(contact.other_witness.y, 0.04, 0.01); }
+    }
+    pli_shape_release(shape);
+}
+
+/* A ball that lies in the ground comes out of it in the same way, whatever the step of another one far away. */
+static void test_contacts_are_solved_in_steps_of_their_body(void** unused) {
+    (void)unused;
+    const float scales[] = {1, 0.1f, 10};
+    uint64_t hashes[3];
+    for (int k = 0; k < 3; ++k) {
+        pli_body* bodies[2];
+        for (int i = 0; i < 2; ++i) {
+            bodies[i] = make_solid(pli_vec3_make(1, 1, 1), pli_vec3_make(50.0f * (float)i, 0.9f, 0), 1);
+            enable_contacts(bodies[i], 0.5f);
+        }
+        pli_rigid* ground =
+            make_rigid(PLI_RIGID_STATIC, 1, 1, pli_vec3_make(0, -1, 0), make_box_shape(pli_vec3_make(100, 1, 5)));
+        pli_solver_settings settings = pli_body_get_solver_settings(bodies[1]);
+        settings.time_scale = scales[k];
+        assert_int_equal(pli_body_set_solver_settings(bodies[1], &settings), PLI_OK);
+        for (int i = 0; i < 30; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            check_at_most(cluster_of(bodies[1], 0).linear_velocity.y, 12 / scales[k]);
+        }
+        hashes[k] = pli_body_state_hash(bodies[0]);
+        pli_rigid_destroy(ground);
+        pli_body_destroy(bodies[0]);
+        pli_body_destroy(bodies[1]);
+    }
+    assert_true(hashes[1] == hashes[0] && hashes[2] == hashes[0]);
+}
+
 /* A cluster with a pinned node does not meet what cannot move, but meets what can. */
 static void test_pinned_clusters_meet_dynamic_bodies_only(void** unused) {
     (void)unused;
@@ -629,6 +685,9 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_folded_ribbon_stays_above_itself, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_frozen_bodies_take_no_impulses, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_know_where_shapes_are, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_are_solved_in_steps_of_their_body, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_pinned_clusters_meet_dynamic_bodies_only, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_go_with_what_they_name, setup_weightless_world, teardown_world),

@@ -136,6 +136,72 @@ static void test_two_bodies_keep_their_momenta(void** unused) {
     assert_true(pli_vec3_length(cluster_of(b, 0).linear_velocity) > 0.3f);
 }
 
+/* Tied to a rigid body that moves as it does, a cluster is where it would be at rest, and neither pulls the other. */
+static void test_what_flies_together_stays_together(void** unused) {
+    (void)unused;
+    const pli_rigid_kind kinds[] = {PLI_RIGID_KINEMATIC, PLI_RIGID_DYNAMIC};
+    const pli_vec3 none = pli_vec3_make(0, 0, 0), velocity = pli_vec3_make(10, 0, 5), turn = pli_vec3_make(0, 0, 3);
+    for (int k = 0; k < 4; ++k) {
+        const bool turns = k >= 2;
+        pli_body* body = make_solid(none);
+        pli_rigid* rigid = make_rigid(kinds[k % 2], 20, 10, turns ? none : pli_vec3_make(2, 0, 0), NULL);
+        pli_rigid_state state = pli_rigid_get_state(rigid);
+        state.linear_velocity = turns ? none : velocity;
+        state.angular_velocity = turns ? turn : none;
+        assert_int_equal(pli_rigid_set_state(rigid, &state), PLI_OK);
+        spin(body, none, state.angular_velocity, state.linear_velocity);
+        if (turns) {
+            add_angular(body, end_of_rigid(rigid), pli_vec3_make(1, 0, 0), 0.5f, free_joint);
+        } else {
+            add_linear(body, end_of_rigid(rigid), pli_vec3_make(1, 0, 0), 0.5f);
+        }
+        for (int i = 0; i < 60; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            assert_int_equal(pli_rigid_integrate(rigid, none, dt), PLI_OK);
+            const pli_transform frame = cluster_of(body, 0).frame, pose = pli_rigid_get_state(rigid).pose;
+            const pli_vec3 apart = pli_vec3_sub(pose.origin, frame.origin);
+            check_near(pli_vec3_length(apart), turns ? 0 : 2, 1e-3);
+            const pli_vec3 x = pli_vec3_make(1, 0, 0);
+            const pli_vec3 axis = pli_mat3_mul_vec3(frame.rotation, x), other = pli_mat3_mul_vec3(pose.rotation, x);
+            check_at_most(pli_vec3_length(pli_vec3_sub(axis, other)), 0.01);
+        }
+        check_near(cluster_of(body, 0).linear_velocity.x, turns ? 0 : 10, 1e-2);
+        check_near(pli_rigid_get_state(rigid).angular_velocity.z, turns ? 3 : 0, 0.5);
+        pli_rigid_destroy(rigid);
+        pli_body_destroy(body);
+    }
+}
+
+/* A body of any mass swings on a cluster of pinned nodes as on the world. */
+static void test_pinned_cluster_holds_what_is_heavy(void** unused) {
+    (void)unused;
+    const float masses[] = {1, 100, 1e4f};
+    for (int k = 0; k < 3; ++k) {
+        const pli_vec3 points[] = {{0, 0, 0}, {0.5f, 0, 0}, {0, 0.5f, 0}, {0, 0, 0.5f}};
+        const int nodes[] = {0, 1, 2, 3};
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+        pli_body* body = make_points(points, 4, 0.05f);
+        for (int i = 0; i < 4; ++i) {
+            assert_int_equal(pli_body_set_node_mass(body, i, 0), PLI_OK);
+        }
+        assert_int_equal(pli_body_add_cluster(body, nodes, 4, NULL), PLI_OK);
+        pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, masses[k], 0.1f * masses[k], pli_vec3_make(1.5f, 0, 0), NULL);
+        add_linear(body, end_of_rigid(rigid), pli_vec3_make(0.5f, 0, 0), 1);
+        double farthest = 0, lowest = 0;
+        for (int i = 0; i < 240; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            assert_int_equal(pli_rigid_integrate(rigid, pli_world_get_gravity(world), dt), PLI_OK);
+            const pli_vec3 arm = pli_vec3_sub(pli_rigid_get_state(rigid).pose.origin, pli_vec3_make(0.5f, 0, 0));
+            farthest = fmax(farthest, fabs((double)pli_vec3_length(arm) - 1));
+            lowest = fmin(lowest, (double)arm.y);
+        }
+        check_at_most(farthest, 0.02);
+        check_at_most(lowest, -0.98);
+        pli_rigid_destroy(rigid);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_linear_joint_holds_a_pendulum(void** unused) {
     (void)unused;
     const float splits[] = {0.0f, 0.5f, 1.0f};
@@ -522,6 +588,10 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_joint_starts_where_the_body_was_moved_to, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_what_flies_together_stays_together, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_pinned_cluster_holds_what_is_heavy, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joints_to_what_is_not_present_hold_nothing, setup_weightless_world,
                                         teardown_world),

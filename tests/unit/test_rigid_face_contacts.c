@@ -1165,11 +1165,45 @@ static void test_a_margin_that_is_set_in_a_step_keeps_its_way(void** state) {
     check_near(pli_body_get_bounds(cloth).max.y, -1 - 10 / 3600.0 + 0.08, 1e-5);
 }
 
+/* A cloth lies on a shelf, close below a lid of the same rigid body. When that goes, the shelf comes to have its index,
+   and not the side on which the cloth was of it. */
+static void test_sides_are_of_a_shape_and_not_of_an_index(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.02f, 10);
+    enable_faces(cloth);
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_box(f->context, pli_vec3_make(2, 0.1f, 2), &shape), PLI_OK);
+    pli_shape* other = NULL;
+    assert_int_equal(pli_shape_create_box(f->context, pli_vec3_make(2, 0.1f, 2), &other), PLI_OK);
+    pli_shape* const shapes[] = {shape, other};
+    const pli_transform poses[] = {at(0, 0.125f, 0), at(0, -0.121f, 0)};
+    pli_rigid_def def = pli_rigid_def_default();
+    def.shape_count = 2;
+    def.shapes = shapes;
+    def.shape_poses = poses;
+    pli_rigid* rigid = NULL;
+    assert_int_equal(pli_rigid_create(f->world, &def, &rigid), PLI_OK);
+    for (int i = 0; i < 20; ++i) {
+        assert_int_equal(pli_world_step(f->world, 1.0f / 60.0f), PLI_OK);
+    }
+    assert_int_equal(pli_rigid_set_shapes(rigid, 1, shapes + 1, poses + 1), PLI_OK);
+    for (int i = 0; i < 30; ++i) {
+        assert_int_equal(pli_world_step(f->world, 1.0f / 60.0f), PLI_OK);
+    }
+    const pli_body_view view = pli_body_get_view(cloth);
+    for (int i = 0; i < view.node_count; ++i) {
+        check_near(view.positions[i].y, 0, 0.01);
+    }
+    pli_shape_release(shape);
+    pli_shape_release(other);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_a_margin_that_is_set_in_a_step_keeps_its_way, setup_fixture,
                                         teardown_fixture),
         cmocka_unit_test_setup_teardown(test_balls_do_not_pass_a_coarse_cloth, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_sides_are_of_a_shape_and_not_of_an_index, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_balls_pass_without_face_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_boxes_and_sticks_do_not_pass_a_coarse_cloth, setup_fixture,
                                         teardown_fixture),

@@ -98,6 +98,35 @@ static void test_fast_pairs_do_not_cross(void** data) {
     }
 }
 
+/* Two triangles, one above the other, are led past each other, and stop. Then the upper one is let go, downwards. */
+static void test_what_was_pinned_does_not_go_through(void** data) {
+    self_scene* scene = *data;
+    for (int is_xpbd = 0; is_xpbd < 2; ++is_xpbd) {
+        const pli_vec3 x[6] = {{-0.5f, 0, 0},       {1.5f, 0, 0},        {0.5f, 0, 2},
+                               {1.4f, 0.08f, 0.2f}, {1.6f, 0.08f, 0.2f}, {1.5f, 0.08f, 0.5f}};
+        pli_vec3 v[6];
+        for (int i = 0; i < 6; ++i) {
+            v[i] = pli_vec3_make(i < 3 ? 30 : -30, 0, 0);
+        }
+        pli_body* body = make_triangles(scene, x, v);
+        if (is_xpbd == 1) { assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK); }
+        for (int i = 0; i < 6; ++i) {
+            assert_int_equal(pli_body_set_node_mass(body, i, 0), PLI_OK);
+        }
+        self_steps(scene, 1);
+        for (int i = 0; i < 6; ++i) {
+            if (i >= 3) { assert_int_equal(pli_body_set_node_mass(body, i, 1), PLI_OK); }
+            assert_int_equal(pli_body_set_node_velocity(body, i, pli_vec3_make(0, i >= 3 ? -6 : 0, 0)), PLI_OK);
+        }
+        self_steps(scene, 3);
+        const pli_vec4* p = pli_body_get_view(body).positions;
+        for (int i = 3; i < 6; ++i) {
+            assert_true(p[i].y > 0.01f);
+        }
+        pli_body_destroy(body);
+    }
+}
+
 static void test_crossings_are_counted(void** data) {
     self_scene* scene = *data;
     pli_vec3 x[6] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0.25f, -0.5f, 0.25f}, {0.25f, 0.5f, 0.25f}, {0.25f, 0.5f, 2}};
@@ -436,6 +465,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_node_is_kept_off_a_face, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_edge_is_kept_off_an_edge, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_fast_pairs_do_not_cross, self_scene_setup, self_scene_teardown),
+        cmocka_unit_test_setup_teardown(test_what_was_pinned_does_not_go_through, self_scene_setup,
+                                        self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_crossings_are_counted, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_twisted_cloth_does_not_cross_itself, self_scene_setup,
                                         self_scene_teardown),

@@ -643,10 +643,57 @@ static void test_soft_contacts_at_the_limits(void** state) {
     }
 }
 
+/* A sheet falls onto another one whose time goes slower or faster, and comes to lie there: what they push is told in
+   the time of each. */
+static void test_soft_contacts_of_different_time_scales(void** state) {
+    const fixture* f = *state;
+    const float scales[][2] = {{0.1f, 1}, {0.5f, 1}, {1, 0.5f}, {3, 1}};
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, -10, 0)), PLI_OK);
+    for (int k = 0; k < 8; ++k) {
+        pli_body* bodies[2];
+        for (int i = 0; i < 2; ++i) {
+            const float half = i == 0 ? 0.5f : 0.3f, height = 0.2f * (float)i;
+            pli_patch_def sheet = pli_patch_def_default();
+            sheet.corner_00 = pli_vec3_make(-half, height, -half);
+            sheet.corner_10 = pli_vec3_make(half, height, -half);
+            sheet.corner_01 = pli_vec3_make(-half, height, half);
+            sheet.corner_11 = pli_vec3_make(half, height, half);
+            sheet.columns = sheet.rows = i == 0 ? 11 : 9;
+            sheet.pins = i == 0 ? PLI_PATCH_PIN_CORNERS : 0;
+            pli_mesh* mesh = NULL;
+            assert_int_equal(pli_mesh_create_patch(f->context, &sheet, &mesh), PLI_OK);
+            bodies[i] = make_body(f, mesh, 0.03f, false);
+            if (k % 2 == 1) {
+                assert_int_equal(pli_body_enable_xpbd(bodies[i], NULL), PLI_OK);
+                assert_int_equal(pli_body_enable_xpbd_links(bodies[i], NULL), PLI_OK);
+            }
+            pli_solver_settings settings = pli_body_get_solver_settings(bodies[i]);
+            settings.position_iterations = 8;
+            settings.time_scale = scales[k / 2][i];
+            assert_int_equal(pli_body_set_solver_settings(bodies[i], &settings), PLI_OK);
+        }
+        double fastest = 0;
+        for (int i = 0; i < 240; ++i) {
+            assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+            const pli_body_view view = pli_body_get_view(bodies[1]);
+            for (int n = 0; n < view.node_count; ++n) {
+                fastest = fmax(fastest, (double)pli_vec3_length(xyz(view.velocities[n])));
+            }
+        }
+        /* 2 m/s are those of the fall. */
+        check_at_most(fastest, 4);
+        const float below = pli_body_get_view(bodies[0]).positions[60].y; /* the middles */
+        check_near(pli_body_get_view(bodies[1]).positions[40].y - below, 0.06, 0.02);
+        pli_body_destroy(bodies[0]);
+        pli_body_destroy(bodies[1]);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_keep_momentum, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_of_different_time_scales, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_at_the_limits, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),

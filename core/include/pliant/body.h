@@ -23,7 +23,9 @@ typedef struct pli_solver_settings {
     float drift_correction;  ///< default 1, up to PLI_MAX_FACTOR of either sign: share of the drift solve that enters
                              ///< the velocity. Bullet name: kVCF
     float velocity_damping;  ///< [0, 1], default 0: share of the velocity lost per step. Bullet name: kDP
-    float time_scale; ///< PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale
+    /// PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale. Rigid bodies keep
+    /// their own time: what touches or holds dynamic ones is to keep 1, as far below it both get energy from nothing.
+    float time_scale;
 } pli_solver_settings;
 
 /// pli_body_def::collision_margin: half the mean length of the links at rest, of faces' edges where there are no links,
@@ -229,8 +231,9 @@ PLI_API int pli_body_get_update_interval(const pli_body* body);
 /// (PLI_EVENT_BODY_FROZEN), or by pli_body_set_frozen.
 PLI_API bool pli_body_is_frozen(const pli_body* body);
 
-/// Takes a body out of the steps, or back in; it stays where it is and keeps its velocities. Forces that are added
-/// meanwhile are used up by each step, as ever.
+/// Takes a body out of the steps, or back in; it stays where it is, keeps its velocities and meets nothing: other soft
+/// bodies and rigid bodies go through it. Joints of other bodies to it hold; its own joints and anchors do not.
+/// Forces that are added meanwhile are used up by each step, as ever.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 

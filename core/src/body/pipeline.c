@@ -221,6 +221,15 @@ void plii_features_notify(const pli_body* about, plii_body_notice notice) {
     }
 }
 
+void plii_features_notify_shapes(const pli_rigid* rigid, bool are_others) {
+    for (PLII_EACH_BODY(body, rigid->world)) {
+        for (PLII_EACH_FEATURE(feature, body)) {
+            if (feature->klass->on_shapes_changed == NULL) { continue; }
+            feature->klass->on_shapes_changed(body, feature->state, rigid, are_others);
+        }
+    }
+}
+
 void plii_feature_disable_all(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
     /* A feature is enabled after its needs, so going backwards no need goes before its user. */

@@ -55,6 +55,8 @@ int plii_features_list_constraints(const pli_body* body, int parts, struct plii_
                                    int* capacity);
 /* Tells the features of all bodies in its world. */
 void plii_features_notify(const pli_body* about, plii_body_notice notice);
+/* The same, by on_shapes_changed. */
+void plii_features_notify_shapes(const pli_rigid* rigid, bool are_others);
 void plii_feature_disable_all(pli_body* body);
 size_t plii_feature_bytes(const pli_body* body);
 /* At most `capacity` of those that are enabled; returns how many there are. */

@@ -2,6 +2,7 @@
 
 #include "body/rigid_lanes.h"
 
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
@@ -162,11 +163,30 @@ static void rigid_release(pli_rigid* rigid) {
     plii_handle_release(context, rigid, PLII_HANDLE_RIGID, sizeof *rigid);
 }
 
+typedef enum rigid_shapes_change { RIGID_SAME_SHAPES, RIGID_SHAPES_MOVED, RIGID_OTHER_SHAPES } rigid_shapes_change;
+
+static rigid_shapes_change rigid_compare_shapes(const pli_rigid* rigid, int count, pli_shape* const* shapes,
+                                                const pli_transform* poses) {
+    const pli_transform identity = pli_transform_identity();
+    if (count != rigid->shape_count) { return RIGID_OTHER_SHAPES; }
+    rigid_shapes_change change = RIGID_SAME_SHAPES;
+    for (int i = 0; i < count; ++i) {
+        if (shapes[i] != rigid->shapes[i]) { return RIGID_OTHER_SHAPES; }
+        const bool stays = rigid_is_same_pose(&rigid->shape_poses[i], poses != NULL ? &poses[i] : &identity);
+        if (!stays) { change = RIGID_SHAPES_MOVED; }
+    }
+    return change;
+}
+
 static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* shapes, const pli_transform* poses) {
     if (!PLII_RESERVE(rigid->context, &rigid->shapes, &rigid->shape_capacity, count) ||
         !PLII_RESERVE(rigid->context, &rigid->shape_poses, &rigid->shape_pose_capacity, count) ||
         !PLII_RESERVE(rigid->context, &rigid->shape_places, &rigid->shape_place_capacity, count)) {
         return false;
+    }
+    const rigid_shapes_change change = rigid_compare_shapes(rigid, count, shapes, poses);
+    if (rigid->shape_count > 0 && change != RIGID_SAME_SHAPES) {
+        plii_features_notify_shapes(rigid, change == RIGID_OTHER_SHAPES);
     }
     /* Retain first: a shape may be in the old list and in the new one. */
     for (int i = 0; i < count; ++i) {
@@ -484,13 +504,40 @@ pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_v
     return response;
 }
 
-pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
-                             pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
+static pli_mat3 rigid_effective_mass(float dt, float point_inverse_mass, pli_mat3 rigid) {
     const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
-    const pli_mat3 rigid = plii_point_response(rigid_inverse_mass, rigid_inverse_inertia, offset);
     pli_mat3 matrix = plii_mat3_inverse(plii_mat3_add(point, rigid));
     for (int i = 0; i < 3; ++i) {
         matrix.rows[i] = pli_vec3_scale(matrix.rows[i], 1.0f / dt);
     }
     return matrix;
+}
+
+pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
+                             pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
+    return rigid_effective_mass(dt, point_inverse_mass,
+                                plii_point_response(rigid_inverse_mass, rigid_inverse_inertia, offset));
+}
+
+pli_mat3 plii_rigid_inertia(const pli_rigid* rigid) {
+    const pli_vec3 factor = rigid->angular_factor;
+    const pli_mat3* inertia = &rigid->state.inverse_inertia_world;
+    return (pli_mat3){{pli_vec3_scale(inertia->rows[0], factor.x), pli_vec3_scale(inertia->rows[1], factor.y),
+                       pli_vec3_scale(inertia->rows[2], factor.z)}};
+}
+
+pli_mat3 plii_rigid_response(const pli_rigid* rigid, pli_vec3 offset) {
+    pli_mat3 response = plii_point_response(rigid->state.inverse_mass, plii_rigid_inertia(rigid), offset);
+    for (int i = 0; i < 3; ++i) {
+        response.rows[i] = pli_vec3_mul(response.rows[i], rigid->linear_factor);
+    }
+    return response;
+}
+
+pli_mat3 plii_rigid_effective_mass(float dt, float point_inverse_mass, const pli_rigid* rigid, pli_vec3 offset) {
+    const pli_mat3 matrix = rigid_effective_mass(dt, point_inverse_mass, plii_rigid_response(rigid, offset));
+    if (plii_mat3_is_finite(matrix)) { return matrix; }
+    /* A pinned point, and a body that is held along an axis: impulses along that do nothing, whatever they are. */
+    return plii_effective_mass(dt, point_inverse_mass, rigid->state.inverse_mass, rigid->state.inverse_inertia_world,
+                               offset);
 }

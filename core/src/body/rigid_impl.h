@@ -168,6 +168,11 @@ static inline pli_vec3 plii_rigid_spin_of(const pli_rigid* rigid, pli_vec3 direc
     const pli_vec3 torque = pli_vec3_cross(offset, pli_vec3_mul(direction, rigid->linear_factor));
     return pli_vec3_mul(pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque), rigid->angular_factor);
 }
+/* The velocity along a direction of any length but zero that a unit impulse along it brings to the centre; 1/kg. */
+static inline float plii_rigid_linear_response(const pli_rigid* rigid, pli_vec3 direction) {
+    const float along = pli_vec3_dot(direction, pli_vec3_mul(direction, rigid->linear_factor));
+    return rigid->state.inverse_mass * (along / pli_vec3_length_squared(direction));
+}
 /* plii_rigid_apply_impulse along such a direction. */
 static inline void plii_rigid_apply_along(pli_rigid* rigid, pli_vec3 direction, pli_vec3 spin, float impulse) {
     const float change = rigid->state.inverse_mass * impulse;
@@ -183,3 +188,8 @@ pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_v
    (1/dt) * inverse(inverse_mass * I + inverse_mass_b * I - [offset]x W [offset]x). Bullet: ImpulseMatrix(dt, ...) */
 pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
                              pli_mat3 rigid_inverse_inertia, pli_vec3 offset);
+/* The same with the factors of a rigid body, which Bullet leaves out here: where they hold a light body, it would seem
+   to give way. Equal bit for bit where all factors are 1. */
+pli_mat3 plii_rigid_inertia(const pli_rigid* rigid); /* the inverse one */
+pli_mat3 plii_rigid_response(const pli_rigid* rigid, pli_vec3 offset);
+pli_mat3 plii_rigid_effective_mass(float dt, float point_inverse_mass, const pli_rigid* rigid, pli_vec3 offset);

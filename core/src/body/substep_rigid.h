@@ -68,7 +68,7 @@ static inline void plii_substep_rigid_point_shift(const plii_substep_rigid_point
 }
 /* Inverse of the mass that the point shows along a unit vector, 1/kg. */
 static inline float plii_substep_rigid_point_weight(const plii_substep_rigid_point* point, pli_vec3 direction) {
-    const pli_rigid* rigid = point->rigid;
     const pli_vec3 arm = pli_vec3_cross(point->offset, direction);
-    return rigid->state.inverse_mass + pli_vec3_dot(arm, pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, arm));
+    const pli_vec3 spin = plii_rigid_spin_of(point->rigid, direction, point->offset);
+    return plii_rigid_linear_response(point->rigid, direction) + pli_vec3_dot(arm, spin);
 }

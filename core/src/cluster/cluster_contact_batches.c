@@ -234,7 +234,6 @@ static plii_float4 groups_count_lanes(plii_contact_batch* group, plii_float4 inv
 
 /* What the contacts of a group have in common while they are prepared. */
 typedef struct group_terms {
-    float inverse_dt;
     plii_float4 inverse_masses[2];
     plii_vec3x4 inertia[2][3];   /* rows of the inverse inertias */
     plii_vec3x4 angular_factors; /* of side 1, as plii_rigid_apply_impulse knows them, negative */
@@ -258,7 +257,7 @@ static void groups_load_factors(plii_contact_batch* group, group_terms* terms) {
         plii_vec3x4_scale(plii_vec3x4_neg(groups_from_vectors(linear)), terms->inverse_masses[1]);
 }
 
-static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_batch* group, const plii_step* step) {
+static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_batch* group) {
     plii_group_side *a = &group->sides[0], *b = &group->sides[1];
     const pli_mat3* inertias[2][PLII_GROUP_LANES];
     plii_float4 included;
@@ -273,7 +272,6 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
         group->frictions[lane] = contact->as.terms.w;
     }
     const plii_float4 counts = groups_count_lanes(group, terms.inverse_masses[1]);
-    terms.inverse_dt = step->inverse_dt;
     terms.inverse_masses[1] *= counts;
     for (int i = 0; i < 3; ++i) {
         const pli_vec3* rows[2][PLII_GROUP_LANES];
@@ -338,10 +336,10 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.terms), plii_float4_from(&contacts[1]->as.terms),
                             plii_float4_from(&contacts[2]->as.terms), plii_float4_from(&contacts[3]->as.terms)};
     plii_float4_transpose(terms);
-    const plii_float4 depth = terms[0], hardness = terms[1], split = terms[2];
+    const plii_float4 recovery = terms[0], hardness = terms[1], split = terms[2];
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, block->arms);
     const plii_float4 included = plii_lanes_min(plii_vec3x4_dot(velocity, block->directions[0]), zero);
-    const plii_float4 speed_out = depth * plii_float4_all(common->inverse_dt) + included;
+    const plii_float4 speed_out = recovery + included;
     /* Not there yet: slow enough not to get deeper. */
     const plii_mask4 is_deep = zero < speed_out;
     const plii_float4 corrected = speed_out * hardness;
@@ -352,9 +350,9 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     block->drifts = plii_lanes_select(is_deep, limited, zero);
 }
 
-static void groups_prepare(plii_contact_batches* groups, const plii_step* step) {
+static void groups_prepare(plii_contact_batches* groups) {
     for (PLII_EACH(plii_contact_batch, group, groups->groups, groups->count)) {
-        const group_terms common = groups_load_terms(groups, group, step);
+        const group_terms common = groups_load_terms(groups, group);
         for (int k = 0; k < group->block_count; ++k) {
             const plii_cluster_contact* contacts[PLII_GROUP_LANES];
             for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
@@ -442,7 +440,7 @@ static void groups_read_rigids(plii_contact_batches* groups) {
     }
 }
 
-bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups, const plii_step* step) {
+bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups) {
     while (groups->open_groups != 0) {
         groups_close(groups, __builtin_ctzll(groups->open_groups));
     }
@@ -457,7 +455,7 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* gr
     }
     groups->block_count = block_count;
     groups_read_rigids(groups);
-    groups_prepare(groups, step);
+    groups_prepare(groups);
     return true;
 }
 

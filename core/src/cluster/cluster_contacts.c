@@ -51,7 +51,7 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) 
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
     (void)plii_contact_batches_reserve(body->context, &state->groups, capacity);
-    (void)plii_contact_batches_prepare(body->context, &state->groups, &body->step);
+    (void)plii_contact_batches_prepare(body->context, &state->groups);
 }
 
 static void cluster_contacts_prepare(pli_body* body, void* data) {
@@ -106,6 +106,22 @@ static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, con
 }
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     cluster_contacts_on_body_removed(body, data, NULL);
+}
+
+static void cluster_contacts_measure_anew(plii_cluster_contacts* state, plii_pair_record* records, int count,
+                                          const pli_rigid* rigid, bool are_others) {
+    for (PLII_EACH(plii_pair_record, record, records, count)) {
+        if (record->key.other != rigid) { continue; }
+        if (record->slot > 0) { state->manifolds[record->slot - 1].key = NULL; }
+        if (are_others) { record->cache = (plii_convex_cache){.count = 0}; }
+    }
+}
+static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
+    plii_cluster_contacts* state = data;
+    plii_pair_cache* memory = &state->memory;
+    if (plii_body_clusters(body)->def.reference_mode) { return; } /* which follows no pairs */
+    cluster_contacts_measure_anew(state, memory->present, memory->present_count, rigid, are_others);
+    cluster_contacts_measure_anew(state, memory->before, memory->before_count, rigid, are_others);
 }
 
 /* New members join clusters, which keep their indices. */
@@ -257,6 +273,7 @@ const plii_feature_class plii_cluster_contacts_class = {
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
     .on_rigid_removed = cluster_contacts_on_rigid_removed,
+    .on_shapes_changed = cluster_contacts_on_shapes_changed,
     .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body_removed,
                 [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_clusters_removed,
                 [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body_removed},

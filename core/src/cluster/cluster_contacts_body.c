@@ -143,6 +143,8 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
         .friction = plii_min(state->def.friction, other_state->def.friction),
         .hardness = plii_max(state->def.soft_hardness, other_state->def.soft_hardness),
         .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
+        /* The longer step, lest the body that has it goes too far. */
+        .inverse_dt = plii_min(body->step.inverse_dt, other->step.inverse_dt),
     };
     const plii_contact_terms terms[2] = {both, both};
     const plii_clusters *clusters = plii_body_clusters(body), *other_clusters = plii_body_clusters(other);

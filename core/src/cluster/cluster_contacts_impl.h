@@ -27,7 +27,8 @@ typedef struct plii_cluster_contact {
     bool is_self, reference_mode;
     union {
         plii_cluster_contact_as_reference reference;
-        /* x: depth, m; y: hardness; z: fraction of the correction that is a displacement; w: Coulomb's friction. */
+        /* x: speed that takes the depth back in a step, m/s; y: hardness; z: fraction of the correction that is a
+           displacement; w: Coulomb's friction. */
         pli_vec4 terms;
     } as;
 } plii_cluster_contact;
@@ -91,7 +92,7 @@ typedef struct plii_contact_batches {
 bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count);
 bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
                               int count);
-bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups, const plii_step* step);
+bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups);
 /* One iteration. */
 void plii_contact_batches_solve(plii_contact_batches* groups);
 /* Hands impulses and displacements on to the clusters. */
@@ -102,6 +103,7 @@ typedef struct plii_contact_terms {
     float margin; /* of both sides, `radius` included */
     float radius; /* of the other side's shape round its core */
     float friction, hardness, split;
+    float inverse_dt; /* 1/s, of the step in which both sides move; bodies have steps of their own */
 } plii_contact_terms;
 
 #define PLII_MANIFOLD_POINTS 7

@@ -55,7 +55,7 @@ static void cluster_contact_set(plii_cluster_contact* contact, const pli_cluster
     contact->arms[0] = pli_vec3_sub(point, centre);
     contact->arms[1] = pli_vec3_sub(point, other_centre);
     const float depth = terms->margin - info->distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
-    contact->as.terms = (pli_vec4){depth, terms->hardness, terms->split, terms->friction};
+    contact->as.terms = (pli_vec4){depth * terms->inverse_dt, terms->hardness, terms->split, terms->friction};
 }
 
 /* False when the sides are not near enough or the distance makes no sense. */

@@ -12,9 +12,12 @@
 static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, const plii_cluster_contacts* state,
                                                        const pli_rigid* rigid, float radius) {
     const bool is_dynamic = rigid->kind == PLI_RIGID_DYNAMIC;
-    return (plii_contact_terms){radius + body->collision_margin, radius, plii_min(state->def.friction, rigid->friction),
+    return (plii_contact_terms){radius + body->collision_margin,
+                                radius,
+                                plii_min(state->def.friction, rigid->friction),
                                 is_dynamic ? state->def.dynamic_hardness : state->def.static_hardness,
-                                is_dynamic ? state->def.dynamic_split : state->def.static_split};
+                                is_dynamic ? state->def.dynamic_split : state->def.static_split,
+                                body->step.inverse_dt};
 }
 
 /* Adds nodes within the margin of the shape's surface, but for those near the first; `nodes`: what was measured. */

@@ -2,11 +2,13 @@
 
 #include "base/csr.h"
 #include "cluster/cluster_impl.h"
+#include "math/bounds.h"
 
 /* Everything that one generation needs besides the clusters themselves. */
 typedef struct generate_work {
     plii_scratch scratch;
     int group_count;
+    float tolerance;    /* m^2, see generate_tolerance */
     int* group_of_node; /* [node_count] */
     int* node_order;    /* [node_count] nodes of one group after the other, in the order they joined */
     int* group_begin;   /* [group_count + 1] into node_order */
@@ -18,6 +20,18 @@ typedef struct generate_work {
     int* listed_in1;    /* [node_count] the last group, + 1, that got the node as one beyond its own */
     int* order;         /* [group_count + 1] of the clusters: group, or -1 for all nodes */
 } generate_work;
+
+/* m^2: what centres move at most when they have come to rest. Bullet's is the same for bodies of any size; one of a few
+   centimetres would keep the groups that it starts with, of nodes from all over the body. */
+static float generate_tolerance(const pli_body* body, bool reference_mode) {
+    const pli_vec3 first = plii_xyz(body->positions[0]);
+    pli_bounds all = {first, first};
+    for (int i = 1; i < body->node_count; ++i) {
+        all = plii_bounds_add(all, plii_xyz(body->positions[i]));
+    }
+    const float size_squared = pli_vec3_length_squared(pli_vec3_sub(all.max, all.min));
+    return reference_mode ? PLII_EPSILON : PLII_EPSILON * plii_min(size_squared, 1.0f);
+}
 
 /* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */
 static bool generate_move_centres(const pli_body* body, generate_work* g, float over_relaxation) {
@@ -32,7 +46,7 @@ static bool generate_move_centres(const pli_body* body, generate_work* g, float 
         mean = plii_vec3_divide(mean, (float)(end - begin));
         const pli_vec3 old = g->centres[i];
         const pli_vec3 moved = pli_vec3_add(old, pli_vec3_scale(pli_vec3_sub(mean, old), over_relaxation));
-        changed = changed || pli_vec3_length_squared(pli_vec3_sub(moved, old)) > PLII_EPSILON;
+        changed = changed || pli_vec3_length_squared(pli_vec3_sub(moved, old)) > g->tolerance;
         g->centres[i] = moved;
     }
     return changed;
@@ -144,6 +158,7 @@ static pli_status generate_run(pli_body* body, generate_work* g, int max_iterati
     g->corner_begin = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
     g->listed_in1 = PLII_TAKE(&g->scratch, int, body->node_count);
     if (g->scratch.is_short) { return PLI_ERROR_OUT_OF_MEMORY; }
+    g->tolerance = generate_tolerance(body, clusters->def.reference_mode);
     generate_group_nodes(body, g, max_iterations);
     for (int c = 0; c < corner_count; ++c) {
         g->corner_groups[c] = g->group_of_node[body->topology->faces[c / 3][c % 3]];
@@ -168,7 +183,7 @@ static pli_status generate_replace(pli_body* body, int count, int max_iterations
     const bool was_enabled = plii_body_clusters(body) != NULL;
     if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     plii_clusters* clusters = plii_body_clusters(body);
-    plii_clusters fresh = {.def = clusters->def};
+    plii_clusters fresh = {.def = clusters->def, .revision = clusters->revision};
     pli_status status;
     if (count > 0) {
         generate_work g = {.scratch = {.context = body->context}, .group_count = count};

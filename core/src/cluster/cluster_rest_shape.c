@@ -3,7 +3,8 @@
 #include "cluster/cluster_impl.h"
 #include "math/rotation_fit.h"
 
-/* Mass of a pinned node: in reference mode an absolute one, else this many times all other masses of the cluster. */
+/* Mass of a pinned node: in reference mode an absolute one, else this many times all other masses of the cluster. Where
+   there are none it is that of the heaviest that there is, since whatever hangs on the cluster shall not move it. */
 #define CLUSTER_BULLET_PINNED_MASS 1e18f
 #define CLUSTER_PINNED_MASS_RATIO 1e6
 
@@ -20,7 +21,9 @@ static void cluster_update_masses(const pli_body* body, const plii_clusters* clu
         }
     }
     float pinned_mass = CLUSTER_BULLET_PINNED_MASS;
-    if (!clusters->def.reference_mode) { pinned_mass = (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)); }
+    if (!clusters->def.reference_mode) {
+        pinned_mass = free_mass > 0.0 ? (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)) : PLI_MAX_MASS;
+    }
     float total = 0.0f;
     for (int i = 0; i < cluster->member_count; ++i) {
         const float inverse_mass = body->positions[members[i].node].w;

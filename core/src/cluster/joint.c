@@ -23,17 +23,45 @@ static void joints_visit_joined(const void* state, plii_joined_fn* visit, void* 
     }
 }
 
+/* The host may move the rigid bodies from here on. */
+static void joints_note_starts(pli_body* body, void* state) {
+    const joints_state* joints = state;
+    for (int i = 0; i < joints->count; ++i) {
+        pli_rigid* rigid = joints->items[i].other.rigid;
+        if (rigid != NULL) { plii_rigid_begin_path(rigid); }
+    }
+}
+
+/* The cluster is where the step leads. A rigid body that its host has not moved yet goes along with what the two have
+   in common, or what flies with it would lag by a step's motion, as it does in Bullet. */
+static void joint_move_along(const pli_body* body, const pli_rigid* rigid, plii_joint* joint) {
+    const plii_cluster* cluster = joint->sides[0].target.cluster;
+    if (cluster == NULL || rigid->kind == PLI_RIGID_STATIC || plii_rigid_is_moved_by_host(rigid)) { return; }
+    const pli_vec3 turn = plii_xyz(cluster->angular_velocity);
+    const pli_vec3 arm = pli_vec3_sub(rigid->state.pose.origin, cluster->frame.origin);
+    const pli_vec3 there = pli_vec3_add(plii_xyz(cluster->linear_velocity), pli_vec3_cross(turn, arm));
+    const float share = cluster->inverse_mass / (cluster->inverse_mass + rigid->state.inverse_mass);
+    joint->sides[1].frame =
+        plii_rigid_advance(rigid->state.pose, pli_vec3_lerp(there, rigid->state.linear_velocity, share),
+                           pli_vec3_lerp(turn, rigid->state.angular_velocity, share), body->step.dt);
+}
+
 static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
+    if (joints->count == 0) { return; } /* nor need there be clusters */
+    const bool reference_mode = plii_body_clusters(body)->def.reference_mode;
     for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
-        const pli_rigid* rigid = joint->other.rigid;
+        pli_rigid* rigid = joint->other.rigid;
         joint->is_idle = rigid != NULL && rigid->is_absent;
         if (joint->is_idle) { continue; }
-        joint->keeps_momentum =
-            rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.reference_mode;
+        joint->keeps_momentum = rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !reference_mode;
         joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_end_of(&joint->other);
-        if (joint->other.rigid != NULL) { plii_rigid_touch(joint->other.rigid); }
+        joint->sides[1].has_factors = joint->keeps_momentum;
+        if (rigid != NULL) {
+            plii_rigid_touch(rigid);
+            if (!reference_mode) { joint_move_along(body, rigid, joint); }
+        }
         joint->klass->prepare(joint, body->step.dt, body->world->joint_iterations);
     }
 }
@@ -151,7 +179,8 @@ const plii_feature_class plii_joints_class = {
         {PLII_COUNTED_LIST(joints_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("JiiPiR9f3X*"),
          .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
         {PLII_COUNTED_LIST(joints_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
-    .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
+    .stages = {[PLII_STAGE_UPDATE] = {joints_note_starts, JOINTS_ORDER},
+               [PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .visit_joined = joints_visit_joined,

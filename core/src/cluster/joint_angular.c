@@ -33,7 +33,7 @@ static void angular_joint_prepare(plii_joint* joint, float dt, int iterations) {
     joint->impulse_matrix = plii_joint_angular_impulse_matrix(&joint->sides[0], &joint->sides[1]);
     plii_joint_split_drift(joint, iterations,
                            pli_vec3_dot(error, pli_mat3_mul_vec3(joint->sides[0].inverse_inertia, error)),
-                           pli_vec3_dot(error, pli_mat3_mul_vec3(joint->sides[1].inverse_inertia, error)));
+                           pli_vec3_dot(error, pli_mat3_mul_vec3(plii_joint_end_inertia(&joint->sides[1]), error)));
 }
 
 static void angular_joint_solve(plii_joint* joint) {

@@ -26,16 +26,34 @@ static pli_mat3 joint_finite_inverse(pli_mat3 m) {
     const pli_mat3 inverse = plii_mat3_inverse(m);
     return plii_mat3_is_finite(inverse) ? inverse : plii_mat3_diagonal(0, 0, 0);
 }
+/* `other` where the inverse is not finite: what is held along an axis takes no impulse along it anyway. */
+static pli_mat3 joint_inverse_or(pli_mat3 m, pli_mat3 other) {
+    const pli_mat3 inverse = plii_mat3_inverse(m);
+    return plii_mat3_is_finite(inverse) ? inverse : joint_finite_inverse(other);
+}
+
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b) {
-    return joint_finite_inverse(plii_mat3_add(plii_point_response(a->inverse_mass, a->inverse_inertia, r_a),
-                                              plii_point_response(b->inverse_mass, b->inverse_inertia, r_b)));
+    const pli_mat3 own = plii_point_response(a->inverse_mass, a->inverse_inertia, r_a);
+    const pli_mat3 all = plii_mat3_add(own, plii_point_response(b->inverse_mass, b->inverse_inertia, r_b));
+    if (!b->has_factors) { return joint_finite_inverse(all); }
+    return joint_inverse_or(plii_mat3_add(own, plii_rigid_response(b->target.rigid, r_b)), all);
 }
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b) {
-    return joint_finite_inverse(plii_mat3_add(a->inverse_inertia, b->inverse_inertia));
+    return joint_inverse_or(plii_mat3_add(a->inverse_inertia, plii_joint_end_inertia(b)),
+                            plii_mat3_add(a->inverse_inertia, b->inverse_inertia));
+}
+
+pli_mat3 plii_joint_end_inertia(const plii_joint_end* side) {
+    return side->has_factors ? plii_rigid_inertia(side->target.rigid) : side->inverse_inertia;
 }
 
 float plii_joint_end_response(const plii_joint_end* side, pli_vec3 offset, pli_vec3 direction) {
     const pli_vec3 angular_change = pli_vec3_cross(offset, direction);
+    if (side->has_factors) {
+        const pli_rigid* rigid = side->target.rigid;
+        return rigid->state.inverse_mass * pli_vec3_dot(direction, pli_vec3_mul(direction, rigid->linear_factor)) +
+               pli_vec3_dot(angular_change, plii_rigid_spin_of(rigid, direction, offset));
+    }
     return side->inverse_mass * pli_vec3_length_squared(direction) +
            pli_vec3_dot(angular_change, pli_mat3_mul_vec3(side->inverse_inertia, angular_change));
 }

@@ -17,6 +17,7 @@ typedef struct plii_joint_end {
     pli_vec3 rest_centre; /* of the cluster; zero else */
     float inverse_mass;
     pli_mat3 inverse_inertia;
+    bool has_factors; /* of side 1: those of the rigid body count, which Bullet leaves out */
 } plii_joint_end;
 
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster);
@@ -26,6 +27,8 @@ plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid);
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b);
 /* Bullet: AngularImpulseMatrix */
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b);
+/* The inverse one, with factors where these count. */
+pli_mat3 plii_joint_end_inertia(const plii_joint_end* side);
 
 /* Velocity along a unit vector per unit of impulse along it, 1/kg; in proportion to the square of another length. */
 float plii_joint_end_response(const plii_joint_end* side, pli_vec3 offset, pli_vec3 direction);

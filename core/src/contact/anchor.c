@@ -71,8 +71,10 @@ static void anchor_prepare(pli_body* body, void* state) {
         anchor->step.offset = offset;
         anchor->step.goal = pli_vec3_add(offset, rigid_state->pose.origin);
         anchor->step.goal_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, offset), dt);
-        anchor->step.matrix = plii_effective_mass(dt, inverse_mass, rigid_state->inverse_mass,
-                                                  rigid_state->inverse_inertia_world, offset);
+        anchor->step.matrix = body->world->def.reference_mode
+                                  ? plii_effective_mass(dt, inverse_mass, rigid_state->inverse_mass,
+                                                        rigid_state->inverse_inertia_world, offset)
+                                  : plii_rigid_effective_mass(dt, inverse_mass, rigid, offset);
         if (anchor_is_exact(body, anchor)) {
             anchor->step.goal = pli_transform_point(anchor_end_pose(body, anchor), anchor->pivot);
         }
@@ -188,9 +190,9 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
         if (rigid->kind == PLI_RIGID_DYNAMIC) { plii_substep_rigid_pivot_turn(&anchor->substeps.pivot); }
         const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
         anchor->substeps.multiplier = pli_vec3_make(0, 0, 0);
+        const float alpha = anchor_alpha(anchor, substep);
         anchor->substeps.inverse =
-            plii_effective_mass(1.0f, substep->displacements[anchor->node].w + anchor_alpha(anchor, substep),
-                                rigid->state.inverse_mass, rigid->state.inverse_inertia_world, point->offset);
+            plii_rigid_effective_mass(1.0f, substep->displacements[anchor->node].w + alpha, rigid, point->offset);
     }
 }
 

@@ -48,11 +48,11 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
     contact->arm = plii_dvec3_to_float(
         plii_dvec3_add_scaled(arm, plii_dvec3_from(contact->normal), (double)body->collision_margin));
     contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt));
-    contact->impulse_matrix = plii_effective_mass(dt, face_weight, rigid->state.inverse_mass,
-                                                  rigid->state.inverse_inertia_world, contact->arm);
+    contact->impulse_matrix = plii_rigid_effective_mass(dt, face_weight, rigid, contact->arm);
     const pli_vec3 torque = pli_vec3_cross(contact->arm, contact->normal);
-    const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque);
-    contact->normal_response = dt * (face_weight + rigid->state.inverse_mass + pli_vec3_dot(spin, torque));
+    const pli_vec3 spin = plii_rigid_spin_of(rigid, contact->normal, contact->arm);
+    contact->normal_response =
+        dt * (face_weight + plii_rigid_linear_response(rigid, contact->normal) + pli_vec3_dot(spin, torque));
 }
 
 /* Gap that another body which cannot move leaves at the point of a contact with one; negative where the two are nearer
@@ -157,7 +157,7 @@ static void rigid_faces_stop(pli_body* body, const plii_rigid_faces* state, int 
         const pli_vec3 n = contact->normal, surface = plii_rigid_velocity_at(contact->rigid, contact->arm);
         const pli_vec3 point = plii_contact_blend(body->velocities, contact->nodes, contact->weights);
         const float speed = pli_vec3_dot(n, pli_vec3_sub(point, surface));
-        if (!(contact->push > 0.0f) || !(speed < 0.0f)) { continue; }
+        if (!(contact->push > 0.0f) || !(speed < 0.0f) || !(contact->normal_response > 0.0f)) { continue; }
         const pli_vec3 impulse = pli_vec3_scale(n, speed * body->step.dt / contact->normal_response);
         const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
         for (int k = 0; k < 3; ++k) {
@@ -200,6 +200,10 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
 
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
     for (int i = 0; i < state->candidate_count; ++i) {
+        const plii_rigid_faces_candidate* candidate = &state->candidates[i];
+        const pli_rigid* rigid = candidate->rigid;
+        const int index = candidate->shape_index;
+        if (index >= rigid->shape_count || rigid->shapes[index] != candidate->shape) { continue; } /* replaced since */
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         pass.is_at_end = true;
         (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
@@ -383,6 +387,11 @@ static void rigid_faces_on_rigid_removed(pli_body* body, void* data, const pli_r
     PLII_REMOVE_IF(plii_rigid_face_contact, contact, state->contacts, state->count, contact->rigid == rigid);
 }
 
+/* Those that only lie in other places have moved, as with their body. */
+static void rigid_faces_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
+    if (are_others) { plii_pair_cache_forget(body->context, &((plii_rigid_faces*)data)->memory, rigid); }
+}
+
 static pli_status rigid_faces_enable(pli_body* body, void* data) {
     ++body->sweeping_features;
     return PLI_OK;
@@ -442,6 +451,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .visit_contacts = rigid_faces_visit_contacts,
     .visit_met = rigid_faces_visit_met,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
+    .on_shapes_changed = rigid_faces_on_shapes_changed,
     .build = rigid_faces_build,
 };
 

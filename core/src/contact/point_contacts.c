@@ -28,7 +28,8 @@ void plii_point_contact_begin(pli_body* body, plii_point_contact* contact) {
     contact->turn = pli_vec3_cross(surface->offset, contact->normal);
     contact->spin = plii_rigid_spin_of(surface->rigid, contact->normal, surface->offset);
     contact->point_weight = point_inverse_mass(body, contact);
-    contact->surface_weight = surface->rigid->state.inverse_mass + pli_vec3_dot(contact->turn, contact->spin);
+    contact->surface_weight =
+        plii_rigid_linear_response(surface->rigid, contact->normal) + pli_vec3_dot(contact->turn, contact->spin);
 }
 
 static inline float point_height(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,

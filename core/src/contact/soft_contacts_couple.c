@@ -27,10 +27,11 @@ typedef struct couple_side {
     pli_vec4 *moves, *starts;
     pli_vec3* shifts; /* may be NULL */
     float here, along, before;
+    float rate; /* of its time against that of the body that is solved: each has a step of its own */
     bool is_beside;
 } couple_side;
 
-static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time time) {
+static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time time, float rate) {
     couple_side side = {.body = body,
                         .positions = body->positions,
                         .moves = body->positions,
@@ -39,6 +40,7 @@ static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time ti
                         .here = 0.0f,
                         .along = 1.0f,
                         .before = 1.0f,
+                        .rate = rate,
                         .is_beside = is_beside};
     if (time.substep == NULL) { return side; }
     if (body->substep != NULL) {
@@ -47,8 +49,8 @@ static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time ti
         side.here = 1.0f;
     } else { /* it is, or will be, at its positions at the end of the step */
         side.moves = body->velocities;
-        side.here = -time.substep->remaining;
-        side.along = time.dt;
+        side.here = -time.substep->remaining * rate;
+        side.along = time.dt * rate;
         side.before = 0.0f;
     }
     return side;
@@ -63,8 +65,9 @@ typedef struct couple_pair {
 
 static couple_pair couple_pair_of(pli_body* body, pli_body* other, couple_time time) {
     const bool is_beside = body->island != NULL && other->island == body->island;
-    return (couple_pair){.node = couple_side_of(body, true, time),
-                         .face = couple_side_of(other, is_beside, time),
+    const float rate = is_beside ? 1.0f : other->step.dt / body->step.dt;
+    return (couple_pair){.node = couple_side_of(body, true, time, 1.0f),
+                         .face = couple_side_of(other, is_beside, time, rate),
                          .is_idle = plii_body_is_idle(other),
                          .time = time};
 }
@@ -100,10 +103,10 @@ PLII_SIMD_INLINE void couple_add(pli_vec4* to, plii_float4 by) {
 }
 
 /* A body that is not solved side by side is where its velocity leads to. */
-static void couple_accelerate(pli_body* body, int node, plii_float4 by, couple_time time) {
+static void couple_accelerate(const couple_side* side, int node, plii_float4 by, couple_time time) {
     const float left = time.dt + (time.substep != NULL ? time.substep->remaining : 0.0f);
-    couple_add(&body->velocities[node], by * time.inverse_dt);
-    couple_add(&body->positions[node], by * time.inverse_dt * left);
+    couple_add(&side->body->velocities[node], by * (time.inverse_dt / side->rate));
+    couple_add(&side->body->positions[node], by * time.inverse_dt * left);
 }
 
 typedef void couple_effect(const couple_side* side, int node, plii_float4 by, couple_time time);
@@ -112,7 +115,7 @@ PLII_SIMD_INLINE void couple_move(const couple_side* side, int node, plii_float4
     if (side->is_beside) {
         couple_add(&side->moves[node], by);
     } else {
-        couple_accelerate(side->body, node, by, time);
+        couple_accelerate(side, node, by, time);
     }
 }
 
@@ -124,7 +127,7 @@ PLII_SIMD_INLINE void couple_shift(const couple_side* side, int node, plii_float
 
 /* As if the node had started there, so that no velocity comes of it. */
 PLII_SIMD_INLINE void couple_still(const couple_side* side, int node, plii_float4 by, couple_time time) {
-    if (!side->is_beside) { couple_accelerate(side->body, node, -by, time); }
+    if (!side->is_beside) { couple_accelerate(side, node, -by, time); }
     couple_add(&side->starts[node], by);
 }
 

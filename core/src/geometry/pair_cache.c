@@ -67,6 +67,12 @@ void plii_pair_cache_clear(plii_pair_cache* cache) {
     plii_key_table_clear(&cache->table);
 }
 
+void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const void* other) {
+    const int count = cache->before_count;
+    PLII_REMOVE_IF(plii_pair_record, record, cache->before, cache->before_count, record->key.other == other);
+    if (cache->before_count < count) { (void)plii_pair_cache_index_before(context, cache); }
+}
+
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
     if (!PLII_RESERVE(context, &cache->present, &cache->present_capacity, cache->present_count + 1)) { return NULL; }
     plii_pair_record* record = &cache->present[cache->present_count++];

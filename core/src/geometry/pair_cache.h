@@ -38,8 +38,10 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache);
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
-/* Somebody goes away or changes: all pairs start anew. */
+/* Somebody goes away or changes: all pairs start anew, or those with that `other` in their keys. */
 void plii_pair_cache_clear(plii_pair_cache* cache);
+/* Before pairs are asked for in a step. */
+void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const void* other);
 /* What was before was replaced. False when out of memory, which cannot be where as many were; nothing is remembered. */
 bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache);
 /* Of one that was read: points are no more than there are, and indices of the step before below `before_count`. */

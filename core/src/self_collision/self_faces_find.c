@@ -134,11 +134,6 @@ static void self_faces_hit(int other, void* user) {
     const pli_vec3 apart = plii_vec3_max(pli_vec3_sub(a->min, b->max), pli_vec3_sub(b->min, a->max));
     const float distance = pli_vec3_length(plii_vec3_max(apart, pli_vec3_make(0, 0, 0)));
     if (!(distance <= state->reach)) { return; }
-    float mobility = 0.0f;
-    for (int k = 0; k < 4; ++k) {
-        mobility += body->positions[nodes[k]].w;
-    }
-    if (!(mobility > 0.0f)) { return; }
     plii_self_faces_hits* hits = query->hits;
     if (!PLII_RESERVE(body->context, &hits->items, &hits->capacity, hits->count + 1)) {
         hits->is_truncated = true;
@@ -326,7 +321,15 @@ static bool self_faces_activate(plii_self_faces_state* state, int index) {
     return pair->distance > 0.0f;
 }
 
+/* Pairs of pinned nodes are kept and wait: nodes that are let go must not go through what they were held beside. */
+static bool self_faces_can_move(const pli_body* body, const plii_self_faces_pair* pair) {
+    const pli_vec4* x = body->positions;
+    const int* nodes = pair->nodes;
+    return x[nodes[0]].w + x[nodes[1]].w + x[nodes[2]].w + x[nodes[3]].w > 0.0f;
+}
+
 typedef struct self_faces_restart {
+    const pli_body* body;
     plii_self_faces_state* state;
     int counts[PLII_MOST_BLOCKS];
 } self_faces_restart;
@@ -337,7 +340,10 @@ static void self_faces_restart_block(int begin, int end, int block, void* data) 
     plii_self_faces_state* state = restart->state;
     int count = begin;
     for (int i = begin; i < end; ++i) {
-        if (state->due[i] > state->moved + state->motion || !self_faces_activate(state, i)) { continue; }
+        if (state->due[i] > state->moved + state->motion || !self_faces_can_move(restart->body, &state->pairs[i]) ||
+            !self_faces_activate(state, i)) {
+            continue;
+        }
         state->active[count++] = i;
     }
     restart->counts[block] = count - begin;
@@ -353,7 +359,7 @@ void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const
     }
     const int count = state->pair_count;
     const plii_blocks blocks = plii_blocks_of(count, plii_grain(SELF_FACES_PAIR_NS), PLII_MOST_BLOCKS);
-    self_faces_restart restart = {.state = state};
+    self_faces_restart restart = {.body = body, .state = state};
     plii_run_blocks(body->context, blocks, count, self_faces_restart_block, &restart);
     state->active_count = plii_close_up_blocks(blocks, restart.counts, state->active, sizeof *state->active);
 }
