@@ -486,11 +486,10 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
     PLII_TRY_ENABLE(body, implicit_state, state, plii_implicit_class);
+    /* It stays when sweeps take over: a snapshot may bring conjugate gradients back. */
     plii_dvec3** direction = &state->system.direction;
-    if (!implicit_needs_direction(&used)) {
-        PLII_RELEASE(body->context, *direction, body->node_count);
-        *direction = NULL;
-    } else if (*direction == NULL && !PLII_ALLOCATE(body->context, direction, body->node_count)) {
+    if (implicit_needs_direction(&used) && *direction == NULL &&
+        !PLII_ALLOCATE(body->context, direction, body->node_count)) {
         if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
