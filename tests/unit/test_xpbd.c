@@ -188,6 +188,47 @@ static void test_closed_surfaces_get_no_energy(void** unused) {
     }
 }
 
+static void toss_nodes(pli_body* body, float speed) {
+    for (int i = 0; i < pli_body_get_view(body).node_count; ++i) {
+        CHECK_OK(pli_body_set_node_velocity(
+            body, i, pli_vec3_make(speed * noise(3 * i), speed * noise(3 * i + 1), speed * noise(3 * i + 2))));
+    }
+}
+
+/* The largest kinetic energy in so many steps over that at the start. */
+static double energy_ratio(const pli_body* body, int steps) {
+    const double start = (double)pli_body_kinetic_energy(body);
+    double most = 0.0;
+    for (int i = 0; i < steps; ++i) {
+        step_many(1, 1.0 / 60.0);
+        most = fmax(most, (double)pli_body_kinetic_energy(body));
+    }
+    return most / start;
+}
+
+/* Nodes of a weightless sheet are tossed a little. Angles that are rigid, or yield little. */
+static void test_bending_gives_no_energy(void** unused) {
+    (void)unused;
+    no_gravity();
+    static const float compliances[] = {0, 0.01f, 0.1f};
+    for (int c = 0; c < 6; ++c) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(sample_create_sheet(context, 12, 0, 0, &mesh));
+        CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+        pli_body* body = make_body(mesh, c < 3 ? 10 : 30, 1);
+        enable_links(body, 0, 0);
+        pli_xpbd_bending_def def = pli_xpbd_bending_def_default();
+        def.compliance = compliances[c % 3];
+        CHECK_OK(pli_body_enable_xpbd_bending(body, &def));
+        toss_nodes(body, 0.01f);
+        const double ratio = energy_ratio(body, 480);
+        print_message("compliance %g, %d substeps: energy times %.3f\n", (double)def.compliance, c < 3 ? 10 : 30,
+                      ratio);
+        check_at_most(ratio, 1.0);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_damping_slows_compliant_links(void** unused) {
     (void)unused;
     no_gravity();
@@ -952,6 +993,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_links_keep_momentum, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_closed_surfaces_get_no_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_bending_gives_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup_world,
                                         teardown_world),

@@ -89,7 +89,7 @@ static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* su
     if (state->gas != 0.0f) { missing = xpbd_volume_add_gas(body, state, substep, volume, missing, &weight); }
     const float multiplier = substep->is_first_sweep ? 0.0f : state->multiplier;
     const float change =
-        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, multiplier, 0.0f, substep);
+        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, 0.0f, multiplier, 0.0f, substep);
     state->multiplier = multiplier + change;
     const plii_float4 scale = plii_float4_all(change / 6.0f);
     for (int i = 0; i < body->node_count; ++i) {
