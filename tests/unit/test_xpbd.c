@@ -206,6 +206,32 @@ static double energy_ratio(const pli_body* body, int steps) {
     return most / start;
 }
 
+/* On a string, with a few struts. */
+static void test_balloons_get_no_energy(void** unused) {
+    (void)unused;
+    no_gravity();
+    enum { BALL = 200, STRING = 30 };
+    for (int c = 0; c < 4; ++c) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(
+            pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 0, 0), pli_vec3_make(0.5f, 0.5f, 0.5f), BALL, &mesh));
+        for (int i = 0, last = 0; i < (c % 2 == 1 ? STRING : 0); ++i) {
+            const int before = last;
+            CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(0, 0.6f + 0.1f * (float)i, 0), 1, &last));
+            CHECK_OK(pli_mesh_append_link(mesh, before, last, 0, NULL));
+        }
+        for (int i = 0; i < (c >= 2 ? 10 : c == 0 ? 1 : 0); ++i) {
+            CHECK_OK(pli_mesh_append_link(mesh, i, BALL - 1 - i, 0, NULL));
+        }
+        CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+        pli_body* body = make_body(mesh, 20, 1);
+        enable_links(body, 0, 0);
+        toss_nodes(body, 1);
+        check_at_most(energy_ratio(body, 300), 1.0);
+        pli_body_destroy(body);
+    }
+}
+
 /* Nodes of a weightless sheet are tossed a little. Angles that are rigid, or yield little. */
 static void test_bending_gives_no_energy(void** unused) {
     (void)unused;
@@ -1020,6 +1046,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_links_keep_momentum, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_closed_surfaces_get_no_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_balloons_get_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bending_gives_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_angles_and_volumes_are_as_calm_far_away, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup_world, teardown_world),

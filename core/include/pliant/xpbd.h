@@ -51,8 +51,8 @@ typedef struct pli_xpbd_links_def {
 /// Defaults of the fields.
 PLI_API pli_xpbd_links_def pli_xpbd_links_def_default(void);
 
-/// Keeps links at their rest lengths, or changes how. Links of a closed surface of triangles without others inside take
-/// half of their error in a sweep at most, as such a surface would get energy from sweeps (docs/solvers.md).
+/// Keeps links at their rest lengths, or changes how. Links of a closed surface of triangles with none or few others
+/// inside take half of their error in a sweep at most, as such a surface would get energy from sweeps (docs/solvers.md).
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def);
