@@ -416,6 +416,7 @@ static void implicit_end(pli_body* body) {
     plii_implicit_run(&state->system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
     implicit_end_recovery(body, &state->constraints);
     for (int i = 0; i < body->node_count && body->solver.velocity_damping > 0.0f; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
         plii_set_xyz(&body->velocities[i],
                      pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
     }
