@@ -504,6 +504,34 @@ static void test_closed_surface_takes_its_pressure_ratio(void** unused) {
 
 /* A gas in it, where V (V - V_rest) = coefficient * compliance: nodes of 10 mg, which its pressure as a force would
    shoot away. */
+/* A balloon is cut open, and flies nowhere by itself. */
+static void test_volume_of_a_cut_surface_keeps_momentum(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_ellipsoid(context, pli_vec3_make(1, 1, 1), &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+    pli_body* body = make_body(mesh, 10, 1);
+    enable_links(body, 1e-3f, 0);
+    set_damping(body, 0.02f);
+    CHECK_OK(enable_volume(body, 0, 1.05f));
+    step_many(30, 1.0 / 60.0);
+    int parted = 0;
+    CHECK_OK(pli_body_cut_swept(body, pli_vec3_make(-0.3f, 0, 0), pli_vec3_make(-0.3f, 3, 0), pli_vec3_make(0.4f, 0, 0),
+                                pli_vec3_make(0.4f, 3, 0.1f), &parted));
+    assert_true(parted > 0);
+    double most = 0.0, turn = 0.0;
+    for (int i = 0; i < 240; ++i) {
+        step_many(1, 1.0 / 60.0);
+        most = fmax(most, (double)pli_vec3_length(pli_body_momentum(body)));
+        turn = fmax(turn, (double)pli_vec3_length(angular_momentum(body)));
+    }
+    print_message("%d links parted, momentum at most %.2g kg m/s, angular %.2g kg m^2/s\n", parted, most, turn);
+    check_at_most(most, 2e-3);
+    check_at_most(turn, 0.1);
+    assert_false(pli_body_is_frozen(body));
+}
+
 static void test_gas_widens_a_closed_surface_by_its_compliance(void** unused) {
     (void)unused;
     no_gravity();
@@ -1059,6 +1087,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_tetra_returns_to_its_volume, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tetra_yields_by_its_compliance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_closed_surface_takes_its_pressure_ratio, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_volume_of_a_cut_surface_keeps_momentum, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_gas_widens_a_closed_surface_by_its_compliance, setup_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup_world, teardown_world),

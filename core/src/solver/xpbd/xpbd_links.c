@@ -1,6 +1,5 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
-#include "base/key_table.h"
 #include "body/all_features.h"
 #include "solver/coloring/links_kernel.h"
 #include "solver/xpbd/xpbd_impl.h"
@@ -36,19 +35,6 @@ static bool xpbd_links_reserve(pli_context* context, xpbd_links_state* state, in
 enum { XPBD_LINKS_LARGE_SURFACE = 80 }; /* nodes */
 #define XPBD_LINKS_MOST_BRACES 0.07f    /* of the edges; slender solids have more */
 
-/* Each edge is one of two faces, or of four: then all of them cancel. */
-static bool xpbd_links_have_closed_faces(const plii_topology* topology) {
-    uint64_t sum = 0;
-    for (int i = 0; i < topology->face_count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            uint64_t hash = plii_edge_key(topology->faces[i][k], topology->faces[i][(k + 1) % 3]);
-            hash = (hash + 1) * UINT64_C(0x9e3779b97f4a7c15);
-            sum ^= (hash ^ hash >> 32) * UINT64_C(0xbf58476d1ce4e5b9);
-        }
-    }
-    return sum == 0;
-}
-
 /* As many as its faces have edges, of two faces each. It keeps its shape by them alone, and nothing is left over:
    errors that the colours push on around it would grow from sweep to sweep, unless each link leaves half of its own.
    What hangs from it changes nothing about that, and where it is large, a few links through its inside do not either;
@@ -63,7 +49,7 @@ static bool xpbd_links_are_closed_surface(const pli_body* body) {
     /* A node that is not of the surface, of a sphere's, takes three links to be held. */
     const int64_t others = body->node_count - (faces / 2 + 2), braces = more - 6 * (others > 0 ? others : 0);
     return body->node_count >= XPBD_LINKS_LARGE_SURFACE &&
-           (float)braces <= XPBD_LINKS_MOST_BRACES * (float)(3 * faces) && xpbd_links_have_closed_faces(body->topology);
+           (float)braces <= XPBD_LINKS_MOST_BRACES * (float)(3 * faces) && plii_xpbd_faces_are_closed(body->topology);
 }
 
 /* Links may change between steps. */
