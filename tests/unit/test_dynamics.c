@@ -192,6 +192,26 @@ static void test_pinned_node_with_a_velocity_moves_and_keeps_it(void** unused) {
     check_near(view.velocities[0].y, 3.0, 1e-4);
 }
 
+/* But by the position-based solver, as by btSoftBody. */
+static void test_what_leads_a_pinned_node_is_not_damped(void** unused) {
+    (void)unused;
+    for (int run = 0; run < 3; ++run) {
+        pli_body* body = make_rope(pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 2, PLI_ROPE_PIN_FIRST, 1.0f, 1);
+        if (run == 1) { assert_int_equal(pli_body_enable_implicit(body, NULL), PLI_OK); }
+        if (run == 2) { assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK); }
+        pli_solver_settings settings = pli_body_get_solver_settings(body);
+        settings.velocity_damping = 0.05f;
+        assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
+        assert_int_equal(pli_body_set_node_velocity(body, 0, pli_vec3_make(0, 3, 0)), PLI_OK);
+        step_many(60, 1.0f / 60.0f);
+        const pli_body_view view = pli_body_get_view(body);
+        const double kept = run == 0 ? pow(0.95, 60) : 1.0, went = run == 0 ? (1.0 - kept) : 3.0;
+        check_near(view.velocities[0].y, 3.0 * kept, 1e-4);
+        check_near(view.positions[0].y, went, 1e-4);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_velocity_links_hold_a_rope_together(void** unused) {
     (void)unused;
     pli_body* body = make_rope(pli_vec3_make(0, 0, 0), pli_vec3_make(2, 0, 0), 8, PLI_ROPE_PIN_FIRST, 1.0f, 0);
@@ -331,6 +351,7 @@ int main(void) {
         DYNAMICS_TEST(test_rope_hangs_as_a_catenary),
         DYNAMICS_TEST(test_free_body_keeps_its_momentum),
         DYNAMICS_TEST(test_pinned_node_with_a_velocity_moves_and_keeps_it),
+        DYNAMICS_TEST(test_what_leads_a_pinned_node_is_not_damped),
         DYNAMICS_TEST(test_velocity_links_hold_a_rope_together),
         DYNAMICS_TEST(test_link_between_pinned_nodes_is_harmless),
         DYNAMICS_TEST(test_body_that_leaves_the_numbers_is_put_back_and_frozen),

@@ -451,6 +451,26 @@ static void compliances_come_back(void** unused) {
     end(&t);
 }
 
+/* So does the method of the implicit solver, with the memory that it takes. */
+static void the_implicit_method_comes_back(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_SELF_NODES, GRADIENTS, 1);
+    step(&t);
+    size_t size = 0;
+    void* buffer = save(&t, &size);
+    step(&t);
+    const uint64_t hash = hash_of(&t);
+    assert_int_equal(pli_body_enable_implicit(t.bodies[0], NULL), PLI_OK);
+    step(&t);
+    t.step = 1;
+    assert_int_equal(pli_world_restore(t.world, buffer, size), PLI_OK);
+    step(&t);
+    assert_true(hash_of(&t) == hash);
+    free(buffer);
+    end(&t);
+}
+
 // ---------------------------------------------------------------------------------- every member of every state is
 // said
 
@@ -538,6 +558,7 @@ int main(void) {
         cmocka_unit_test(what_the_first_call_has_made_goes_again),
         cmocka_unit_test(a_cut_that_misses_leaves_snapshots),
         cmocka_unit_test(compliances_come_back),
+        cmocka_unit_test(the_implicit_method_comes_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

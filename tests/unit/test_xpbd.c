@@ -188,6 +188,100 @@ static void test_closed_surfaces_get_no_energy(void** unused) {
     }
 }
 
+static void toss_nodes(pli_body* body, float speed) {
+    for (int i = 0; i < pli_body_get_view(body).node_count; ++i) {
+        CHECK_OK(pli_body_set_node_velocity(
+            body, i, pli_vec3_make(speed * noise(3 * i), speed * noise(3 * i + 1), speed * noise(3 * i + 2))));
+    }
+}
+
+/* The largest kinetic energy in so many steps over that at the start. */
+static double energy_ratio(const pli_body* body, int steps) {
+    const double start = (double)pli_body_kinetic_energy(body);
+    double most = 0.0;
+    for (int i = 0; i < steps; ++i) {
+        step_many(1, 1.0 / 60.0);
+        most = fmax(most, (double)pli_body_kinetic_energy(body));
+    }
+    return most / start;
+}
+
+/* On a string, with a few struts. */
+static void test_balloons_get_no_energy(void** unused) {
+    (void)unused;
+    no_gravity();
+    enum { BALL = 200, STRING = 30 };
+    for (int c = 0; c < 4; ++c) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(
+            pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 0, 0), pli_vec3_make(0.5f, 0.5f, 0.5f), BALL, &mesh));
+        for (int i = 0, last = 0; i < (c % 2 == 1 ? STRING : 0); ++i) {
+            const int before = last;
+            CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(0, 0.6f + 0.1f * (float)i, 0), 1, &last));
+            CHECK_OK(pli_mesh_append_link(mesh, before, last, 0, NULL));
+        }
+        for (int i = 0; i < (c >= 2 ? 10 : c == 0 ? 1 : 0); ++i) {
+            CHECK_OK(pli_mesh_append_link(mesh, i, BALL - 1 - i, 0, NULL));
+        }
+        CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+        pli_body* body = make_body(mesh, 20, 1);
+        enable_links(body, 0, 0);
+        toss_nodes(body, 1);
+        check_at_most(energy_ratio(body, 300), 1.0);
+        pli_body_destroy(body);
+    }
+}
+
+/* Nodes of a weightless sheet are tossed a little. Angles that are rigid, or yield little. */
+static void test_bending_gives_no_energy(void** unused) {
+    (void)unused;
+    no_gravity();
+    static const float compliances[] = {0, 0.01f, 0.1f};
+    for (int c = 0; c < 6; ++c) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(sample_create_sheet(context, 12, 0, 0, &mesh));
+        CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+        pli_body* body = make_body(mesh, c < 3 ? 10 : 30, 1);
+        enable_links(body, 0, 0);
+        pli_xpbd_bending_def def = pli_xpbd_bending_def_default();
+        def.compliance = compliances[c % 3];
+        CHECK_OK(pli_body_enable_xpbd_bending(body, &def));
+        toss_nodes(body, 0.01f);
+        const double ratio = energy_ratio(body, 480);
+        print_message("compliance %g, %d substeps: energy times %.3f\n", (double)def.compliance, c < 3 ? 10 : 30,
+                      ratio);
+        check_at_most(ratio, 1.0);
+        pli_body_destroy(body);
+    }
+}
+
+/* A kilometre from the origin floats are 0.06 mm apart. */
+static void test_angles_and_volumes_are_as_calm_far_away(void** unused) {
+    (void)unused;
+    no_gravity();
+    for (int c = 0; c < 4; ++c) {
+        const bool is_solid = c / 2 == 1, is_far = c % 2 == 1;
+        pli_mesh* mesh = NULL;
+        const pli_vec3 points[5] = {{0, 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0}, {0, 0, 0.1f}, {0.1f, 0.1f, 0.1f}};
+        const int tetras[8] = {0, 1, 2, 3, 1, 4, 2, 3};
+        if (is_solid) {
+            CHECK_OK(pli_mesh_create_from_tetras(context, 5, points, 2, tetras, &mesh));
+        } else {
+            CHECK_OK(sample_create_sheet(context, 5, 0, 0, &mesh));
+        }
+        CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+        if (is_far) { CHECK_OK(pli_mesh_translate(mesh, pli_vec3_make(1000, 700, 300))); }
+        pli_body* body = make_body(mesh, 10, 1);
+        CHECK_OK(is_solid ? pli_body_enable_xpbd_tetras(body, 0) : pli_body_enable_xpbd_bending(body, NULL));
+        toss_nodes(body, 0.001f);
+        const double ratio = energy_ratio(body, 300);
+        print_message("%s%s: energy times %.3f\n", is_solid ? "solid" : "sheet", is_far ? ", far away" : "", ratio);
+        /* What holds a shape stops part of the motion; what is not seen goes on as it is. */
+        check_at_most(ratio, 0.97);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_damping_slows_compliant_links(void** unused) {
     (void)unused;
     no_gravity();
@@ -410,6 +504,34 @@ static void test_closed_surface_takes_its_pressure_ratio(void** unused) {
 
 /* A gas in it, where V (V - V_rest) = coefficient * compliance: nodes of 10 mg, which its pressure as a force would
    shoot away. */
+/* A balloon is cut open, and flies nowhere by itself. */
+static void test_volume_of_a_cut_surface_keeps_momentum(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_ellipsoid(context, pli_vec3_make(1, 1, 1), &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+    pli_body* body = make_body(mesh, 10, 1);
+    enable_links(body, 1e-3f, 0);
+    set_damping(body, 0.02f);
+    CHECK_OK(enable_volume(body, 0, 1.05f));
+    step_many(30, 1.0 / 60.0);
+    int parted = 0;
+    CHECK_OK(pli_body_cut_swept(body, pli_vec3_make(-0.3f, 0, 0), pli_vec3_make(-0.3f, 3, 0), pli_vec3_make(0.4f, 0, 0),
+                                pli_vec3_make(0.4f, 3, 0.1f), &parted));
+    assert_true(parted > 0);
+    double most = 0.0, turn = 0.0;
+    for (int i = 0; i < 240; ++i) {
+        step_many(1, 1.0 / 60.0);
+        most = fmax(most, (double)pli_vec3_length(pli_body_momentum(body)));
+        turn = fmax(turn, (double)pli_vec3_length(angular_momentum(body)));
+    }
+    print_message("%d links parted, momentum at most %.2g kg m/s, angular %.2g kg m^2/s\n", parted, most, turn);
+    check_at_most(most, 2e-3);
+    check_at_most(turn, 0.1);
+    assert_false(pli_body_is_frozen(body));
+}
+
 static void test_gas_widens_a_closed_surface_by_its_compliance(void** unused) {
     (void)unused;
     no_gravity();
@@ -952,6 +1074,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_links_keep_momentum, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_closed_surfaces_get_no_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_balloons_get_no_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_bending_gives_no_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_angles_and_volumes_are_as_calm_far_away, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup_world,
                                         teardown_world),
@@ -962,6 +1087,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_tetra_returns_to_its_volume, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tetra_yields_by_its_compliance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_closed_surface_takes_its_pressure_ratio, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_volume_of_a_cut_surface_keeps_momentum, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_gas_widens_a_closed_surface_by_its_compliance, setup_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup_world, teardown_world),

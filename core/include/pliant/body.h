@@ -131,7 +131,8 @@ PLI_API pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions,
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position);
 
-/// Sets the velocity of one node; a pinned node moves with it in every step from now on.
+/// Sets the velocity of one node; a pinned node moves with it in every step from now on. Of the solvers only the
+/// position-based one takes velocity_damping from it, as btSoftBody does.
 /// @param velocity m/s, up to PLI_MAX_SPEED
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity);

@@ -51,8 +51,9 @@ typedef struct pli_xpbd_links_def {
 /// Defaults of the fields.
 PLI_API pli_xpbd_links_def pli_xpbd_links_def_default(void);
 
-/// Keeps links at their rest lengths, or changes how. Links of a closed surface of triangles without others inside take
-/// half of their error in a sweep at most, as such a surface would get energy from sweeps (docs/solvers.md).
+/// Keeps links at their rest lengths, or changes how. Links of a closed surface of triangles with none or few others
+/// inside take half of their error in a sweep at most, as such a surface would get energy from sweeps
+/// (docs/solvers.md).
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def);
@@ -73,7 +74,8 @@ typedef struct pli_xpbd_bending_def {
 PLI_API pli_xpbd_bending_def pli_xpbd_bending_def_default(void);
 
 /// Keeps the angles between faces with a common edge, or changes how. Rest angles are the present ones when first
-/// enabled; a cut or refined body takes them anew.
+/// enabled; a cut or refined body takes them anew. An angle takes two fifths of its error in a sweep at most, as sheets
+/// would get energy from sweeps (docs/solvers.md): to be stiffer it needs more substeps.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def);
@@ -101,8 +103,9 @@ typedef struct pli_xpbd_volume_def {
 /// Defaults of the fields.
 PLI_API pli_xpbd_volume_def pli_xpbd_volume_def_default(void);
 
-/// Keeps the volume inside the faces, which must be closed, or changes how; at rest as it is when first enabled. A gas
-/// inside (pli_body_enable_pressure) then acts through the compliance: none is felt where that is 0.
+/// Keeps the volume inside the faces, or changes how; at rest as it is when first enabled. Of faces that are not
+/// closed, as after a cut, it is that between them and node 0. A gas inside (pli_body_enable_pressure) then acts
+/// through the compliance: none is felt where that is 0.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def);

@@ -14,11 +14,13 @@
 #include <string.h>
 
 enum { PARTS_PER_THREAD = 4, LINE = 64 };
+enum { PART_BITS = 16, PART_MASK = (1 << PART_BITS) - 1 };
+_Static_assert(PART_MASK / PARTS_PER_THREAD > PLI_MAX_THREADS, "");
 /* Looks of some 40 cycles each. To look at another thread's stretch makes that one wait. */
 enum { LOOKS_BEFORE_HELP = 50, LOOKS_BEFORE_YIELD = 2000, LOOKS_BEFORE_SLEEP = 20000 };
 
 typedef struct threads_work {
-    uint32_t job; /* 0: none */
+    uint64_t job; /* 0: none */
     pli_range_fn* range;
     void* task;
     int count, part_size;
@@ -26,14 +28,16 @@ typedef struct threads_work {
 
 /* Valid while `job` stays what it was before the rest was read. */
 typedef struct threads_shared_work {
-    _Alignas(LINE) _Atomic uint32_t job;
+    _Alignas(LINE) _Atomic uint64_t job;
     _Atomic int count, part_size;
     _Atomic(pli_range_fn*) range;
     _Atomic(void*) task;
 } threads_shared_work;
 
 typedef struct threads_member {
-    /* Of its stretch: the job in the upper half, the next part in the lower one, that of an earlier job: the first. */
+    /* Of its stretch: the job in the upper 48 bits, the next part in the others; of an earlier job: the first. A
+       stretch may be left alone for as long as ranges have few parts, so jobs are never counted from the beginning
+       again. */
     _Alignas(LINE) _Atomic uint64_t next;
     _Alignas(LINE) _Atomic uint32_t finished; /* parts, by this thread since the pool was made */
     pli_threads* pool;
@@ -88,10 +92,10 @@ static void threads_run_stretch(pli_threads* pool, const threads_work* work, int
     _Atomic uint64_t* next = &pool->members[of].next;
     uint32_t done = 0;
     for (uint64_t word = atomic_load_explicit(next, memory_order_acquire);;) {
-        const int32_t ahead = (int32_t)((uint32_t)(word >> 32) - work->job);
-        const uint32_t part = ahead == 0 ? (uint32_t)word : begin_part;
-        if (ahead > 0 || part >= end_part) { break; } /* or another job has come already */
-        const uint64_t taken = (uint64_t)work->job << 32 | (part + 1);
+        const uint64_t job = word >> PART_BITS;
+        const uint32_t part = job == work->job ? (uint32_t)word & PART_MASK : begin_part;
+        if (job > work->job || part >= end_part) { break; } /* or another job has come already */
+        const uint64_t taken = work->job << PART_BITS | (part + 1);
         if (!atomic_compare_exchange_weak_explicit(next, &word, taken, memory_order_acq_rel, memory_order_acquire)) {
             continue;
         }
@@ -103,7 +107,7 @@ static void threads_run_stretch(pli_threads* pool, const threads_work* work, int
     if (done > 0) { atomic_fetch_add_explicit(&pool->members[by].finished, done, memory_order_release); }
 }
 
-static void threads_sleep(pli_threads* pool, uint32_t last_job) {
+static void threads_sleep(pli_threads* pool, uint64_t last_job) {
     pthread_mutex_lock(&pool->mutex);
     atomic_fetch_add(&pool->sleeping, 1);
     while (!atomic_load(&pool->is_ending) && atomic_load(&pool->work.job) == last_job) {
@@ -123,7 +127,7 @@ static void* threads_member_run(void* data) {
     threads_member* member = data;
     pli_threads* pool = member->pool;
     const int self = (int)(member - pool->members);
-    uint32_t last_job = 0;
+    uint64_t last_job = 0;
     for (int looks = 0; !atomic_load_explicit(&pool->is_ending, memory_order_relaxed);) {
         threads_work work;
         if (atomic_load_explicit(&pool->work.job, memory_order_relaxed) != last_job &&
@@ -159,8 +163,8 @@ static void threads_run(pli_threads* pool, pli_range_fn* range, void* task, int 
     const int wanted = count / grain, per_thread = wanted / pool->count;
     const int parts =
         wanted < pool->count ? wanted : pool->count * (per_thread < PARTS_PER_THREAD ? per_thread : PARTS_PER_THREAD);
-    const uint32_t last_job = atomic_load_explicit(&pool->work.job, memory_order_relaxed);
-    const threads_work work = {last_job + 1 != 0 ? last_job + 1 : 1, range, task, count, (count - 1) / parts + 1};
+    const uint64_t last_job = atomic_load_explicit(&pool->work.job, memory_order_relaxed);
+    const threads_work work = {last_job + 1, range, task, count, (count - 1) / parts + 1};
     threads_publish(&pool->work, &work);
     if (atomic_load(&pool->sleeping) > 0) { threads_wake(pool); }
     pool->published_parts += (uint32_t)((count - 1) / work.part_size + 1);

@@ -17,6 +17,9 @@ enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
 /* Energy that a step may gain, see plii_implicit_excess. */
 #define IMPLICIT_LARGEST_EXCESS 0.01
 
+/* Than the one that the spectral radius is of, which is estimated anew then. */
+#define IMPLICIT_LONGER_STEP 1.25
+
 /* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
 #define IMPLICIT_CONTACT_REACH 0.5f
 
@@ -28,6 +31,7 @@ typedef struct implicit_state {
     plii_implicit_holds holds;
     plii_implicit_system system; /* its arrays; all else is of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
+    double spectral_dt;          /* s, step that it was estimated in */
     pli_implicit_report report;
 } implicit_state;
 
@@ -82,7 +86,12 @@ static void implicit_iterate(implicit_state* state, bool is_warm) {
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
     if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->constraints)) {
-        if (state->spectral_radius == 0.0) { state->spectral_radius = plii_implicit_spectral_radius(system); }
+        /* It grows with the step; too large it does no harm, too small sweeps pass on little. */
+        const double dt = (double)system->body->step.dt;
+        if (state->spectral_radius == 0.0 || dt > IMPLICIT_LONGER_STEP * state->spectral_dt) {
+            state->spectral_radius = plii_implicit_spectral_radius(system);
+            state->spectral_dt = dt;
+        }
         state->report.spectral_radius = (float)state->spectral_radius;
         plii_implicit_chebyshev(system, sweeps, state->spectral_radius, is_warm);
     } else {
@@ -407,6 +416,7 @@ static void implicit_end(pli_body* body) {
     plii_implicit_run(&state->system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
     implicit_end_recovery(body, &state->constraints);
     for (int i = 0; i < body->node_count && body->solver.velocity_damping > 0.0f; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
         plii_set_xyz(&body->velocities[i],
                      pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
     }
@@ -455,7 +465,7 @@ const plii_feature_class plii_implicit_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
                                     PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"),
                                     PLII_STATE_SPAN(implicit_state, constraints, system, PLII_LEFT, NULL),
-                                    PLII_STATE_SPAN(implicit_state, spectral_radius, report, PLII_SAVED, "di2fi")),
+                                    PLII_STATE_SPAN(implicit_state, spectral_radius, report, PLII_SAVED, "2di2fi")),
     .is_sound = implicit_is_sound,
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .arrays = PLII_ARRAYS(
@@ -486,11 +496,10 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
     PLII_TRY_ENABLE(body, implicit_state, state, plii_implicit_class);
+    /* It stays when sweeps take over: a snapshot may bring conjugate gradients back. */
     plii_dvec3** direction = &state->system.direction;
-    if (!implicit_needs_direction(&used)) {
-        PLII_RELEASE(body->context, *direction, body->node_count);
-        *direction = NULL;
-    } else if (*direction == NULL && !PLII_ALLOCATE(body->context, direction, body->node_count)) {
+    if (implicit_needs_direction(&used) && *direction == NULL &&
+        !PLII_ALLOCATE(body->context, direction, body->node_count)) {
         if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }

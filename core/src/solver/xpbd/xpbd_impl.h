@@ -11,13 +11,18 @@
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state);
 
+/* Each edge of a face is run along as often in one direction as in the other. */
+bool plii_xpbd_faces_are_closed(const plii_topology* topology);
+
 /* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26), 0 where it cannot act.
-   c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. */
-static inline float plii_xpbd_multiplier(float c, float weight, float compliance, float damping, float multiplier,
-                                         float c_motion, const plii_substep* substep) {
+   c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep; softening: the
+   least compliance over dt^2, as a share of the weight. */
+static inline float plii_xpbd_multiplier(float c, float weight, float compliance, float damping, float softening,
+                                         float multiplier, float c_motion, const plii_substep* substep) {
     const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
     const float gamma = compliance * damping * substep->inverse_dt;
-    const float change = (-c - alpha * multiplier - gamma * c_motion) / ((1.0f + gamma) * weight + alpha);
+    const float divisor = (1.0f + gamma) * weight + plii_max(alpha, softening * weight);
+    const float change = (-c - alpha * multiplier - gamma * c_motion) / divisor;
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }
 

@@ -32,14 +32,24 @@ static bool xpbd_links_reserve(pli_context* context, xpbd_links_state* state, in
            PLII_RESERVE(context, &state->vectors, &state->vector_capacity, 3 * count);
 }
 
+enum { XPBD_LINKS_LARGE_SURFACE = 80 }; /* nodes */
+#define XPBD_LINKS_MOST_BRACES 0.07f    /* of the edges; slender solids have more */
+
 /* As many as its faces have edges, of two faces each. It keeps its shape by them alone, and nothing is left over:
-   errors that the colours push on around it would grow from sweep to sweep, unless each link leaves half of its own. */
+   errors that the colours push on around it would grow from sweep to sweep, unless each link leaves half of its own.
+   What hangs from it changes nothing about that, and where it is large, a few links through its inside do not either;
+   many, as those of a solid, do. */
 static bool xpbd_links_are_closed_surface(const pli_body* body) {
-    int edges = 0;
+    int64_t links = 0;
     for (int i = 0; i < body->link_count; ++i) {
-        edges += !plii_link_is_bending(body, i);
+        links += !plii_link_is_bending(body, i);
     }
-    return edges > 0 && 2 * (int64_t)edges == 3 * (int64_t)body->topology->face_count;
+    const int64_t faces = body->topology->face_count, more = 2 * links - 3 * faces; /* twice as many as edges */
+    if (faces == 0 || more <= 0) { return faces > 0 && more == 0; }
+    /* A node that is not of the surface, of a sphere's, takes three links to be held. */
+    const int64_t others = body->node_count - (faces / 2 + 2), braces = more - 6 * (others > 0 ? others : 0);
+    return body->node_count >= XPBD_LINKS_LARGE_SURFACE &&
+           (float)braces <= XPBD_LINKS_MOST_BRACES * (float)(3 * faces) && plii_xpbd_faces_are_closed(body->topology);
 }
 
 /* Links may change between steps. */

@@ -41,12 +41,16 @@ typedef struct xpbd_tetra_corners {
     plii_float4 inverse_masses;
 } xpbd_tetra_corners;
 
-PLII_SIMD_INLINE xpbd_tetra_corners xpbd_tetras_load(const xpbd_tetras_task* task, const int* nodes) {
+/* Relative to the first corners' positions: far from the origin sums of position and displacement are coarse. */
+PLII_SIMD_INLINE xpbd_tetra_corners xpbd_tetras_load(const xpbd_tetras_task* task, const int* nodes,
+                                                     const int* first_nodes) {
     plii_float4 moved[PLII_LANES], sums[PLII_LANES];
 #pragma GCC unroll 4
     for (int k = 0; k < PLII_LANES; ++k) {
         moved[k] = plii_float4_from(&task->displacements[nodes[k]]);
-        sums[k] = plii_float4_from(&task->positions[nodes[k]]) + moved[k];
+        sums[k] = moved[k];
+        if (nodes == first_nodes) { continue; }
+        sums[k] += plii_float4_from(&task->positions[nodes[k]]) - plii_float4_from(&task->positions[first_nodes[k]]);
     }
     plii_float4_transpose(sums);
     plii_float4_transpose(moved);
@@ -70,28 +74,32 @@ PLII_SIMD_INLINE plii_float4 xpbd_tetras_weight(plii_float4 inverse_masses, plii
 }
 
 static void xpbd_tetras_solve(xpbd_tetra_group* group, const xpbd_tetras_task* task) {
-    const xpbd_tetra_corners a = xpbd_tetras_load(task, group->nodes[0]);
-    const xpbd_tetra_corners b = xpbd_tetras_load(task, group->nodes[1]);
-    const xpbd_tetra_corners c = xpbd_tetras_load(task, group->nodes[2]);
-    const xpbd_tetra_corners d = xpbd_tetras_load(task, group->nodes[3]);
+    const int* first = group->nodes[0];
+    const xpbd_tetra_corners a = xpbd_tetras_load(task, first, first);
+    const xpbd_tetra_corners b = xpbd_tetras_load(task, group->nodes[1], first);
+    const xpbd_tetra_corners c = xpbd_tetras_load(task, group->nodes[2], first);
+    const xpbd_tetra_corners d = xpbd_tetras_load(task, group->nodes[3], first);
     const plii_vec3x4 ab = plii_vec3x4_sub(b.positions, a.positions);
     const plii_vec3x4 ac = plii_vec3x4_sub(c.positions, a.positions);
     const plii_vec3x4 ad = plii_vec3x4_sub(d.positions, a.positions);
     const plii_float4 sixth = plii_float4_all(1.0f / 6.0f), zero = plii_float4_all(0.0f);
-    const plii_vec3x4 by_b = plii_vec3x4_scale(plii_vec3x4_cross(ac, ad), sixth);
-    const plii_vec3x4 by_c = plii_vec3x4_scale(plii_vec3x4_cross(ad, ab), sixth);
-    const plii_vec3x4 by_d = plii_vec3x4_scale(plii_vec3x4_cross(ab, ac), sixth);
+    /* Six times the gradients. */
+    const plii_vec3x4 by_b = plii_vec3x4_cross(ac, ad);
+    const plii_vec3x4 by_c = plii_vec3x4_cross(ad, ab);
+    const plii_vec3x4 by_d = plii_vec3x4_cross(ab, ac);
     const plii_vec3x4 by_a = plii_vec3x4_neg(plii_vec3x4_add(plii_vec3x4_add(by_b, by_c), by_d));
     plii_float4 weight = xpbd_tetras_weight(a.inverse_masses, by_a);
     weight += xpbd_tetras_weight(b.inverse_masses, by_b);
     weight += xpbd_tetras_weight(c.inverse_masses, by_c);
     weight += xpbd_tetras_weight(d.inverse_masses, by_d);
+    weight *= plii_float4_all(1.0f / 36.0f);
     /* plii_xpbd_multiplier without damping */
     const plii_float4 multipliers = task->reads_multipliers ? plii_float4_load(group->multipliers) : zero;
-    const plii_float4 excess = plii_vec3x4_dot(ab, by_b) - plii_float4_load(group->rest_volumes);
+    const plii_float4 excess = plii_vec3x4_dot(ab, by_b) * sixth - plii_float4_load(group->rest_volumes);
     plii_float4 change = (-excess - task->alpha * multipliers) / (weight + task->alpha);
     change = plii_lanes_select((weight > zero) & plii_lanes_finite(change), change, zero);
     plii_float4_store(group->multipliers, multipliers + change);
+    change *= sixth;
     xpbd_tetras_move(task, group->nodes[0], by_a, a.inverse_masses * change);
     xpbd_tetras_move(task, group->nodes[1], by_b, b.inverse_masses * change);
     xpbd_tetras_move(task, group->nodes[2], by_c, c.inverse_masses * change);

@@ -9,7 +9,8 @@ typedef struct xpbd_volume_state {
     pli_xpbd_volume_def def;
     double rest_volume; /* m^3 */
     float multiplier;
-    float gas;           /* N m */
+    float gas; /* N m */
+    bool is_closed;
     pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
 
@@ -29,6 +30,30 @@ PLII_SIMD_INLINE plii_float4 xpbd_volume_corner(const xpbd_volume_nodes* nodes, 
 }
 PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
     plii_float4_to(sum, plii_float4_from(sum) + cross);
+}
+
+/* The same of a surface with holes, as after a cut: of the tetrahedra between node 0, where it is now, and the faces.
+   Their gradients sum up to nothing, so that nothing is moved or turned as a whole. */
+static double xpbd_volume_gather_open(const pli_body* body, pli_vec4* gradients, const plii_substep* substep) {
+    const xpbd_volume_nodes nodes = {body->positions, substep->displacements, plii_float4_from(&body->positions[0])};
+    const plii_float4 apex = xpbd_volume_corner(&nodes, 0);
+    plii_float4 all = plii_float4_all(0.0f);
+    double sum = 0.0;
+    memset(gradients, 0, (size_t)body->node_count * sizeof *gradients);
+    for (int i = 0; i < body->topology->face_count; ++i) {
+        const int* n = body->topology->faces[i];
+        const plii_float4 a = xpbd_volume_corner(&nodes, n[0]) - apex, b = xpbd_volume_corner(&nodes, n[1]) - apex,
+                          c = xpbd_volume_corner(&nodes, n[2]) - apex;
+        const plii_float4 by_a = plii_lanes_xyz(plii_lanes_cross(b, c)), by_b = plii_lanes_xyz(plii_lanes_cross(c, a)),
+                          by_c = plii_lanes_xyz(plii_lanes_cross(a, b));
+        xpbd_volume_add(&gradients[n[0]], by_a);
+        xpbd_volume_add(&gradients[n[1]], by_b);
+        xpbd_volume_add(&gradients[n[2]], by_c);
+        all += by_a + by_b + by_c;
+        sum += (double)plii_lanes_sum(a * by_a);
+    }
+    xpbd_volume_add(&gradients[0], plii_float4_all(0.0f) - all);
+    return sum / 6.0;
 }
 
 /* Returns the volume, m^3, and makes `gradients` six times what they are. */
@@ -83,13 +108,14 @@ static double xpbd_volume_add_gas(const pli_body* body, const xpbd_volume_state*
 static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_volume_state* state = data;
     pli_vec4* displacements = substep->displacements;
-    const double volume = xpbd_volume_gather(body, state->gradients, substep);
+    const double volume = state->is_closed ? xpbd_volume_gather(body, state->gradients, substep)
+                                           : xpbd_volume_gather_open(body, state->gradients, substep);
     float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
     double missing = volume - (double)state->def.pressure_ratio * state->rest_volume;
     if (state->gas != 0.0f) { missing = xpbd_volume_add_gas(body, state, substep, volume, missing, &weight); }
     const float multiplier = substep->is_first_sweep ? 0.0f : state->multiplier;
     const float change =
-        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, multiplier, 0.0f, substep);
+        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, 0.0f, multiplier, 0.0f, substep);
     state->multiplier = multiplier + change;
     const plii_float4 scale = plii_float4_all(change / 6.0f);
     for (int i = 0; i < body->node_count; ++i) {
@@ -112,6 +138,10 @@ static pli_status xpbd_volume_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
+static void xpbd_volume_build(pli_body* body, void* data) {
+    ((xpbd_volume_state*)data)->is_closed = plii_xpbd_faces_are_closed(body->topology);
+}
+
 enum { XPBD_VOLUME_GAS_ORDER = 15, XPBD_VOLUME_ORDER = 30 }; /* before pressure; after tetrahedra, before links */
 
 const plii_feature_class plii_xpbd_volume_class = {
@@ -123,9 +153,10 @@ const plii_feature_class plii_xpbd_volume_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
                                     PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
                                     PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f"),
-                                    PLII_STATE(xpbd_volume_state, gas, PLII_LEFT)),
+                                    PLII_STATE_SPAN(xpbd_volume_state, gas, is_closed, PLII_LEFT, NULL)),
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .enable = xpbd_volume_enable,
+    .build = xpbd_volume_build,
     .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
     .substepped =
         &(const plii_substep_class){.order = XPBD_VOLUME_ORDER, .is_of_xpbd = true, .sweep = xpbd_volume_sweep},
