@@ -1,8 +1,10 @@
 // Soft bodies and movable rigid bodies: both ways, waking, filters, anchors.
 #include "check.h"
+#include "test_bridge_slot.h"
 #include "test_bridge_world.h"
 
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <optional>
@@ -256,6 +258,78 @@ static void test_an_object_at_an_old_address_is_seen_as_it_is(void**) {
         check_near(lowest(sheet), 0.0, 0.3);
         stock.world->removeCollisionObject(&*object);
     }
+}
+
+// A floor of 10 m with its top at `height`, in a place of memory.
+static btCollisionShape& make_floor(Slot& slot, int kind, btTriangleMesh& mesh, btScalar height) {
+    const btVector3 corners[4] = {btVector3(-5, height, -5), btVector3(5, height, -5), btVector3(5, height, 5),
+                                  btVector3(-5, height, 5)};
+    mesh.addTriangle(corners[0], corners[2], corners[1]);
+    mesh.addTriangle(corners[0], corners[3], corners[2]);
+    switch (kind) {
+    case 0:
+        return slot.make<btBvhTriangleMeshShape>(&mesh, true);
+    case 1: {
+        auto& shape = slot.make<btGImpactMeshShape>(&mesh);
+        shape.updateBound();
+        return shape;
+    }
+    case 2:
+        return slot.make<btStaticPlaneShape>(btVector3(0, 1, 0), height);
+    default: {
+        // Both within the same bounds: a ramp down to -2, and a block up to 2.
+        auto& hull = slot.make<btConvexHullShape>();
+        for (const btScalar z : {btScalar(-5), btScalar(5)}) {
+            hull.addPoint(btVector3(-5, -2, z));
+            hull.addPoint(btVector3(5, -2, z));
+            hull.addPoint(btVector3(-5, 2, z));
+            hull.addPoint(height > 0 ? btVector3(5, 2, z) : btVector3(btScalar(-4.9), 2, z));
+        }
+        return hull;
+    }
+    }
+}
+
+// A game deletes a shape and gives its body another one, which mostly comes to lie where the first was.
+static void test_a_shape_at_an_old_address_is_seen_as_it_is(void**) {
+    for (int kind = 0; kind < 4; ++kind) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = add_sheet(bridge, 1, 3.2f, 5);
+        Slot slot;
+        btTriangleMesh first, second;
+        btRigidBody body(0, nullptr, &make_floor(slot, kind, first, 0));
+        stock.world->addRigidBody(&body);
+        stock.step(2);
+        body.setCollisionShape(&make_floor(slot, kind, second, 2));
+        stock.step(200);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        check_near(lowest(sheet), 2.1, 0.05);
+        stock.world->removeRigidBody(&body);
+    }
+}
+
+static void test_a_gimpact_mesh_may_change_in_place(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 2, 5);
+    btScalar points[4][3] = {{-5, 0, -5}, {5, 0, -5}, {5, 0, 5}, {-5, 0, 5}};
+    int corners[6] = {0, 2, 1, 0, 3, 2};
+    btTriangleIndexVertexArray triangles(2, corners, 3 * sizeof corners[0], 4, points[0], sizeof points[0]);
+    btGImpactMeshShape shape(&triangles);
+    shape.updateBound();
+    btRigidBody body(0, nullptr, &shape);
+    stock.world->addRigidBody(&body);
+    stock.step(2);
+    for (auto& point : points) {
+        point[1] = btScalar(0.8);
+    }
+    shape.postUpdate();
+    shape.updateBound();
+    stock.step(200);
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    check_near(lowest(sheet), 0.9, 0.01);
+    stock.world->removeRigidBody(&body);
 }
 
 static void test_filters_hold(void**) {
@@ -709,6 +783,8 @@ int main() {
         cmocka_unit_test(test_rigid_bodies_are_prepared_ahead),
         cmocka_unit_test(test_what_is_prepared_goes_with_its_object),
         cmocka_unit_test(test_an_object_at_an_old_address_is_seen_as_it_is),
+        cmocka_unit_test(test_a_shape_at_an_old_address_is_seen_as_it_is),
+        cmocka_unit_test(test_a_gimpact_mesh_may_change_in_place),
         cmocka_unit_test(test_filters_hold),
         cmocka_unit_test(test_contact_events_name_objects),
         cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),

@@ -106,7 +106,7 @@ public:
     /// hold nothing. The object is not touched any more, unless it stays in the Bullet world and is met there.
     void forget(const btCollisionObject& object);
     /// Makes the shapes of an object anew, after its collision shape was edited in place. Changes of the shape
-    /// pointer, the type, scaling, margin and children are noticed without it.
+    /// pointer, the type, scaling, margin, bounds and children are noticed without it.
     void refresh(const btCollisionObject& object);
 
     /// From now on the triangle meshes of an object (btBvhTriangleMeshShape, btGImpactMeshShape,
