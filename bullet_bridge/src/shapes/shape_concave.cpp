@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <new>
 
 namespace pliant {
@@ -20,12 +21,17 @@ namespace {
 
 struct SurfaceShape final : AskedShape {
     SurfaceShape(const btConcaveShape& asked, float surface_thickness)
-        : shape(&asked), thickness(surface_thickness), bounds(local_bounds(asked)) {}
+        : shape(&asked), thickness(surface_thickness), bounds(local_bounds(asked)),
+          takes_turns(asked.getShapeType() == GIMPACT_SHAPE_PROXYTYPE) {}
 
     const btConcaveShape* shape;
     float thickness;
     pli_bounds bounds;
+    bool takes_turns; ///< GImpact counts who reads its vertices, and not atomically
 };
+
+// One for all: objects may share a shape.
+std::mutex gimpact_mutex;
 
 btVector3 closest_on_segment(const btVector3& p, const btVector3& a, const btVector3& b) {
     const btVector3 ab = b - a;
@@ -96,6 +102,8 @@ void surface_distances(const void* user, int count, const pli_vec3* points, floa
     const auto& surface = *static_cast<const SurfaceShape*>(user);
     const bool is_limited = max_distance < 1e6f;
     const float reach = std::max(max_distance, surface.thickness);
+    std::unique_lock<std::mutex> lock(gimpact_mutex, std::defer_lock);
+    if (surface.takes_turns) { lock.lock(); }
     for (int i = 0; i < count; ++i) {
         const btVector3 point = to_bullet(points[i]);
         const btVector3 extent = to_bullet(pli_vec3_make(reach, reach, reach));
