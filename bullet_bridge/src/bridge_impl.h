@@ -45,10 +45,13 @@ public:
     void update(btCollisionWorld& bullet_world, btScalar dt);
     void debug_draw(btIDebugDraw* drawer);
 
-    // ---- SoftShape calls, for an object that is in the Bullet world
+    // ---- SoftShape and SoftObject calls, for an object that is in the Bullet world
     void predict_inside_step();
     /// From right before Bullet's collision detection to the end of the bridge's part.
     bool is_inside_step() const;
+    /// The object of a proxy, where the Bullet world has it now: it may have been deleted without notice. Null also for
+    /// rigid bodies that the game has made in the core's world, with user data of its own.
+    const btCollisionObject* living_object(const pli_rigid& rigid) const;
 
     // ---- PairAlgorithm calls, from any thread of Bullet's dispatcher
     RigidProxy* acquire_proxy(const btCollisionObject& object);

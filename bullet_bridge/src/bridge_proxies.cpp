@@ -71,6 +71,13 @@ const RigidProxy* Bridge::Impl::find_proxy(const pli_rigid& rigid) const {
     return nullptr;
 }
 
+const btCollisionObject* Bridge::Impl::living_object(const pli_rigid& rigid) const {
+    const auto found = proxies_.find(static_cast<const btCollisionObject*>(pli_rigid_get_user_data(&rigid)));
+    if (found == proxies_.end() || found->second->rigid() != &rigid || found->second->is_let_go) { return nullptr; }
+    const bool is_here = found->second->find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here;
+    return is_here ? found->second->object() : nullptr;
+}
+
 pli_rigid* Bridge::Impl::known_rigid(const btCollisionObject& object) const {
     const auto found = proxies_.find(&object);
     return found != proxies_.end() ? found->second->rigid() : nullptr;

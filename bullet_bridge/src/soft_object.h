@@ -74,13 +74,14 @@ public:
     /// Pairs of soft bodies without a feature that looks at other bodies are dropped before Bullet takes them up.
     bool checkCollideWithOverride(const btCollisionObject* other) const override;
 
-    /// Calls `visit` with each dynamic body that anchors and joints hold.
+    /// Calls `visit` with each dynamic body in the Bullet world that anchors and joints hold. That world has to live.
     template <typename Visit> void for_each_held(const Visit& visit) const {
         held_.resize(static_cast<std::size_t>(pli_body_get_held_rigids(body_, 0, nullptr)));
         (void)pli_body_get_held_rigids(body_, static_cast<int>(held_.size()), held_.data());
         for (const pli_rigid* rigid : held_) {
-            const auto* object = static_cast<const btCollisionObject*>(pli_rigid_get_user_data(rigid));
-            if (pli_rigid_get_kind(rigid) == PLI_RIGID_DYNAMIC && object != nullptr) { visit(*object); }
+            if (pli_rigid_get_kind(rigid) != PLI_RIGID_DYNAMIC) { continue; }
+            const btCollisionObject* object = bridge_.living_object(*rigid);
+            if (object != nullptr) { visit(*object); }
         }
     }
 
