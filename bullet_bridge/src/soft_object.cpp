@@ -4,8 +4,6 @@
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
-#include <typeinfo>
-
 namespace pliant {
 
 namespace {
@@ -134,9 +132,9 @@ SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body)
 }
 
 bool SoftObject::checkCollideWithOverride(const btCollisionObject* other) const {
-    const bool is_soft = other->getInternalType() == CO_USER_TYPE && typeid(*other) == typeid(SoftObject);
-    const bool may_meet = !is_soft || (pli_body_collides_with_bodies(body_) &&
-                                       pli_body_collides_with_bodies(static_cast<const SoftObject*>(other)->body_));
+    const SoftObject* soft = from(other);
+    const bool may_meet =
+        soft == nullptr || (pli_body_collides_with_bodies(body_) && pli_body_collides_with_bodies(soft->body_));
     return may_meet && btCollisionObject::checkCollideWithOverride(other);
 }
 

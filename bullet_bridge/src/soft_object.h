@@ -91,7 +91,11 @@ public:
 
     /// Null when the object is no soft body.
     static const SoftObject* from(const btCollisionObject* object) {
-        return dynamic_cast<const SoftObject*>(object);
+        // Classes of a game may have no run-time type information, and a cast of their objects would crash.
+        const bool may_be = object != nullptr && object->getInternalType() == CO_USER_TYPE &&
+                            object->getCollisionShape() != nullptr &&
+                            object->getCollisionShape()->getShapeType() == soft_shape_type;
+        return may_be ? dynamic_cast<const SoftObject*>(object) : nullptr;
     }
 
 private:
