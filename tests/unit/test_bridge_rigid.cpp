@@ -4,6 +4,7 @@
 #include "test_bridge_world.h"
 
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <BulletSoftBody/btSoftBody.h>
 
@@ -330,6 +331,40 @@ static void test_a_gimpact_mesh_may_change_in_place(void**) {
     assert_int_equal(bridge.step_status(), PLI_OK);
     check_near(lowest(sheet), 0.9, 0.01);
     stock.world->removeRigidBody(&body);
+}
+
+// Games mirror props by a negative scale, which turns the triangles over.
+static void test_mirrored_meshes_are_met_from_outside(void**) {
+    for (int variant = 0; variant < 6; ++variant) {
+        const bool is_asked = variant >= 4, scales_mesh = (variant & 1) != 0, is_closed = variant / 2 == 1;
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        btTriangleMesh mesh;
+        const btVector3 top[4] = {btVector3(-5, 0, -5), btVector3(5, 0, -5), btVector3(5, 0, 5), btVector3(-5, 0, 5)};
+        const btVector3 down(0, -1, 0);
+        mesh.addTriangle(top[0], top[2], top[1]);
+        mesh.addTriangle(top[0], top[3], top[2]);
+        for (int i = 0; i < 4 && is_closed; ++i) {
+            const btVector3 &a = top[i], &b = top[(i + 1) % 4];
+            mesh.addTriangle(a, b, a + down);
+            mesh.addTriangle(b, b + down, a + down);
+            if (i % 2 == 0) { mesh.addTriangle(a + down, b + down, top[(i + 2) % 4] + down); }
+        }
+        const btVector3 mirror(-1, 1, 1), one(1, 1, 1);
+        btBvhTriangleMeshShape shape(&mesh, true);
+        if (scales_mesh) { shape.setLocalScaling(mirror); }
+        btScaledBvhTriangleMeshShape scaled(&shape, scales_mesh ? one : mirror);
+        btGImpactMeshShape gimpact(&mesh);
+        gimpact.setLocalScaling(mirror);
+        gimpact.updateBound();
+        btRigidBody body(0, nullptr, is_asked ? static_cast<btCollisionShape*>(&gimpact) : &scaled);
+        stock.world->addRigidBody(&body);
+        pli_body* sheet = add_sheet(bridge, 1, 0.3f, 5);
+        stock.step(120);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        check_near(lowest(sheet), 0.1, 0.01);
+        stock.world->removeRigidBody(&body);
+    }
 }
 
 static void test_filters_hold(void**) {
@@ -785,6 +820,7 @@ int main() {
         cmocka_unit_test(test_an_object_at_an_old_address_is_seen_as_it_is),
         cmocka_unit_test(test_a_shape_at_an_old_address_is_seen_as_it_is),
         cmocka_unit_test(test_a_gimpact_mesh_may_change_in_place),
+        cmocka_unit_test(test_mirrored_meshes_are_met_from_outside),
         cmocka_unit_test(test_filters_hold),
         cmocka_unit_test(test_contact_events_name_objects),
         cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),

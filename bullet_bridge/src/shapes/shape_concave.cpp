@@ -7,6 +7,7 @@
 #include "shapes/triangle_copy.h"
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,11 +23,13 @@ namespace {
 struct SurfaceShape final : AskedShape {
     SurfaceShape(const btConcaveShape& asked, float surface_thickness)
         : shape(&asked), thickness(surface_thickness), bounds(local_bounds(asked)),
+          side(is_mirrored(asked) ? btScalar(-1) : btScalar(1)),
           takes_turns(asked.getShapeType() == GIMPACT_SHAPE_PROXYTYPE) {}
 
     const btConcaveShape* shape;
     float thickness;
     pli_bounds bounds;
+    btScalar side;    ///< of its triangles that is the front: -1 the other one
     bool takes_turns; ///< GImpact counts who reads its vertices, and not atomically
 };
 
@@ -43,10 +46,10 @@ btVector3 closest_on_segment(const btVector3& p, const btVector3& a, const btVec
 
 class NearestTriangle final : public btTriangleCallback {
 public:
-    explicit NearestTriangle(const btVector3& point) : point_(point) {}
+    NearestTriangle(const btVector3& point, btScalar side) : point_(point), side_(side) {}
 
     void processTriangle(btVector3* corners, int, int) override {
-        const btVector3 cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        const btVector3 cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]) * side_;
         const btScalar cross_length = cross.length();
         if (!(cross_length > 0)) { return; }
         const btVector3 face_normal = cross / cross_length;
@@ -56,7 +59,7 @@ public:
         for (int i = 0; i < 3; ++i) {
             const btVector3& a = corners[i];
             const btVector3& b = corners[(i + 1) % 3];
-            if ((b - a).cross(closest - a).dot(face_normal) < 0) { is_inside = false; }
+            if ((b - a).cross(closest - a).dot(face_normal) * side_ < 0) { is_inside = false; }
         }
         if (!is_inside) {
             const btVector3 in_plane = closest;
@@ -92,6 +95,7 @@ public:
 
 private:
     btVector3 point_;
+    btScalar side_;
     bool found_ = false;
     btScalar distance_ = 0, height_ = 0;
     btVector3 closest_, face_normal_;
@@ -107,7 +111,7 @@ void surface_distances(const void* user, int count, const pli_vec3* points, floa
     for (int i = 0; i < count; ++i) {
         const btVector3 point = to_bullet(points[i]);
         const btVector3 extent = to_bullet(pli_vec3_make(reach, reach, reach));
-        NearestTriangle nearest(point);
+        NearestTriangle nearest(point, surface.side);
         if (!surface.is_gone) {
             surface.shape->processAllTriangles(&nearest, is_limited ? point - extent : to_bullet(surface.bounds.min),
                                                is_limited ? point + extent : to_bullet(surface.bounds.max));
@@ -148,6 +152,14 @@ pli_status make_surface_shape(pli_context* context, const btConcaveShape& shape,
 
 } // namespace
 
+bool is_mirrored(const btConcaveShape& shape) {
+    btVector3 scaling = shape.getLocalScaling();
+    if (shape.getShapeType() == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE) {
+        scaling *= static_cast<const btScaledBvhTriangleMeshShape&>(shape).getChildShape()->getLocalScaling();
+    }
+    return scaling.x() * scaling.y() * scaling.z() < 0;
+}
+
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
                               ShapePart& part) {
     // Games edit the heights of a heightfield while it is in use, and GImpact meshes deform.
@@ -160,6 +172,7 @@ pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape,
         shape.processAllTriangles(&copy, low, high);
         if (copy.is_complete()) {
             if (copy.triangles.empty()) { return PLI_ERROR_INVALID_MESH; }
+            if (is_mirrored(shape)) { copy.turn_over(); }
             pli_shape* made = nullptr;
             const pli_status status = pli_shape_create_triangle_mesh(
                 context, static_cast<int>(copy.points.size()), copy.points.data(),

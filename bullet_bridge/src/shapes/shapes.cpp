@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMeshShape.h>
@@ -233,6 +234,9 @@ void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     switch (shape.getShapeType()) {
     case CONVEX_HULL_SHAPE_PROXYTYPE:
         add_points(hash, static_cast<const btConvexHullShape&>(shape));
+        break;
+    case SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE:
+        add_shape(hash, *static_cast<const btScaledBvhTriangleMeshShape&>(shape).getChildShape());
         break;
     case TRIANGLE_MESH_SHAPE_PROXYTYPE:
     case MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE:

@@ -62,6 +62,9 @@ pli_status make_lattice_shape(pli_context* context, std::unique_ptr<btConvexShap
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
                               ShapePart& part);
 
+/// Scaled by a negative volume, as games mirror things: triangles are then the other way round.
+bool is_mirrored(const btConcaveShape& shape);
+
 /// Whether a shape or one of its children is a mesh of triangles.
 bool has_triangles(const btCollisionShape& shape);
 /// The solid inside of the triangles of such a leaf.
