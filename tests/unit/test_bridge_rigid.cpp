@@ -538,6 +538,27 @@ static void test_a_body_may_change_its_kind(void**) {
     assert_false(pli_body_is_frozen(sheet));
 }
 
+// Bullet does not move it, and impulses must not gather in its velocity.
+static void test_a_disabled_body_carries_as_a_static_one(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    const btVector3 half(btScalar(0.8), btScalar(0.3), btScalar(0.8));
+    btRigidBody& box = stock.add_box(half, btScalar(0.02), btVector3(0, 0, 0));
+    box.forceActivationState(DISABLE_SIMULATION);
+    pli_body* sheet = add_sheet(bridge, 1, 0.5f, 9);
+    assert_int_equal(anchor(sheet, 40, bridge.rigid(box)), PLI_OK);
+    stock.step(120);
+    check_near(lowest(sheet), 0.4, 0.02);
+    check_at_most(box.getLinearVelocity().length(), 0);
+    assert_int_equal(pli_rigid_get_kind(bridge.rigid(box)), PLI_RIGID_STATIC);
+    box.forceActivationState(ACTIVE_TAG);
+    stock.step(1);
+    assert_int_equal(pli_rigid_get_kind(bridge.rigid(box)), PLI_RIGID_DYNAMIC);
+    check_at_most(box.getLinearVelocity().length(), 10);
+    stock.step(60);
+    assert_true(box.getWorldTransform().getOrigin().y() < -3);
+}
+
 static void test_factors_hold(void**) {
     StockWorld stock(btVector3(0, 0, 0));
     btRigidBody& ball = stock.add_body(new btSphereShape(btScalar(0.3)), 1, btVector3(0, 1, 0));
@@ -828,6 +849,7 @@ int main() {
         cmocka_unit_test(test_a_kinematic_box_drags_a_sheet_by_friction),
         cmocka_unit_test(test_a_sheet_bounces_off_a_box_as_both_allow),
         cmocka_unit_test(test_a_body_may_change_its_kind),
+        cmocka_unit_test(test_a_disabled_body_carries_as_a_static_one),
         cmocka_unit_test(test_factors_hold),
         cmocka_unit_test(test_soft_bodies_meet_each_other),
         cmocka_unit_test(test_soft_bodies_meet_from_when_both_look),
