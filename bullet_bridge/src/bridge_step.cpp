@@ -248,7 +248,7 @@ void Bridge::Impl::finish_step() {
 // Before the prediction.
 void Bridge::Impl::follow_activation(SoftObject& object, bool should_rest) {
     pli_body* body = object.body();
-    const bool may_sleep = object.wants_sleep && object.getWorldArrayIndex() >= 0;
+    bool may_sleep = object.wants_sleep && object.getWorldArrayIndex() >= 0;
     if (should_rest && may_sleep && !object.is_frozen_by_bridge) {
         if (object.is_asleep ? pli_body_is_asleep(body) : pli_body_is_resting(body)) {
             if (!object.is_asleep) { note(pli_body_set_asleep(body, true)); }
@@ -256,6 +256,8 @@ void Bridge::Impl::follow_activation(SoftObject& object, bool should_rest) {
             return;
         }
         wake(object); // a call has changed it
+        should_rest = !object.isActive();
+        may_sleep = false;
     } else if (object.is_asleep) {
         wake(object);
     }

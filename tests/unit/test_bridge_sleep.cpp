@@ -227,6 +227,28 @@ void test_a_weight_that_does_not_meet_its_rope_keeps_it_awake(void**) {
     }
 }
 
+// What the game has disabled while it slept does not move when a call changes it.
+void test_a_disabled_sleeper_stays_where_it_is(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    pli_body* sheet = bridge_test::add_sheet(bridge, 1, 0.1f, 5);
+    assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+    for (int i = 0; i < 600 && !pli_body_is_asleep(sheet); ++i) {
+        stock.step(1);
+    }
+    assert_true(pli_body_is_asleep(sheet));
+    bridge.object(sheet)->forceActivationState(DISABLE_SIMULATION);
+    stock.step(2);
+    const float height = bridge_test::highest(sheet);
+    assert_int_equal(pli_body_add_velocity(sheet, pli_vec3_make(0, 5, 0)), PLI_OK);
+    stock.step(3);
+    check_near(bridge_test::highest(sheet), height, 0);
+    bridge.object(sheet)->forceActivationState(ACTIVE_TAG);
+    stock.step(3);
+    assert_true(bridge_test::highest(sheet) > height + 0.1f);
+}
+
 struct NoContacts : btCollisionWorld::ContactResultCallback {
     btScalar addSingleResult(btManifoldPoint&, const btCollisionObjectWrapper*, int, int,
                              const btCollisionObjectWrapper*, int, int) override {
@@ -328,6 +350,7 @@ int main() {
         cmocka_unit_test(test_calls_wake_and_so_does_the_game),
         cmocka_unit_test(test_a_weight_sleeps_on_its_rope),
         cmocka_unit_test(test_a_weight_that_does_not_meet_its_rope_keeps_it_awake),
+        cmocka_unit_test(test_a_disabled_sleeper_stays_where_it_is),
         cmocka_unit_test(test_what_a_resting_body_holds_may_be_deleted),
         cmocka_unit_test(test_a_resting_body_may_hold_a_rigid_body_of_the_core),
         cmocka_unit_test(test_nothing_sleeps_that_was_not_asked_to),
