@@ -122,6 +122,8 @@ private:
     void sort_rigid_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step();
+    RigidProxy* living_proxy(const pli_rigid& rigid) const;
+    void pin_held();
     void look_for_new_pinned();
     void look_for_pinned(btScalar dt);
     void take_part_of_pinned();

@@ -71,11 +71,19 @@ const RigidProxy* Bridge::Impl::find_proxy(const pli_rigid& rigid) const {
     return nullptr;
 }
 
-const btCollisionObject* Bridge::Impl::living_object(const pli_rigid& rigid) const {
+// Null for a rigid body that the game has made in the core's world, with user data of its own.
+RigidProxy* Bridge::Impl::living_proxy(const pli_rigid& rigid) const {
     const auto found = proxies_.find(static_cast<const btCollisionObject*>(pli_rigid_get_user_data(&rigid)));
-    if (found == proxies_.end() || found->second->rigid() != &rigid || found->second->is_let_go) { return nullptr; }
-    const bool is_here = found->second->find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here;
-    return is_here ? found->second->object() : nullptr;
+    if (found == proxies_.end()) { return nullptr; }
+    RigidProxy& proxy = *found->second;
+    if (proxy.rigid() != &rigid || proxy.is_let_go) { return nullptr; }
+    const bool is_here = proxy.find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here;
+    return is_here ? &proxy : nullptr;
+}
+
+const btCollisionObject* Bridge::Impl::living_object(const pli_rigid& rigid) const {
+    const RigidProxy* proxy = living_proxy(rigid);
+    return proxy != nullptr ? proxy->object() : nullptr;
 }
 
 pli_rigid* Bridge::Impl::known_rigid(const btCollisionObject& object) const {
@@ -159,6 +167,17 @@ void Bridge::Impl::let_go(RigidProxy& proxy) {
         if (pair == nullptr || pair->proxy != &proxy) { continue; }
         pair->collected_index = -1;
         pair = nullptr;
+    }
+}
+
+// Anchors and joints of the game to a body that a contact event named, and not rigid().
+void Bridge::Impl::pin_held() {
+    for (const auto& object : objects_) {
+        object->for_each_held_rigid([&](const pli_rigid& rigid) {
+            RigidProxy* proxy = living_proxy(rigid);
+            if (proxy == nullptr || proxy->is_pinned) { return; }
+            proxy->is_pinned = proxy->was_in_world = has_pinned_ = true;
+        });
     }
 }
 

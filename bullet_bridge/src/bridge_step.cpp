@@ -85,6 +85,7 @@ void Bridge::Impl::begin_step(btScalar dt) {
     followed_dt_ = mode == CollisionMode::reference ? 0 : dt;
     follow_gravity();
     follow_transforms();
+    pin_held();
     look_for_pinned(dt);
     follow_world();
     bool is_any_asleep = false;

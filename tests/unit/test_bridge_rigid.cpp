@@ -438,6 +438,42 @@ static void test_contact_events_name_objects(void**) {
     }
 }
 
+// A game sticks a sheet to what an event names, and the two part company with the bounds of the body.
+static void test_anchors_hold_to_what_an_event_names(void**) {
+    for (const bool prepares_ahead : {false, true}) {
+        StockWorld stock(btVector3(0, 0, 0));
+        pliant::BridgeDef def;
+        def.prepares_rigids_ahead = prepares_ahead;
+        pliant::Bridge bridge(*stock.world, def);
+        const btVector3 half(btScalar(0.3), btScalar(0.3), btScalar(0.3));
+        btRigidBody& box = stock.add_box(half, 5, btVector3(0, btScalar(-0.3), 0));
+        box.setAngularFactor(0);
+        pli_body* sheet = add_sheet(bridge, 2, 0.09f, 9);
+        assert_int_equal(pli_body_enable_contact_events(sheet, nullptr), PLI_OK);
+        stock.step(2);
+        int count = 0;
+        const pli_contact_event* events = pli_body_get_contact_events(sheet, PLI_CONTACT_BEGIN, &count);
+        if (count == 0) { events = pli_body_get_contact_events(sheet, PLI_CONTACT_PERSIST, &count); }
+        assert_int_equal(count, 1);
+        assert_int_equal(anchor(sheet, 40, events[0].rigid, true), PLI_OK);
+        const auto offset = [&] {
+            const pli_vec4 node = pli_body_get_view(sheet).positions[40];
+            return btVector3(btScalar(node.x), btScalar(node.y), btScalar(node.z)) -
+                   box.getWorldTransform().getOrigin();
+        };
+        const btVector3 before = offset();
+        stock.step(30);
+        box.setLinearVelocity(btVector3(2, 0, 0));
+        stock.step(60);
+        check_at_most((offset() - before).length(), 0.1);
+        box.getWorldTransform().setOrigin(btVector3(20, 0, 0));
+        stock.step(60);
+        assert_int_equal(pli_body_anchor_count(sheet), 1);
+        check_at_most((offset() - before).length(), 0.3);
+        assert_true(center(sheet).x > 15);
+    }
+}
+
 static void test_a_sleeping_box_wakes_under_a_falling_sheet(void**) {
     StockWorld stock;
     stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
@@ -844,6 +880,7 @@ int main() {
         cmocka_unit_test(test_mirrored_meshes_are_met_from_outside),
         cmocka_unit_test(test_filters_hold),
         cmocka_unit_test(test_contact_events_name_objects),
+        cmocka_unit_test(test_anchors_hold_to_what_an_event_names),
         cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),
         cmocka_unit_test(test_an_anchored_sleeping_box_wakes),
         cmocka_unit_test(test_a_kinematic_box_drags_a_sheet_by_friction),
