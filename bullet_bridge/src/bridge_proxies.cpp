@@ -295,7 +295,7 @@ void Bridge::Impl::follow_world() {
 void Bridge::Impl::follow(const btCollisionObject& object) {
     const int type = object.getInternalType();
     const bool is_soft = type == btCollisionObject::CO_SOFT_BODY || SoftObject::from(&object) != nullptr;
-    if (is_soft || !object.hasContactResponse() || object.getCollisionShape() == nullptr) { return; }
+    if (is_soft || object.getCollisionShape() == nullptr) { return; } // sensors are met by contact events
     const int id = FollowedObject(object).id;
     std::unique_ptr<RigidProxy>& proxy = proxy_of(object);
     const bool was_away = proxy->rigid() != nullptr && proxy->followed_id != id && !proxy->is_needed();
