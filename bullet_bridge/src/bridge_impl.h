@@ -26,11 +26,12 @@ class SoftObject;
 /// An object as the Bullet world has it. Another one at the same address mostly differs in something.
 struct FollowedObject {
     const btCollisionObject* object;
-    int type, id, group, mask;
+    int type, number, id, group, mask; ///< `number` as in ObjectIdentity
 
     explicit FollowedObject(const btCollisionObject& of);
     bool operator==(const FollowedObject& o) const {
-        return object == o.object && type == o.type && id == o.id && group == o.group && mask == o.mask;
+        return object == o.object && type == o.type && number == o.number && id == o.id && group == o.group &&
+               mask == o.mask;
     }
 };
 

@@ -252,7 +252,7 @@ void Bridge::Impl::sweep_proxies() {
 // ------------------------------------------------------------------------------------------- proxies made ahead
 
 FollowedObject::FollowedObject(const btCollisionObject& of)
-    : object(&of), type(of.getInternalType()), id(-1), group(0), mask(0) {
+    : object(&of), type(of.getInternalType()), number(ObjectIdentity(of).number), id(-1), group(0), mask(0) {
     if (const btBroadphaseProxy* handle = of.getBroadphaseHandle()) {
         id = handle->getUid();
         group = handle->m_collisionFilterGroup;

@@ -261,6 +261,30 @@ static void test_an_object_at_an_old_address_is_seen_as_it_is(void**) {
     }
 }
 
+// The same where no bounds overlapped, in a broad phase that gives the same id again.
+static void test_an_object_at_an_old_address_is_prepared_ahead(void**) {
+    const btVector3 far_corner(100, 100, 100);
+    StockWorld stock(btVector3(0, 0, 0), std::make_unique<btAxisSweep3>(-far_corner, far_corner));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 10, 5);
+    btBoxShape shape(btVector3(1, 1, 1));
+    Slot slot;
+    for (int i = 0; i < 2; ++i) {
+        auto& box = slot.make<btRigidBody>(btScalar(0), nullptr, &shape);
+        stock.world->addRigidBody(&box);
+        stock.step(2);
+        assert_int_equal(pli_world_rigid_count(bridge.world()), 1);
+        if (i == 0) { stock.world->removeRigidBody(&box); }
+    }
+    for (const btScalar way : {btScalar(-9), btScalar(9)}) {
+        const btTransform moved(btQuaternion::getIdentity(), btVector3(0, way, 0));
+        bridge.object(sheet)->setWorldTransform(moved);
+        stock.step(2);
+        assert_int_equal(pli_world_rigid_count(bridge.world()), 1);
+    }
+    stock.world->removeCollisionObject(stock.world->getCollisionObjectArray()[1]);
+}
+
 // A floor of 10 m with its top at `height`, in a place of memory.
 static btCollisionShape& make_floor(Slot& slot, int kind, btTriangleMesh& mesh, btScalar height) {
     const btVector3 corners[4] = {btVector3(-5, height, -5), btVector3(5, height, -5), btVector3(5, height, 5),
@@ -875,6 +899,7 @@ int main() {
         cmocka_unit_test(test_rigid_bodies_are_prepared_ahead),
         cmocka_unit_test(test_what_is_prepared_goes_with_its_object),
         cmocka_unit_test(test_an_object_at_an_old_address_is_seen_as_it_is),
+        cmocka_unit_test(test_an_object_at_an_old_address_is_prepared_ahead),
         cmocka_unit_test(test_a_shape_at_an_old_address_is_seen_as_it_is),
         cmocka_unit_test(test_a_gimpact_mesh_may_change_in_place),
         cmocka_unit_test(test_mirrored_meshes_are_met_from_outside),
