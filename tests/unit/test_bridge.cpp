@@ -99,6 +99,24 @@ static void test_a_sheet_rests_on_a_heightfield(void**) {
                    margin);
 }
 
+// Bullet turns the triangles of the three axes to different sides, and a game may turn them over.
+static void test_a_heightfield_is_met_from_above_along_each_axis(void**) {
+    const std::vector<float> heights(9 * 9, 3.0f);
+    for (int variant = 0; variant < 6; ++variant) {
+        const int up = variant % 3;
+        const btVector3 axes[3] = {btVector3(1, 0, 0), btVector3(0, 1, 0), btVector3(0, 0, 1)};
+        const btVector3 y(0, 1, 0);
+        const btQuaternion turn = shortestArcQuat(axes[up], y);
+        check_rests_at(rest_on([&](StockWorld& w) {
+                           auto* shape =
+                               new btHeightfieldTerrainShape(9, 9, heights.data(), btScalar(0), btScalar(4), up, false);
+                           shape->setFlipTriangleWinding(variant >= 3);
+                           w.add_body(shape, 0, -y, turn);
+                       }),
+                       margin);
+    }
+}
+
 static void test_a_sheet_rests_on_a_convex_hull(void**) {
     // Bullet adds the margin of a hull outside.
     check_rests_at(rest_on([](StockWorld& w) {
@@ -199,6 +217,7 @@ int main() {
         cmocka_unit_test(test_a_sheet_rests_on_a_triangle_mesh),
         cmocka_unit_test(test_a_sheet_rests_on_a_scaled_triangle_mesh),
         cmocka_unit_test(test_a_sheet_rests_on_a_heightfield),
+        cmocka_unit_test(test_a_heightfield_is_met_from_above_along_each_axis),
         cmocka_unit_test(test_a_sheet_rests_on_a_convex_hull),
         cmocka_unit_test(test_a_sheet_rests_on_a_cylinder),
         cmocka_unit_test(test_a_sheet_drapes_over_round_shapes),
