@@ -45,7 +45,7 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
 }
 
 Bridge::Impl::~Impl() {
-    detach();
+    leave_world();
     objects_.clear();
     proxies_.clear();
     replaced_.clear();
@@ -64,6 +64,13 @@ Bridge::Impl::WorldState Bridge::Impl::bullet_world_state() const {
 }
 
 void Bridge::Impl::detach() {
+    if (bullet_world_ == nullptr) { return; }
+    // Bullet and the core are at work with what would go.
+    detaches_after_step_ = is_stepping() || (bullet_world_state() == WorldState::alive && is_inside_step());
+    if (!detaches_after_step_) { leave_world(); }
+}
+
+void Bridge::Impl::leave_world() {
     if (bullet_world_ == nullptr) { return; }
     switch (bullet_world_state()) {
     case WorldState::alive:

@@ -109,6 +109,7 @@ private:
     WorldState bullet_world_state() const;
     std::unique_ptr<RigidProxy>& proxy_of(const btCollisionObject& object);
     void pin(RigidProxy& proxy);
+    void leave_world();
     void begin_step(btScalar dt);
     void follow_activation(SoftObject& object, bool should_rest);
     void wake(SoftObject& object);
@@ -150,6 +151,7 @@ private:
     bool has_let_go_ = false;         ///< of proxies, which the end of the step takes away
     bool prepares_ahead_ = true;
     bool is_restoring_ = false;
+    bool detaches_after_step_ = false;
     unsigned step_ = 0;
     btScalar followed_dt_ = 0; ///< s, of the step; 0 in reference mode, where kinematic bodies are met as by btSoftBody
     std::vector<std::unique_ptr<SoftObject>> objects_;

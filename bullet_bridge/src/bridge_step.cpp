@@ -106,9 +106,11 @@ void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
     bullet_world.getDispatchInfo().m_timeStep = 0;
     // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
     if (!is_stepping()) { begin_step(dt); }
-    if (!is_stepping()) { return; }
-    collide_pairs();
-    finish_step();
+    if (is_stepping()) {
+        collide_pairs();
+        finish_step();
+    }
+    if (detaches_after_step_) { leave_world(); }
 }
 
 // Threads took the pairs in any order, and where an order is wanted that of the broad phase depends on what was before;

@@ -128,7 +128,7 @@ public:
     void set_before_solve(std::function<void()> hook);
 
     /// Takes everything out of the Bullet world, if that still lives, and forgets it. Bodies stay readable and no
-    /// longer step.
+    /// longer step. Inside a step it happens at the end of the bridge's part.
     void detach();
 
     class Impl;
