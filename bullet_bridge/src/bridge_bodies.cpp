@@ -23,7 +23,8 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
         status = pli_context_create(nullptr, &context);
         owns_context_ = status == PLI_OK;
     }
-    if (status == PLI_OK && !(surface_thickness > 0.0f)) { status = PLI_ERROR_INVALID_VALUE; }
+    const bool has_thickness = surface_thickness > 0.0f && surface_thickness <= PLI_MAX_COORDINATE;
+    if (status == PLI_OK && !has_thickness) { status = PLI_ERROR_INVALID_VALUE; }
     pli_world_def world_def = def.world;
     world_def.gravity = def.gravity.value_or(to_pli(bullet_world.getGravity()));
     if (!def.gravity) { followed_gravity_ = world_def.gravity; }

@@ -275,8 +275,10 @@ static void test_a_bridge_with_a_bad_definition_answers_every_call(void**) {
     bridge.refresh(box);
     stock.step(2);
     def = pliant::BridgeDef();
-    def.surface_thickness = -1;
-    assert_int_equal(pliant::Bridge(*stock.world, def).status(), PLI_ERROR_INVALID_VALUE);
+    for (const float thickness : {-1.0f, 0.0f, 2 * PLI_MAX_COORDINATE, INFINITY, NAN}) {
+        def.surface_thickness = thickness;
+        assert_int_equal(pliant::Bridge(*stock.world, def).status(), PLI_ERROR_INVALID_VALUE);
+    }
 }
 
 static void test_the_bridge_may_use_a_context_of_the_game(void**) {

@@ -30,7 +30,7 @@ struct BridgeDef {
     std::optional<pli_vec3> gravity;
     pli_world_def world = pli_world_def_default(); ///< all but its gravity
     CollisionMode mode = CollisionMode::exact;     ///< how all bodies of the bridge see rigid shapes
-    /// Depth in m, > 0, behind an open triangle surface that counts as inside, exact mode.
+    /// Depth in m, above 0 to PLI_MAX_COORDINATE, behind an open triangle surface that counts as inside, exact mode.
     float surface_thickness = 0.25f;
     /// Null: the bridge makes one and destroys it. Meshes and shapes made in it must go before the bridge: while some
     /// are alive the context stays, and is left to the caller.
