@@ -3,6 +3,7 @@
 #include "test_bridge_world.h"
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btSdfCollisionShape.h>
 
 #include <functional>
 
@@ -209,6 +210,19 @@ static void test_an_empty_shape_and_a_shape_of_no_size_are_passed_through(void**
     assert_true(highest(sheet) < -4);
 }
 
+// It is no error either that a shape yields no triangles.
+static void test_a_shape_without_triangles_is_passed_through(void**) {
+    StockWorld stock;
+    stock.add_body(new btSdfCollisionShape, 0, btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1.6f, 0.01f, 7);
+    for (int i = 0; i < 60; ++i) {
+        stock.step(1);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+    }
+    assert_true(highest(sheet) < -4);
+}
+
 int main() {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_sheet_rests_on_a_box),
@@ -225,6 +239,7 @@ int main() {
         cmocka_unit_test(test_reference_mode_rests_on_a_box),
         cmocka_unit_test(test_an_edited_shape_is_noticed),
         cmocka_unit_test(test_an_empty_shape_and_a_shape_of_no_size_are_passed_through),
+        cmocka_unit_test(test_a_shape_without_triangles_is_passed_through),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -182,7 +182,7 @@ pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape,
         shape.getAabb(btTransform::getIdentity(), low, high);
         shape.processAllTriangles(&copy, low, high);
         if (copy.is_complete()) {
-            if (copy.triangles.empty()) { return PLI_ERROR_INVALID_MESH; }
+            if (copy.triangles.empty()) { return PLI_OK; }
             if (is_mirrored(shape)) { copy.turn_over(); }
             pli_shape* made = nullptr;
             const pli_status status = pli_shape_create_triangle_mesh(

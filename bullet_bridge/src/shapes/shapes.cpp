@@ -143,7 +143,8 @@ pli_status append_parts(const btCollisionShape& shape, const btTransform& pose, 
     ShapePart part;
     part.pose = pose;
     const pli_status status = make_leaf(shape, options, part);
-    if (status == PLI_OK) { parts.push_back(std::move(part)); }
+    const bool is_empty = !part.shape && part.triangles == nullptr; // a btSdfCollisionShape yields no triangles
+    if (status == PLI_OK && !is_empty) { parts.push_back(std::move(part)); }
     return status;
 }
 

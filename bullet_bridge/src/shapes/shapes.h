@@ -58,7 +58,7 @@ pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, 
 pli_status make_lattice_shape(pli_context* context, std::unique_ptr<btConvexShape> shape, ShapePointer& result);
 
 /// Triangles, copied into the core when they are few and do not change in place, otherwise asked from Bullet point by
-/// point.
+/// point. No shape where there are none.
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
                               ShapePart& part);
 
