@@ -182,6 +182,31 @@ static void files_that_are_wrong_are_refused(void**) {
     scene.stock.world->addRigidBody(scene.boxes[5]);
 }
 
+// A game that turns a body by its transform alone leaves its inertia behind, until the next step.
+static void inertia_comes_back_as_it_was(void**) {
+    bridge_test::StockWorld stock;
+    btRigidBody& stick = stock.add_box(btVector3(1, btScalar(0.1), btScalar(0.1)), 1, btVector3(0, 3, 0));
+    pliant::Bridge bridge(*stock.world);
+    assert_non_null(bridge_test::add_sheet(bridge, 1, 1, 5));
+    stock.step(2);
+    const btQuaternion turn(btVector3(0, 0, 1), btScalar(0.7));
+    stick.setWorldTransform(btTransform(turn, btVector3(0, 3, 0)));
+    const btMatrix3x3 before = stick.getInvInertiaTensorWorld();
+    pliant::BridgeSnapshot moment;
+    assert_int_equal(moment.save(bridge), PLI_OK);
+    std::vector<unsigned char> file;
+    assert_int_equal(pliant::BridgeSnapshot::write_file(bridge, file), PLI_OK);
+    for (int i = 0; i < 2; ++i) {
+        stock.step(3);
+        assert_false(stick.getInvInertiaTensorWorld() == before);
+        const bool is_file = i == 1;
+        const pli_status status =
+            is_file ? pliant::BridgeSnapshot::read_file(bridge, file.data(), file.size()) : moment.restore(bridge);
+        assert_int_equal(status, PLI_OK);
+        assert_true(stick.getInvInertiaTensorWorld() == before);
+    }
+}
+
 // Sensors are met where the body begins to tell its contacts, and snapshots of before fit.
 static void a_sensor_may_be_entered_in_between(void**) {
     bridge_test::StockWorld stock;
@@ -230,6 +255,7 @@ int main() {
         cmocka_unit_test(what_the_game_has_changed_comes_back),
         cmocka_unit_test(another_world_goes_on_from_a_file),
         cmocka_unit_test(files_that_are_wrong_are_refused),
+        cmocka_unit_test(inertia_comes_back_as_it_was),
         cmocka_unit_test(a_sensor_may_be_entered_in_between),
         cmocka_unit_test(other_objects_are_refused),
     };
