@@ -227,6 +227,36 @@ void test_a_weight_that_does_not_meet_its_rope_keeps_it_awake(void**) {
     }
 }
 
+// A lift that begins to move takes the sheet along that has fallen asleep on it: down, and sideways, by friction.
+void test_what_sleeps_on_a_lift_goes_along(void**) {
+    for (int variant = 0; variant < 4; ++variant) {
+        const bool goes_down = variant < 2, has_sub_steps = (variant & 1) != 0;
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        btRigidBody& lift = stock.add_box(btVector3(3, 1, 3), 0, btVector3(0, -1, 0));
+        lift.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        lift.setActivationState(DISABLE_DEACTIVATION);
+        pli_body* sheet = bridge_test::add_sheet(bridge, 1, 0.1f, 7);
+        assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+        for (int i = 0; i < 600 && !pli_body_is_asleep(sheet); ++i) {
+            stock.step(1);
+        }
+        assert_true(pli_body_is_asleep(sheet));
+        const btScalar dt = btScalar(1) / 60, frame = has_sub_steps ? 2 * dt : dt;
+        const btVector3 velocity = goes_down ? btVector3(0, btScalar(-0.6), 0) : btVector3(btScalar(0.6), 0, 0);
+        for (btScalar time = 0; time < btScalar(0.99); time += frame) {
+            btTransform pose = lift.getWorldTransform();
+            pose.setOrigin(pose.getOrigin() + velocity * frame);
+            lift.getMotionState()->setWorldTransform(pose);
+            stock.world->stepSimulation(frame, has_sub_steps ? 2 : 0, dt);
+        }
+        const btVector3 way = lift.getWorldTransform().getOrigin() - btVector3(0, -1, 0);
+        const pli_vec3 center = bridge_test::center(sheet);
+        check_near(center.y, way.y() + btScalar(0.1), 0.02);
+        check_near(center.x, way.x(), goes_down ? 0.02 : 0.2);
+    }
+}
+
 // What the game has disabled while it slept does not move when a call changes it.
 void test_a_disabled_sleeper_stays_where_it_is(void**) {
     StockWorld stock;
@@ -350,6 +380,7 @@ int main() {
         cmocka_unit_test(test_calls_wake_and_so_does_the_game),
         cmocka_unit_test(test_a_weight_sleeps_on_its_rope),
         cmocka_unit_test(test_a_weight_that_does_not_meet_its_rope_keeps_it_awake),
+        cmocka_unit_test(test_what_sleeps_on_a_lift_goes_along),
         cmocka_unit_test(test_a_disabled_sleeper_stays_where_it_is),
         cmocka_unit_test(test_what_a_resting_body_holds_may_be_deleted),
         cmocka_unit_test(test_a_resting_body_may_hold_a_rigid_body_of_the_core),
