@@ -23,7 +23,8 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
         status = pli_context_create(nullptr, &context);
         owns_context_ = status == PLI_OK;
     }
-    if (status == PLI_OK && !(surface_thickness > 0.0f)) { status = PLI_ERROR_INVALID_VALUE; }
+    const bool has_thickness = surface_thickness > 0.0f && surface_thickness <= PLI_MAX_COORDINATE;
+    if (status == PLI_OK && !has_thickness) { status = PLI_ERROR_INVALID_VALUE; }
     pli_world_def world_def = def.world;
     world_def.gravity = def.gravity.value_or(to_pli(bullet_world.getGravity()));
     if (!def.gravity) { followed_gravity_ = world_def.gravity; }
@@ -45,7 +46,7 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
 }
 
 Bridge::Impl::~Impl() {
-    detach();
+    leave_world();
     objects_.clear();
     proxies_.clear();
     replaced_.clear();
@@ -64,6 +65,13 @@ Bridge::Impl::WorldState Bridge::Impl::bullet_world_state() const {
 }
 
 void Bridge::Impl::detach() {
+    if (bullet_world_ == nullptr) { return; }
+    // Bullet and the core are at work with what would go.
+    detaches_after_step_ = is_stepping() || (bullet_world_state() == WorldState::alive && is_inside_step());
+    if (!detaches_after_step_) { leave_world(); }
+}
+
+void Bridge::Impl::leave_world() {
     if (bullet_world_ == nullptr) { return; }
     switch (bullet_world_state()) {
     case WorldState::alive:

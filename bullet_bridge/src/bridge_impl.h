@@ -26,11 +26,12 @@ class SoftObject;
 /// An object as the Bullet world has it. Another one at the same address mostly differs in something.
 struct FollowedObject {
     const btCollisionObject* object;
-    int type, id, group, mask;
+    int type, number, id, group, mask; ///< `number` as in ObjectIdentity
 
     explicit FollowedObject(const btCollisionObject& of);
     bool operator==(const FollowedObject& o) const {
-        return object == o.object && type == o.type && id == o.id && group == o.group && mask == o.mask;
+        return object == o.object && type == o.type && number == o.number && id == o.id && group == o.group &&
+               mask == o.mask;
     }
 };
 
@@ -45,10 +46,13 @@ public:
     void update(btCollisionWorld& bullet_world, btScalar dt);
     void debug_draw(btIDebugDraw* drawer);
 
-    // ---- SoftShape calls, for an object that is in the Bullet world
+    // ---- SoftShape and SoftObject calls, for an object that is in the Bullet world
     void predict_inside_step();
     /// From right before Bullet's collision detection to the end of the bridge's part.
     bool is_inside_step() const;
+    /// The object of a proxy, where the Bullet world has it now: it may have been deleted without notice. Null also for
+    /// rigid bodies that the game has made in the core's world, with user data of its own.
+    const btCollisionObject* living_object(const pli_rigid& rigid) const;
 
     // ---- PairAlgorithm calls, from any thread of Bullet's dispatcher
     RigidProxy* acquire_proxy(const btCollisionObject& object);
@@ -105,6 +109,7 @@ private:
     WorldState bullet_world_state() const;
     std::unique_ptr<RigidProxy>& proxy_of(const btCollisionObject& object);
     void pin(RigidProxy& proxy);
+    void leave_world();
     void begin_step(btScalar dt);
     void follow_activation(SoftObject& object, bool should_rest);
     void wake(SoftObject& object);
@@ -119,6 +124,8 @@ private:
     void sort_rigid_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step();
+    RigidProxy* living_proxy(const pli_rigid& rigid) const;
+    void pin_held();
     void look_for_new_pinned();
     void look_for_pinned(btScalar dt);
     void take_part_of_pinned();
@@ -144,6 +151,7 @@ private:
     bool has_let_go_ = false;         ///< of proxies, which the end of the step takes away
     bool prepares_ahead_ = true;
     bool is_restoring_ = false;
+    bool detaches_after_step_ = false;
     unsigned step_ = 0;
     btScalar followed_dt_ = 0; ///< s, of the step; 0 in reference mode, where kinematic bodies are met as by btSoftBody
     std::vector<std::unique_ptr<SoftObject>> objects_;

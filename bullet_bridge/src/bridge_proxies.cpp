@@ -71,6 +71,21 @@ const RigidProxy* Bridge::Impl::find_proxy(const pli_rigid& rigid) const {
     return nullptr;
 }
 
+// Null for a rigid body that the game has made in the core's world, with user data of its own.
+RigidProxy* Bridge::Impl::living_proxy(const pli_rigid& rigid) const {
+    const auto found = proxies_.find(static_cast<const btCollisionObject*>(pli_rigid_get_user_data(&rigid)));
+    if (found == proxies_.end()) { return nullptr; }
+    RigidProxy& proxy = *found->second;
+    if (proxy.rigid() != &rigid || proxy.is_let_go) { return nullptr; }
+    const bool is_here = proxy.find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here;
+    return is_here ? &proxy : nullptr;
+}
+
+const btCollisionObject* Bridge::Impl::living_object(const pli_rigid& rigid) const {
+    const RigidProxy* proxy = living_proxy(rigid);
+    return proxy != nullptr ? proxy->object() : nullptr;
+}
+
 pli_rigid* Bridge::Impl::known_rigid(const btCollisionObject& object) const {
     const auto found = proxies_.find(&object);
     return found != proxies_.end() ? found->second->rigid() : nullptr;
@@ -155,6 +170,17 @@ void Bridge::Impl::let_go(RigidProxy& proxy) {
     }
 }
 
+// Anchors and joints of the game to a body that a contact event named, and not rigid().
+void Bridge::Impl::pin_held() {
+    for (const auto& object : objects_) {
+        object->for_each_held_rigid([&](const pli_rigid& rigid) {
+            RigidProxy* proxy = living_proxy(rigid);
+            if (proxy == nullptr || proxy->is_pinned) { return; }
+            proxy->is_pinned = proxy->was_in_world = has_pinned_ = true;
+        });
+    }
+}
+
 // Objects given to rigid() before they came into the world.
 void Bridge::Impl::look_for_new_pinned() {
     for (const auto& entry : proxies_) {
@@ -226,7 +252,7 @@ void Bridge::Impl::sweep_proxies() {
 // ------------------------------------------------------------------------------------------- proxies made ahead
 
 FollowedObject::FollowedObject(const btCollisionObject& of)
-    : object(&of), type(of.getInternalType()), id(-1), group(0), mask(0) {
+    : object(&of), type(of.getInternalType()), number(ObjectIdentity(of).number), id(-1), group(0), mask(0) {
     if (const btBroadphaseProxy* handle = of.getBroadphaseHandle()) {
         id = handle->getUid();
         group = handle->m_collisionFilterGroup;
@@ -269,7 +295,7 @@ void Bridge::Impl::follow_world() {
 void Bridge::Impl::follow(const btCollisionObject& object) {
     const int type = object.getInternalType();
     const bool is_soft = type == btCollisionObject::CO_SOFT_BODY || SoftObject::from(&object) != nullptr;
-    if (is_soft || !object.hasContactResponse() || object.getCollisionShape() == nullptr) { return; }
+    if (is_soft || object.getCollisionShape() == nullptr) { return; } // sensors are met by contact events
     const int id = FollowedObject(object).id;
     std::unique_ptr<RigidProxy>& proxy = proxy_of(object);
     const bool was_away = proxy->rigid() != nullptr && proxy->followed_id != id && !proxy->is_needed();

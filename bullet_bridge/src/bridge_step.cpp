@@ -31,6 +31,9 @@ bool is_moving(const btCollisionObject& object) {
            !body->getAngularVelocity().fuzzyZero();
 }
 
+// Steps of motion that a kinematic body may be ahead of where soft bodies have met it.
+constexpr btScalar kinematic_way_back = 4;
+
 void get_swept_aabb(const btRigidBody& body, btScalar dt, btVector3& aabb_min, btVector3& aabb_max) {
     body.getAabb(aabb_min, aabb_max);
     const btVector3 motion = body.getLinearVelocity() * dt;
@@ -38,6 +41,11 @@ void get_swept_aabb(const btRigidBody& body, btScalar dt, btVector3& aabb_min, b
         (aabb_max - aabb_min).length() * btScalar(0.5) * btMin(btScalar(1), body.getAngularVelocity().length() * dt);
     const btVector3 turn(reach, reach, reach), none(0, 0, 0);
     btVector3 forth = motion, back = motion;
+    if (body.isKinematicObject()) {
+        // Bullet has moved it already, through all sub-steps of the frame. What rests on it goes along.
+        forth.setMax(-motion * kinematic_way_back);
+        back.setMin(-motion * kinematic_way_back);
+    }
     forth.setMax(none);
     back.setMin(none);
     aabb_min += back - turn;
@@ -85,6 +93,7 @@ void Bridge::Impl::begin_step(btScalar dt) {
     followed_dt_ = mode == CollisionMode::reference ? 0 : dt;
     follow_gravity();
     follow_transforms();
+    pin_held();
     look_for_pinned(dt);
     follow_world();
     bool is_any_asleep = false;
@@ -105,9 +114,11 @@ void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
     bullet_world.getDispatchInfo().m_timeStep = 0;
     // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
     if (!is_stepping()) { begin_step(dt); }
-    if (!is_stepping()) { return; }
-    collide_pairs();
-    finish_step();
+    if (is_stepping()) {
+        collide_pairs();
+        finish_step();
+    }
+    if (detaches_after_step_) { leave_world(); }
 }
 
 // Threads took the pairs in any order, and where an order is wanted that of the broad phase depends on what was before;
@@ -248,7 +259,7 @@ void Bridge::Impl::finish_step() {
 // Before the prediction.
 void Bridge::Impl::follow_activation(SoftObject& object, bool should_rest) {
     pli_body* body = object.body();
-    const bool may_sleep = object.wants_sleep && object.getWorldArrayIndex() >= 0;
+    bool may_sleep = object.wants_sleep && object.getWorldArrayIndex() >= 0;
     if (should_rest && may_sleep && !object.is_frozen_by_bridge) {
         if (object.is_asleep ? pli_body_is_asleep(body) : pli_body_is_resting(body)) {
             if (!object.is_asleep) { note(pli_body_set_asleep(body, true)); }
@@ -256,6 +267,8 @@ void Bridge::Impl::follow_activation(SoftObject& object, bool should_rest) {
             return;
         }
         wake(object); // a call has changed it
+        should_rest = !object.isActive();
+        may_sleep = false;
     } else if (object.is_asleep) {
         wake(object);
     }
@@ -277,12 +290,18 @@ void Bridge::Impl::wake_met(btScalar dt) {
     for (int i = 0; i < array.size(); ++i) {
         if (!is_moving(*array[i])) { continue; }
         const FollowedObject mover(*array[i]);
+        const bool is_kinematic = array[i]->isKinematicObject();
         btVector3 low, high;
         get_swept_aabb(*btRigidBody::upcast(array[i]), dt, low, high);
         for (const auto& object : objects_) {
             if (!object->is_asleep) { continue; }
             const pli_bounds bounds = pli_body_get_bounds(object->body());
-            if (!TestAabbAgainstAabb2(low, high, to_bullet(bounds.min), to_bullet(bounds.max))) { continue; }
+            // What rests on a lift is a margin from it, and its bounds touch it up to rounding.
+            const btScalar near = is_kinematic ? object->getCollisionShape()->getMargin() / 4 : btScalar(0);
+            const btVector3 around(near, near, near);
+            if (!TestAabbAgainstAabb2(low, high, to_bullet(bounds.min) - around, to_bullet(bounds.max) + around)) {
+                continue;
+            }
             const FollowedObject own(*object);
             if ((mover.group & own.mask) != 0 && (own.group & mover.mask) != 0) { wake(*object); }
         }

@@ -120,9 +120,11 @@ const btConvexShape* RigidProxy::convex_shape(int shape, btTransform& pose) cons
     return convex_shapes_[index];
 }
 
-pli_rigid_kind RigidProxy::kind() const {
+pli_rigid_kind RigidProxy::kind(CollisionMode mode) const {
     if (object_->isKinematicObject()) { return PLI_RIGID_KINEMATIC; }
-    const bool is_movable = body_ != nullptr && !object_->isStaticObject() && body_->getInvMass() > 0;
+    // Impulses would only gather in the velocity of a body that Bullet does not move; btSoftBody lets them.
+    const bool is_held = object_->getActivationState() == DISABLE_SIMULATION && mode == CollisionMode::exact;
+    const bool is_movable = body_ != nullptr && !object_->isStaticObject() && body_->getInvMass() > 0 && !is_held;
     return is_movable ? PLI_RIGID_DYNAMIC : PLI_RIGID_STATIC;
 }
 
@@ -193,10 +195,10 @@ inline RigidProxy::Response RigidProxy::response() const {
             object_->getFriction(), object_->getRestitution(), !object_->hasContactResponse()};
 }
 
-pli_status RigidProxy::create_rigid(pli_world* world) {
+pli_status RigidProxy::create_rigid(pli_world* world, CollisionMode mode) {
     const Response present = response();
     pli_rigid_def def = pli_rigid_def_default();
-    def.kind = kind();
+    def.kind = kind(mode);
     def.user_data = const_cast<btCollisionObject*>(object_); // for events; nothing here writes through it
     read_state(def.state);
     def.friction = to_float(present.friction);
@@ -214,8 +216,8 @@ pli_status RigidProxy::create_rigid(pli_world* world) {
 }
 
 // What has changed since the last time.
-pli_status RigidProxy::update_rigid() {
-    const pli_rigid_kind present_kind = kind();
+pli_status RigidProxy::update_rigid(CollisionMode mode) {
+    const pli_rigid_kind present_kind = kind(mode);
     if (present_kind != kind_) {
         pli_rigid_state state{};
         read_state(state);
@@ -242,7 +244,7 @@ pli_status RigidProxy::update_rigid() {
 }
 
 pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
-    pli_status status = rigid_ == nullptr ? create_rigid(world) : update_rigid();
+    pli_status status = rigid_ == nullptr ? create_rigid(world, options.mode) : update_rigid(options.mode);
     holds_captured_ = false;
     if (status != PLI_OK) { return status; }
 

@@ -109,10 +109,10 @@ private:
     bool is_driven(btScalar dt) const; ///< a kinematic body that has a velocity in a step
     Motion driven_motion(btScalar dt) const;
     static void follow(const Motion& motion, const btTransform& pose, pli_rigid_state& state);
-    pli_rigid_kind kind() const;
+    pli_rigid_kind kind(CollisionMode mode) const;
     Response response() const;
-    pli_status create_rigid(pli_world* world);
-    pli_status update_rigid();
+    pli_status create_rigid(pli_world* world, CollisionMode mode);
+    pli_status update_rigid(CollisionMode mode);
     void read_state(pli_rigid_state& state) const; // of what is no btRigidBody the pose only
 
     const btCollisionObject* object_;

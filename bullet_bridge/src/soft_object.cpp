@@ -4,8 +4,6 @@
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
-#include <typeinfo>
-
 namespace pliant {
 
 namespace {
@@ -68,12 +66,13 @@ bool SoftShape::is_in_world() const {
 
 void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVector3& aabb_max) const {
     // Bullet asks for bounds at the start of its collision detection: the moment to move the bodies ahead.
-    if (is_in_world()) { bridge_.predict_inside_step(); }
+    const bool has_world = is_in_world();
+    if (has_world) { bridge_.predict_inside_step(); }
     const pli_bounds bounds = pli_body_get_bounds(body_);
     if (is_identity(transform)) {
         aabb_min = to_bullet(bounds.min);
         aabb_max = to_bullet(bounds.max);
-        if (!pli_body_is_resting(body_)) { return; }
+        if (!has_world || !pli_body_is_resting(body_)) { return; }
         // It may sleep with what it holds, if that is in its island, which overlapping bounds make.
         object_.for_each_held([&](const btCollisionObject& held) {
             aabb_min.setMin(held.getWorldTransform().getOrigin());
@@ -133,9 +132,9 @@ SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body)
 }
 
 bool SoftObject::checkCollideWithOverride(const btCollisionObject* other) const {
-    const bool is_soft = other->getInternalType() == CO_USER_TYPE && typeid(*other) == typeid(SoftObject);
-    const bool may_meet = !is_soft || (pli_body_collides_with_bodies(body_) &&
-                                       pli_body_collides_with_bodies(static_cast<const SoftObject*>(other)->body_));
+    const SoftObject* soft = from(other);
+    const bool may_meet =
+        soft == nullptr || (pli_body_collides_with_bodies(body_) && pli_body_collides_with_bodies(soft->body_));
     return may_meet && btCollisionObject::checkCollideWithOverride(other);
 }
 

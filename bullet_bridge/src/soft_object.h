@@ -74,14 +74,24 @@ public:
     /// Pairs of soft bodies without a feature that looks at other bodies are dropped before Bullet takes them up.
     bool checkCollideWithOverride(const btCollisionObject* other) const override;
 
-    /// Calls `visit` with each dynamic body that anchors and joints hold.
-    template <typename Visit> void for_each_held(const Visit& visit) const {
+    /// Calls `visit` with each rigid body of the core that anchors and joints hold, with one after the other once.
+    template <typename Visit> void for_each_held_rigid(const Visit& visit) const {
         held_.resize(static_cast<std::size_t>(pli_body_get_held_rigids(body_, 0, nullptr)));
+        if (held_.empty()) { return; }
         (void)pli_body_get_held_rigids(body_, static_cast<int>(held_.size()), held_.data());
+        const pli_rigid* last = nullptr;
         for (const pli_rigid* rigid : held_) {
-            const auto* object = static_cast<const btCollisionObject*>(pli_rigid_get_user_data(rigid));
-            if (pli_rigid_get_kind(rigid) == PLI_RIGID_DYNAMIC && object != nullptr) { visit(*object); }
+            if (rigid != last) { visit(*rigid); }
+            last = rigid;
         }
+    }
+    /// The same with each dynamic body in the Bullet world, which has to live.
+    template <typename Visit> void for_each_held(const Visit& visit) const {
+        for_each_held_rigid([&](const pli_rigid& rigid) {
+            if (pli_rigid_get_kind(&rigid) != PLI_RIGID_DYNAMIC) { return; }
+            const btCollisionObject* object = bridge_.living_object(rigid);
+            if (object != nullptr) { visit(*object); }
+        });
     }
 
     bool is_frozen_by_bridge = false; ///< frozen because the object is inactive, to be thawed with it
@@ -90,7 +100,11 @@ public:
 
     /// Null when the object is no soft body.
     static const SoftObject* from(const btCollisionObject* object) {
-        return dynamic_cast<const SoftObject*>(object);
+        // Classes of a game may have no run-time type information, and a cast of their objects would crash.
+        const bool may_be = object != nullptr && object->getInternalType() == CO_USER_TYPE &&
+                            object->getCollisionShape() != nullptr &&
+                            object->getCollisionShape()->getShapeType() == soft_shape_type;
+        return may_be ? dynamic_cast<const SoftObject*>(object) : nullptr;
     }
 
 private:

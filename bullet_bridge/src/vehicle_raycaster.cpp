@@ -14,9 +14,9 @@ struct GroundRay final : btCollisionWorld::ClosestRayResultCallback {
     using ClosestRayResultCallback::ClosestRayResultCallback;
 
     bool needsCollision(btBroadphaseProxy* proxy) const override {
-        if (!ClosestRayResultCallback::needsCollision(proxy)) { return false; }
-        return !ignores_soft_bodies ||
-               SoftObject::from(static_cast<btCollisionObject*>(proxy->m_clientObject)) == nullptr;
+        const auto* object = static_cast<const btCollisionObject*>(proxy->m_clientObject);
+        if (!ClosestRayResultCallback::needsCollision(proxy) || !object->hasContactResponse()) { return false; }
+        return !ignores_soft_bodies || SoftObject::from(object) == nullptr;
     }
 
     bool ignores_soft_bodies = true;
@@ -33,7 +33,7 @@ void* VehicleRaycaster::castRay(const btVector3& from, const btVector3& to, btVe
     ray.m_collisionFilterGroup = filter_group;
     ray.m_collisionFilterMask = filter_mask;
     world_.rayTest(from, to, ray);
-    if (!ray.hasHit() || !ray.m_collisionObject->hasContactResponse()) { return nullptr; }
+    if (!ray.hasHit()) { return nullptr; }
     // The vehicle takes it as the answer yes and reads nothing of it.
     const btRigidBody* ground = btRigidBody::upcast(ray.m_collisionObject);
     if (ground == nullptr && SoftObject::from(ray.m_collisionObject) != nullptr) {

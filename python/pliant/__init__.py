@@ -77,8 +77,8 @@ class Shape(_Part):
 class World(_Part):
     """Bodies and rigid bodies that are stepped together."""
 
-    def __init__(self, context, **fields):
-        pointer = _call("pli_world_create", [context], fields, context)
+    def __init__(self, context, pointer=None, **fields):
+        pointer = _call("pli_world_create", [context], fields, context) if pointer is None else pointer
         self._handles = weakref.WeakValueDictionary()
         super().__init__(context, pointer, lib.pli_world_destroy)
 
@@ -262,7 +262,24 @@ def _read_list(name, owner, context):
     count = getattr(lib, name)(owner.pointer, 0, ffi.NULL)
     items = ffi.new(ffi.typeof(f"{kind.args[2].item.cname}[]"), max(count, 1))
     count = min(count, getattr(lib, name)(owner.pointer, count, items))
-    return [_convert.result_of(items[i]) for i in range(count)]
+    world = owner if isinstance(owner, World) else getattr(owner, "_world", None)
+    return [_item(_convert.result_of(items[i]), world) for i in range(count)]
+
+
+def _item(value, world):
+    """Of a list: bodies and rigid bodies in it are those that Python knows."""
+    if isinstance(value, dict):
+        return {name: _item(each, world) for name, each in value.items()}
+    if not isinstance(value, ffi.CData):
+        return value
+    kind = ffi.typeof(value)
+    if kind.kind != "pointer" or kind.item.cname not in ("pli_body", "pli_rigid"):
+        return value
+    return world._handle(_KINDS[kind.item.cname], value) if value != ffi.NULL else None
+
+
+# Arrays that C writes into memory of the caller, and what counts them.
+_LENGTHS_OF_OUTPUTS = {("pli_mesh_create_from_vertices", "vertex_nodes"): "vertex_count"}
 
 
 def _call(name, arguments, fields, context):
@@ -270,7 +287,7 @@ def _call(name, arguments, fields, context):
     function = getattr(lib, name)
     kind = ffi.typeof(function)
     declared = _signature(name)
-    values, outputs, kept = [], [], []
+    values, outputs, kept, given = [], [], [], {}
     arguments = list(arguments)
     fields = dict(fields)
     for index, parameter in enumerate(kind.args):
@@ -281,27 +298,36 @@ def _call(name, arguments, fields, context):
             fields = {}
             values.append(definition)
         elif not arguments and _is_output(parameter) and not _is_const(declared, index):
-            memory = ffi.new(ffi.typeof(f"{parameter.item.cname}*"))
+            length = _LENGTHS_OF_OUTPUTS.get((name, declared[index].split()[-1]))
+            if length is None:
+                memory = ffi.new(ffi.typeof(f"{parameter.item.cname}*"))
+            else:
+                memory = np.zeros(given[length], _convert.array_type(parameter.item)[0])
             outputs.append((parameter, memory))
-            values.append(memory)
+            values.append(_convert.value_of(parameter, memory, kept))
         elif arguments:
+            given[declared[index].split()[-1]] = arguments[0]
             values.append(_convert.value_of(parameter, arguments.pop(0), kept))
         else:
             raise TypeError(f"{name} wants {', '.join(declared)}")
     if arguments or fields:
         raise TypeError(f"{name} wants {', '.join(declared)}; left over: {arguments or fields}")
+    for array, value in given.items():
+        count = _convert.count_of(array, given)
+        if count is not None and count != array and isinstance(value, (list, tuple, np.ndarray)):
+            _convert.check_length(array, value, count, given[count])
     result = function(*values)
     returns_status = kind.result.cname == "pli_status"
     if returns_status and result != lib.PLI_OK:
         _raise(result, context)
+    world = next((each if isinstance(each, World) else each._world for each in kept
+                  if isinstance(each, (World, _Member))), None)
     results = [] if returns_status or kind.result.cname == "void" else [result]
     if kind.result.kind == "pointer" and kind.result.item.kind == "struct" and len(outputs) == 1 \
             and kind.result.item.cname not in _KINDS:
-        return [_convert.result_of(result[i]) for i in range(outputs[0][1][0])]
-    world = next((each if isinstance(each, World) else each._world for each in kept
-                  if isinstance(each, (World, _Member))), None)
+        return [_item(_convert.result_of(result[i]), world) for i in range(outputs[0][1][0])]
     for parameter, memory in outputs:
-        results.append(memory[0])
+        results.append(memory if isinstance(memory, np.ndarray) else memory[0])
     if name == "pli_context_create":
         return results[0]
     results = [_finish(each, context, world, name) for each in results]
@@ -331,6 +357,9 @@ def _method(name, owner):
     def method(self, *arguments, **fields):
         if changes_arrays:
             self._check_no_views(name)
+        if name == "pli_world_file_restore":
+            for body in self.bodies:
+                body._check_no_views(name)
         context = self if isinstance(self, Context) else self._context
         if is_list:
             return _read_list(name, self, context)

@@ -47,9 +47,27 @@ def array_pointer(kind, value, kept):
     return memory
 
 
+NUMBERS_OF = {"triangles": 3, "tetras": 4}  # of those that are lists of nodes
+
+
+def count_of(name, names):
+    """What counts the array of that name, or None."""
+    stem = name.replace("vertices", "vertexs").rstrip("s")
+    return next((count for count in (f"{stem}_count", f"{stem.split('_')[0]}_count", "count") if count in names), None)
+
+
+def check_length(name, array, count_name, count):
+    """C reads as many items as it is told."""
+    needed = count * NUMBERS_OF.get(name, 1)
+    present = np.size(array) if name in NUMBERS_OF else len(array)
+    if present < needed:
+        raise ValueError(f"{name} has {present} items, {count_name} = {count} wants {needed}")
+
+
 def fill(structure, fields, kept):
     """Sets fields by name. Arrays bring their length with them, where a field counts them."""
     kinds = dict(ffi.typeof(structure).fields)
+    lengths = {}
     for name, value in fields.items():
         if name not in kinds or name == "cookie":
             raise TypeError(f"{ffi.typeof(structure).cname} has no field {name!r}; it has {', '.join(kinds)}")
@@ -58,9 +76,15 @@ def fill(structure, fields, kept):
             fill(getattr(structure, name), value, kept)
             continue
         setattr(structure, name, value_of(kind, value, kept))
-        counts = [count for count in (f"{name.rstrip('s')}_count", "count") if count in kinds and count not in fields]
-        if counts and kind.kind == "pointer" and value is not None:
-            setattr(structure, counts[0], len(value))
+        count = count_of(name, kinds)
+        if count is None or kind.kind != "pointer" or not hasattr(value, "__len__") or isinstance(value, (str, bytes)):
+            continue
+        if count in fields:
+            check_length(name, value, count, fields[count])
+        elif lengths.setdefault(count, len(value)) != len(value):
+            raise ValueError(f"{name} has {len(value)} items, another array {lengths[count]}")
+        else:
+            setattr(structure, count, len(value))
 
 
 def value_of(kind, value, kept):
@@ -78,14 +102,14 @@ def value_of(kind, value, kept):
             kept.append(text)
             return text
         if isinstance(value, dict):
-            structure = ffi.new(ffi.typeof(f"{kind.item.cname}*"))
+            structure = default_of(kind.item)
             fill(structure[0], value, kept)
             kept.append(structure)
             return structure
         return array_pointer(kind, value, kept)
     if kind.kind == "struct":
         if isinstance(value, dict):
-            structure = ffi.new(ffi.typeof(f"{kind.cname}*"))
+            structure = default_of(kind)
             fill(structure[0], value, kept)
             kept.append(structure)
             return structure[0]

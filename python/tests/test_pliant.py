@@ -152,6 +152,71 @@ def test_anchors_forces_and_state(context):
     assert np.abs(cloth.velocities).max() == 0
 
 
+def test_arrays_are_as_long_as_their_counts_say(context):
+    world = pliant.World(context)
+    cloth = make_cloth(world)
+    hook = pliant.Rigid.create(world, kind="kinematic")
+    with pytest.raises(ValueError, match="nodes has 2 items, count = 5000000 wants 5000000"):
+        cloth.attach_nodes([3, 4], 5000000, hook)
+    cloth.attach_nodes([3, 4], 2, hook)
+    corners = [(0, 0, 0), (1, 0, 0), (0, 0, 1)]
+    with pytest.raises(ValueError, match="points has 3 items"):
+        pliant.Shape.create_triangle_mesh(context, 30000000, corners, 1, [0, 2, 1], 0.1)
+    with pytest.raises(ValueError, match="triangles has 3 items, triangle_count = 2 wants 6"):
+        pliant.Shape.create_triangle_mesh(context, 3, corners, 2, [0, 2, 1], 0.1)
+    pliant.Shape.create_triangle_mesh(context, 3, corners, 1, [(0, 2, 1)], 0.1)
+    sphere = pliant.Shape.create_sphere(context, 0.5)
+    with pytest.raises(ValueError, match="shape_poses"):
+        pliant.Rigid.create(world, shapes=[sphere] * 4, shape_poses=[{}])
+    with pytest.raises(ValueError, match="positions"):
+        cloth.enable_targets(targets=[{"node": 5}, {"node": 6}], positions=np.zeros((200, 3)))
+
+
+def test_vertices_that_share_a_node(context):
+    count = 5000  # triangles with a node in common, each with vertices of its own
+    vertices = np.zeros((3 * count, 3), np.float32)
+    angles = np.arange(count + 1) * 2 * np.pi / (count + 1)
+    rim = np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1) * 100
+    vertices[1::3], vertices[2::3] = rim[:-1], rim[1:]
+    nodes, mesh = pliant.Mesh.create_from_vertices(context, 3 * count, vertices, count, np.arange(3 * count))
+    assert nodes.shape == (3 * count,) and (nodes[0::3] == nodes[0]).all()
+    assert (nodes[2:-3:3] == nodes[4::3]).all() and nodes.max() == count + 1
+    assert isinstance(mesh, pliant.Mesh)
+
+
+def test_lists_name_the_objects_of_python(context):
+    world = pliant.World(context)
+    cloth = make_cloth(world, height=0.6)
+    ball = make_ball(world)
+    cloth.enable_rigid_contacts()
+    cloth.enable_contact_events()
+    cloth.add_anchor(node=0, rigid=ball)
+    assert cloth.get_held_rigids() == [ball]
+    events = []
+    for _ in range(30):
+        world.step(1 / 60)
+        events += cloth.get_contact_events("begin")
+    assert events and all(event["rigid"] is ball and event["other"] is None for event in events)
+
+
+def test_a_file_does_not_go_below_arrays(context):
+    world = pliant.World(context)
+    cloth = make_cloth(world)
+    size = world.file_size()
+    memory = pliant.ffi.new("char[]", size)
+    world.file_write({}, memory, size, None)
+    cloth.cut_link(0, 1, 0.5)
+    positions = cloth.positions
+    with pytest.raises(BufferError):
+        world.file_restore({}, memory, size)
+    assert positions.shape == (123, 3)
+    del positions
+    world.file_restore({}, memory, size)
+    assert cloth.positions.shape == (121, 3)
+    again = pliant.World.file_create(context, {}, memory, size)
+    assert again.bodies[0].state_hash() == cloth.state_hash()
+
+
 def test_events_and_sleep(context):
     world = pliant.World(context)
     cloth = make_cloth(world, height=0.6)

@@ -3,6 +3,7 @@
 #include "test_bridge_world.h"
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btSdfCollisionShape.h>
 
 #include <functional>
 
@@ -99,6 +100,24 @@ static void test_a_sheet_rests_on_a_heightfield(void**) {
                    margin);
 }
 
+// Bullet turns the triangles of the three axes to different sides, and a game may turn them over.
+static void test_a_heightfield_is_met_from_above_along_each_axis(void**) {
+    const std::vector<float> heights(9 * 9, 3.0f);
+    for (int variant = 0; variant < 6; ++variant) {
+        const int up = variant % 3;
+        const btVector3 axes[3] = {btVector3(1, 0, 0), btVector3(0, 1, 0), btVector3(0, 0, 1)};
+        const btVector3 y(0, 1, 0);
+        const btQuaternion turn = shortestArcQuat(axes[up], y);
+        check_rests_at(rest_on([&](StockWorld& w) {
+                           auto* shape =
+                               new btHeightfieldTerrainShape(9, 9, heights.data(), btScalar(0), btScalar(4), up, false);
+                           shape->setFlipTriangleWinding(variant >= 3);
+                           w.add_body(shape, 0, -y, turn);
+                       }),
+                       margin);
+    }
+}
+
 static void test_a_sheet_rests_on_a_convex_hull(void**) {
     // Bullet adds the margin of a hull outside.
     check_rests_at(rest_on([](StockWorld& w) {
@@ -191,6 +210,19 @@ static void test_an_empty_shape_and_a_shape_of_no_size_are_passed_through(void**
     assert_true(highest(sheet) < -4);
 }
 
+// It is no error either that a shape yields no triangles.
+static void test_a_shape_without_triangles_is_passed_through(void**) {
+    StockWorld stock;
+    stock.add_body(new btSdfCollisionShape, 0, btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1.6f, 0.01f, 7);
+    for (int i = 0; i < 60; ++i) {
+        stock.step(1);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+    }
+    assert_true(highest(sheet) < -4);
+}
+
 int main() {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_sheet_rests_on_a_box),
@@ -199,6 +231,7 @@ int main() {
         cmocka_unit_test(test_a_sheet_rests_on_a_triangle_mesh),
         cmocka_unit_test(test_a_sheet_rests_on_a_scaled_triangle_mesh),
         cmocka_unit_test(test_a_sheet_rests_on_a_heightfield),
+        cmocka_unit_test(test_a_heightfield_is_met_from_above_along_each_axis),
         cmocka_unit_test(test_a_sheet_rests_on_a_convex_hull),
         cmocka_unit_test(test_a_sheet_rests_on_a_cylinder),
         cmocka_unit_test(test_a_sheet_drapes_over_round_shapes),
@@ -206,6 +239,7 @@ int main() {
         cmocka_unit_test(test_reference_mode_rests_on_a_box),
         cmocka_unit_test(test_an_edited_shape_is_noticed),
         cmocka_unit_test(test_an_empty_shape_and_a_shape_of_no_size_are_passed_through),
+        cmocka_unit_test(test_a_shape_without_triangles_is_passed_through),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

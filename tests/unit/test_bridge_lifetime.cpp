@@ -444,6 +444,46 @@ public:
 
 } // namespace
 
+// In the bridge's hook, in a callback of the core, and in an action that comes before the bridge's.
+static void test_a_bridge_may_be_detached_inside_a_step(void**) {
+    for (int variant = 0; variant < 3; ++variant) {
+        StockWorld stock;
+        struct Action : btActionInterface {
+            void updateAction(btCollisionWorld*, btScalar) override {
+                if (bridge != nullptr) { bridge->detach(); }
+            }
+            void debugDraw(btIDebugDraw*) override {}
+            pliant::Bridge* bridge = nullptr;
+        } action;
+        stock.world->addAction(&action);
+        pliant::Bridge bridge(*stock.world);
+        stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+        btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 1, 0));
+        pli_body* sheet = add_sheet(bridge, 1, 2.1f, 5);
+        pli_anchor_def anchor = pli_anchor_def_default();
+        anchor.rigid = bridge.rigid(box);
+        assert_int_equal(pli_body_add_anchor(sheet, &anchor, nullptr), PLI_OK);
+        stock.step(3);
+        if (variant == 0) {
+            bridge.set_before_solve([&] { bridge.detach(); });
+        }
+        if (variant == 1) {
+            const auto profile = [](const char* stage, const char*, bool begins, void* user) {
+                if (begins && std::strcmp(stage, "solve") == 0) { static_cast<pliant::Bridge*>(user)->detach(); }
+            };
+            assert_int_equal(pli_world_set_profile(bridge.world(), profile, &bridge), PLI_OK);
+        }
+        if (variant == 2) { action.bridge = &bridge; }
+        stock.step(1);
+        assert_int_equal(stock.world->getNumCollisionObjects(), 2);
+        const std::uint64_t hash = pli_body_state_hash(sheet);
+        stock.step(3);
+        assert_true(pli_body_state_hash(sheet) == hash);
+        assert_int_equal(bridge.remove_body(sheet), PLI_OK);
+        stock.world->removeAction(&action);
+    }
+}
+
 static void test_a_bullet_world_may_go_before_a_bridge_without_bodies(void**) {
     enum { none, removed_body, body_taken_out, detached, count };
     for (int variant = 0; variant < count; ++variant) {
@@ -530,6 +570,7 @@ int main() {
         cmocka_unit_test(test_a_body_deleted_in_a_tick_callback_takes_its_anchors),
         cmocka_unit_test(test_a_body_and_its_shape_may_be_deleted_by_callbacks_of_the_bridge),
         cmocka_unit_test(test_soft_bodies_come_and_go_in_ticks_and_actions),
+        cmocka_unit_test(test_a_bridge_may_be_detached_inside_a_step),
         cmocka_unit_test(test_a_bullet_world_may_go_before_a_bridge_without_bodies),
         cmocka_unit_test(test_a_bridge_without_bodies_may_go_before_its_bullet_world),
         cmocka_unit_test(test_a_bridge_whose_bullet_world_has_gone_answers_calls),

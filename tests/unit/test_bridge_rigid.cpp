@@ -1,8 +1,11 @@
 // Soft bodies and movable rigid bodies: both ways, waking, filters, anchors.
 #include "check.h"
+#include "test_bridge_slot.h"
 #include "test_bridge_world.h"
 
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <optional>
@@ -258,6 +261,136 @@ static void test_an_object_at_an_old_address_is_seen_as_it_is(void**) {
     }
 }
 
+// The same where no bounds overlapped, in a broad phase that gives the same id again.
+static void test_an_object_at_an_old_address_is_prepared_ahead(void**) {
+    const btVector3 far_corner(100, 100, 100);
+    StockWorld stock(btVector3(0, 0, 0), std::make_unique<btAxisSweep3>(-far_corner, far_corner));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 10, 5);
+    btBoxShape shape(btVector3(1, 1, 1));
+    Slot slot;
+    for (int i = 0; i < 2; ++i) {
+        auto& box = slot.make<btRigidBody>(btScalar(0), nullptr, &shape);
+        stock.world->addRigidBody(&box);
+        stock.step(2);
+        assert_int_equal(pli_world_rigid_count(bridge.world()), 1);
+        if (i == 0) { stock.world->removeRigidBody(&box); }
+    }
+    for (const btScalar way : {btScalar(-9), btScalar(9)}) {
+        const btTransform moved(btQuaternion::getIdentity(), btVector3(0, way, 0));
+        bridge.object(sheet)->setWorldTransform(moved);
+        stock.step(2);
+        assert_int_equal(pli_world_rigid_count(bridge.world()), 1);
+    }
+    stock.world->removeCollisionObject(stock.world->getCollisionObjectArray()[1]);
+}
+
+// A floor of 10 m with its top at `height`, in a place of memory.
+static btCollisionShape& make_floor(Slot& slot, int kind, btTriangleMesh& mesh, btScalar height) {
+    const btVector3 corners[4] = {btVector3(-5, height, -5), btVector3(5, height, -5), btVector3(5, height, 5),
+                                  btVector3(-5, height, 5)};
+    mesh.addTriangle(corners[0], corners[2], corners[1]);
+    mesh.addTriangle(corners[0], corners[3], corners[2]);
+    switch (kind) {
+    case 0:
+        return slot.make<btBvhTriangleMeshShape>(&mesh, true);
+    case 1: {
+        auto& shape = slot.make<btGImpactMeshShape>(&mesh);
+        shape.updateBound();
+        return shape;
+    }
+    case 2:
+        return slot.make<btStaticPlaneShape>(btVector3(0, 1, 0), height);
+    default: {
+        // Both within the same bounds: a ramp down to -2, and a block up to 2.
+        auto& hull = slot.make<btConvexHullShape>();
+        for (const btScalar z : {btScalar(-5), btScalar(5)}) {
+            hull.addPoint(btVector3(-5, -2, z));
+            hull.addPoint(btVector3(5, -2, z));
+            hull.addPoint(btVector3(-5, 2, z));
+            hull.addPoint(height > 0 ? btVector3(5, 2, z) : btVector3(btScalar(-4.9), 2, z));
+        }
+        return hull;
+    }
+    }
+}
+
+// A game deletes a shape and gives its body another one, which mostly comes to lie where the first was.
+static void test_a_shape_at_an_old_address_is_seen_as_it_is(void**) {
+    for (int kind = 0; kind < 4; ++kind) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = add_sheet(bridge, 1, 3.2f, 5);
+        Slot slot;
+        btTriangleMesh first, second;
+        btRigidBody body(0, nullptr, &make_floor(slot, kind, first, 0));
+        stock.world->addRigidBody(&body);
+        stock.step(2);
+        body.setCollisionShape(&make_floor(slot, kind, second, 2));
+        stock.step(200);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        check_near(lowest(sheet), 2.1, 0.05);
+        stock.world->removeRigidBody(&body);
+    }
+}
+
+static void test_a_gimpact_mesh_may_change_in_place(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 2, 5);
+    btScalar points[4][3] = {{-5, 0, -5}, {5, 0, -5}, {5, 0, 5}, {-5, 0, 5}};
+    int corners[6] = {0, 2, 1, 0, 3, 2};
+    btTriangleIndexVertexArray triangles(2, corners, 3 * sizeof corners[0], 4, points[0], sizeof points[0]);
+    btGImpactMeshShape shape(&triangles);
+    shape.updateBound();
+    btRigidBody body(0, nullptr, &shape);
+    stock.world->addRigidBody(&body);
+    stock.step(2);
+    for (auto& point : points) {
+        point[1] = btScalar(0.8);
+    }
+    shape.postUpdate();
+    shape.updateBound();
+    stock.step(200);
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    check_near(lowest(sheet), 0.9, 0.01);
+    stock.world->removeRigidBody(&body);
+}
+
+// Games mirror props by a negative scale, which turns the triangles over.
+static void test_mirrored_meshes_are_met_from_outside(void**) {
+    for (int variant = 0; variant < 6; ++variant) {
+        const bool is_asked = variant >= 4, scales_mesh = (variant & 1) != 0, is_closed = variant / 2 == 1;
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        btTriangleMesh mesh;
+        const btVector3 top[4] = {btVector3(-5, 0, -5), btVector3(5, 0, -5), btVector3(5, 0, 5), btVector3(-5, 0, 5)};
+        const btVector3 down(0, -1, 0);
+        mesh.addTriangle(top[0], top[2], top[1]);
+        mesh.addTriangle(top[0], top[3], top[2]);
+        for (int i = 0; i < 4 && is_closed; ++i) {
+            const btVector3 &a = top[i], &b = top[(i + 1) % 4];
+            mesh.addTriangle(a, b, a + down);
+            mesh.addTriangle(b, b + down, a + down);
+            if (i % 2 == 0) { mesh.addTriangle(a + down, b + down, top[(i + 2) % 4] + down); }
+        }
+        const btVector3 mirror(-1, 1, 1), one(1, 1, 1);
+        btBvhTriangleMeshShape shape(&mesh, true);
+        if (scales_mesh) { shape.setLocalScaling(mirror); }
+        btScaledBvhTriangleMeshShape scaled(&shape, scales_mesh ? one : mirror);
+        btGImpactMeshShape gimpact(&mesh);
+        gimpact.setLocalScaling(mirror);
+        gimpact.updateBound();
+        btRigidBody body(0, nullptr, is_asked ? static_cast<btCollisionShape*>(&gimpact) : &scaled);
+        stock.world->addRigidBody(&body);
+        pli_body* sheet = add_sheet(bridge, 1, 0.3f, 5);
+        stock.step(120);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        check_near(lowest(sheet), 0.1, 0.01);
+        stock.world->removeRigidBody(&body);
+    }
+}
+
 static void test_filters_hold(void**) {
     enum { by_mask, by_ignore_flag, by_no_response, by_pliant, by_anchor, by_nothing, count };
     for (int filter = 0; filter < count; ++filter) {
@@ -326,6 +459,42 @@ static void test_contact_events_name_objects(void**) {
         assert_int_equal(persisting, 60); // in every step
         check_near(pushed, pli_body_total_mass(sheet) * 10 / 60,
                    0.01 * static_cast<double>(pli_body_total_mass(sheet)) / 6);
+    }
+}
+
+// A game sticks a sheet to what an event names, and the two part company with the bounds of the body.
+static void test_anchors_hold_to_what_an_event_names(void**) {
+    for (const bool prepares_ahead : {false, true}) {
+        StockWorld stock(btVector3(0, 0, 0));
+        pliant::BridgeDef def;
+        def.prepares_rigids_ahead = prepares_ahead;
+        pliant::Bridge bridge(*stock.world, def);
+        const btVector3 half(btScalar(0.3), btScalar(0.3), btScalar(0.3));
+        btRigidBody& box = stock.add_box(half, 5, btVector3(0, btScalar(-0.3), 0));
+        box.setAngularFactor(0);
+        pli_body* sheet = add_sheet(bridge, 2, 0.09f, 9);
+        assert_int_equal(pli_body_enable_contact_events(sheet, nullptr), PLI_OK);
+        stock.step(2);
+        int count = 0;
+        const pli_contact_event* events = pli_body_get_contact_events(sheet, PLI_CONTACT_BEGIN, &count);
+        if (count == 0) { events = pli_body_get_contact_events(sheet, PLI_CONTACT_PERSIST, &count); }
+        assert_int_equal(count, 1);
+        assert_int_equal(anchor(sheet, 40, events[0].rigid, true), PLI_OK);
+        const auto offset = [&] {
+            const pli_vec4 node = pli_body_get_view(sheet).positions[40];
+            return btVector3(btScalar(node.x), btScalar(node.y), btScalar(node.z)) -
+                   box.getWorldTransform().getOrigin();
+        };
+        const btVector3 before = offset();
+        stock.step(30);
+        box.setLinearVelocity(btVector3(2, 0, 0));
+        stock.step(60);
+        check_at_most((offset() - before).length(), 0.1);
+        box.getWorldTransform().setOrigin(btVector3(20, 0, 0));
+        stock.step(60);
+        assert_int_equal(pli_body_anchor_count(sheet), 1);
+        check_at_most((offset() - before).length(), 0.3);
+        assert_true(center(sheet).x > 15);
     }
 }
 
@@ -427,6 +596,27 @@ static void test_a_body_may_change_its_kind(void**) {
     assert_true(box.getWorldTransform().getOrigin().y() < btScalar(-0.05));
     assert_int_equal(pli_rigid_get_kind(bridge.rigid(box)), PLI_RIGID_DYNAMIC);
     assert_false(pli_body_is_frozen(sheet));
+}
+
+// Bullet does not move it, and impulses must not gather in its velocity.
+static void test_a_disabled_body_carries_as_a_static_one(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    const btVector3 half(btScalar(0.8), btScalar(0.3), btScalar(0.8));
+    btRigidBody& box = stock.add_box(half, btScalar(0.02), btVector3(0, 0, 0));
+    box.forceActivationState(DISABLE_SIMULATION);
+    pli_body* sheet = add_sheet(bridge, 1, 0.5f, 9);
+    assert_int_equal(anchor(sheet, 40, bridge.rigid(box)), PLI_OK);
+    stock.step(120);
+    check_near(lowest(sheet), 0.4, 0.02);
+    check_at_most(box.getLinearVelocity().length(), 0);
+    assert_int_equal(pli_rigid_get_kind(bridge.rigid(box)), PLI_RIGID_STATIC);
+    box.forceActivationState(ACTIVE_TAG);
+    stock.step(1);
+    assert_int_equal(pli_rigid_get_kind(bridge.rigid(box)), PLI_RIGID_DYNAMIC);
+    check_at_most(box.getLinearVelocity().length(), 10);
+    stock.step(60);
+    assert_true(box.getWorldTransform().getOrigin().y() < -3);
 }
 
 static void test_factors_hold(void**) {
@@ -709,13 +899,19 @@ int main() {
         cmocka_unit_test(test_rigid_bodies_are_prepared_ahead),
         cmocka_unit_test(test_what_is_prepared_goes_with_its_object),
         cmocka_unit_test(test_an_object_at_an_old_address_is_seen_as_it_is),
+        cmocka_unit_test(test_an_object_at_an_old_address_is_prepared_ahead),
+        cmocka_unit_test(test_a_shape_at_an_old_address_is_seen_as_it_is),
+        cmocka_unit_test(test_a_gimpact_mesh_may_change_in_place),
+        cmocka_unit_test(test_mirrored_meshes_are_met_from_outside),
         cmocka_unit_test(test_filters_hold),
         cmocka_unit_test(test_contact_events_name_objects),
+        cmocka_unit_test(test_anchors_hold_to_what_an_event_names),
         cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),
         cmocka_unit_test(test_an_anchored_sleeping_box_wakes),
         cmocka_unit_test(test_a_kinematic_box_drags_a_sheet_by_friction),
         cmocka_unit_test(test_a_sheet_bounces_off_a_box_as_both_allow),
         cmocka_unit_test(test_a_body_may_change_its_kind),
+        cmocka_unit_test(test_a_disabled_body_carries_as_a_static_one),
         cmocka_unit_test(test_factors_hold),
         cmocka_unit_test(test_soft_bodies_meet_each_other),
         cmocka_unit_test(test_soft_bodies_meet_from_when_both_look),

@@ -1,6 +1,7 @@
 // Sleep in a Bullet world: soft bodies and rigid bodies fall asleep together and wake together.
 
 #include "check.h"
+#include "test_bridge_slot.h"
 #include "test_bridge_world.h"
 
 #include <cmath>
@@ -226,6 +227,131 @@ void test_a_weight_that_does_not_meet_its_rope_keeps_it_awake(void**) {
     }
 }
 
+// A lift that begins to move takes the sheet along that has fallen asleep on it: down, and sideways, by friction.
+void test_what_sleeps_on_a_lift_goes_along(void**) {
+    for (int variant = 0; variant < 4; ++variant) {
+        const bool goes_down = variant < 2, has_sub_steps = (variant & 1) != 0;
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        btRigidBody& lift = stock.add_box(btVector3(3, 1, 3), 0, btVector3(0, -1, 0));
+        lift.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        lift.setActivationState(DISABLE_DEACTIVATION);
+        pli_body* sheet = bridge_test::add_sheet(bridge, 1, 0.1f, 7);
+        assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+        for (int i = 0; i < 600 && !pli_body_is_asleep(sheet); ++i) {
+            stock.step(1);
+        }
+        assert_true(pli_body_is_asleep(sheet));
+        const btScalar dt = btScalar(1) / 60, frame = has_sub_steps ? 2 * dt : dt;
+        const btVector3 velocity = goes_down ? btVector3(0, btScalar(-0.6), 0) : btVector3(btScalar(0.6), 0, 0);
+        for (btScalar time = 0; time < btScalar(0.99); time += frame) {
+            btTransform pose = lift.getWorldTransform();
+            pose.setOrigin(pose.getOrigin() + velocity * frame);
+            lift.getMotionState()->setWorldTransform(pose);
+            stock.world->stepSimulation(frame, has_sub_steps ? 2 : 0, dt);
+        }
+        const btVector3 way = lift.getWorldTransform().getOrigin() - btVector3(0, -1, 0);
+        const pli_vec3 center = bridge_test::center(sheet);
+        check_near(center.y, way.y() + btScalar(0.1), 0.02);
+        check_near(center.x, way.x(), goes_down ? 0.02 : 0.2);
+    }
+}
+
+// What the game has disabled while it slept does not move when a call changes it.
+void test_a_disabled_sleeper_stays_where_it_is(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    pli_body* sheet = bridge_test::add_sheet(bridge, 1, 0.1f, 5);
+    assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+    for (int i = 0; i < 600 && !pli_body_is_asleep(sheet); ++i) {
+        stock.step(1);
+    }
+    assert_true(pli_body_is_asleep(sheet));
+    bridge.object(sheet)->forceActivationState(DISABLE_SIMULATION);
+    stock.step(2);
+    const float height = bridge_test::highest(sheet);
+    assert_int_equal(pli_body_add_velocity(sheet, pli_vec3_make(0, 5, 0)), PLI_OK);
+    stock.step(3);
+    check_near(bridge_test::highest(sheet), height, 0);
+    bridge.object(sheet)->forceActivationState(ACTIVE_TAG);
+    stock.step(3);
+    assert_true(bridge_test::highest(sheet) > height + 0.1f);
+}
+
+struct NoContacts : btCollisionWorld::ContactResultCallback {
+    btScalar addSingleResult(btManifoldPoint&, const btCollisionObjectWrapper*, int, int,
+                             const btCollisionObjectWrapper*, int, int) override {
+        return 0;
+    }
+};
+
+// A sheet that rests, and may be asked for its bounds when the game has deleted what it holds.
+void test_what_a_resting_body_holds_may_be_deleted(void**) {
+    for (int asked_by = 0; asked_by < 3; ++asked_by) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+        pli_body* sheet = bridge_test::add_sheet(bridge, 1, 0.1f, 5, 0, 3, 3);
+        assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+        btBoxShape shape(btVector3(0.1f, 0.1f, 0.1f));
+        bridge_test::Slot slot;
+        btRigidBody& box = slot.make<btRigidBody>(btScalar(1), nullptr, &shape, btVector3(0.01f, 0.01f, 0.01f));
+        box.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(3.6f, 0.1f, 3.6f)));
+        stock.world->addRigidBody(&box);
+        pli_anchor_def anchor = pli_anchor_def_default();
+        anchor.node = 24;
+        anchor.rigid = bridge.rigid(box);
+        assert_int_equal(pli_body_add_anchor(sheet, &anchor, nullptr), PLI_OK);
+        for (int i = 0; i < 600 && !pli_body_is_resting(sheet); ++i) {
+            stock.step(1);
+        }
+        assert_true(pli_body_is_resting(sheet));
+        btVector3 low, high;
+        const btCollisionObject& object = *bridge.object(sheet);
+        object.getCollisionShape()->getAabb(object.getWorldTransform(), low, high);
+        assert_true(high.x() >= box.getWorldTransform().getOrigin().x());
+        stock.world->removeRigidBody(&box);
+        slot.clear();
+        NoContacts contacts;
+        if (asked_by == 0) { stock.world->contactTest(bridge.object(sheet), contacts); }
+        if (asked_by == 1) { stock.world->updateAabbs(); }
+        object.getCollisionShape()->getAabb(object.getWorldTransform(), low, high);
+        check_near(low.x(), pli_body_get_bounds(sheet).min.x, 1e-6);
+        check_near(high.x(), pli_body_get_bounds(sheet).max.x, 1e-6);
+        stock.step(3);
+        assert_true(slot.is_untouched());
+        assert_int_equal(pli_body_anchor_count(sheet), 0);
+    }
+}
+
+// The user data of a rigid body that the game makes in the core's world is the game's.
+void test_a_resting_body_may_hold_a_rigid_body_of_the_core(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    pli_body* sheet = bridge_test::add_sheet(bridge, 1, 0.1f, 5);
+    assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+    std::vector<float> tag(64, 1e5f);
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = PLI_RIGID_DYNAMIC;
+    def.state.inverse_mass = 1;
+    def.user_data = tag.data();
+    pli_anchor_def anchor = pli_anchor_def_default();
+    assert_int_equal(pli_rigid_create(bridge.world(), &def, &anchor.rigid), PLI_OK);
+    assert_int_equal(pli_body_add_anchor(sheet, &anchor, nullptr), PLI_OK);
+    for (int i = 0; i < 600 && !pli_body_is_resting(sheet); ++i) {
+        stock.step(1);
+    }
+    assert_true(pli_body_is_resting(sheet));
+    stock.step(1);
+    btVector3 low, high;
+    const btCollisionObject& object = *bridge.object(sheet);
+    object.getCollisionShape()->getAabb(object.getWorldTransform(), low, high);
+    check_near(high.x(), pli_body_get_bounds(sheet).max.x, 1e-6);
+    check_near(high.y(), pli_body_get_bounds(sheet).max.y, 1e-6);
+}
+
 // Without sleep enabled Bullet's bodies stay awake under a soft body, and a soft body that the game deactivates
 // freezes.
 void test_nothing_sleeps_that_was_not_asked_to(void**) {
@@ -254,6 +380,10 @@ int main() {
         cmocka_unit_test(test_calls_wake_and_so_does_the_game),
         cmocka_unit_test(test_a_weight_sleeps_on_its_rope),
         cmocka_unit_test(test_a_weight_that_does_not_meet_its_rope_keeps_it_awake),
+        cmocka_unit_test(test_what_sleeps_on_a_lift_goes_along),
+        cmocka_unit_test(test_a_disabled_sleeper_stays_where_it_is),
+        cmocka_unit_test(test_what_a_resting_body_holds_may_be_deleted),
+        cmocka_unit_test(test_a_resting_body_may_hold_a_rigid_body_of_the_core),
         cmocka_unit_test(test_nothing_sleeps_that_was_not_asked_to),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

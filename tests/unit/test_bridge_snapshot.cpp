@@ -182,6 +182,53 @@ static void files_that_are_wrong_are_refused(void**) {
     scene.stock.world->addRigidBody(scene.boxes[5]);
 }
 
+// A game that turns a body by its transform alone leaves its inertia behind, until the next step.
+static void inertia_comes_back_as_it_was(void**) {
+    bridge_test::StockWorld stock;
+    btRigidBody& stick = stock.add_box(btVector3(1, btScalar(0.1), btScalar(0.1)), 1, btVector3(0, 3, 0));
+    pliant::Bridge bridge(*stock.world);
+    assert_non_null(bridge_test::add_sheet(bridge, 1, 1, 5));
+    stock.step(2);
+    const btQuaternion turn(btVector3(0, 0, 1), btScalar(0.7));
+    stick.setWorldTransform(btTransform(turn, btVector3(0, 3, 0)));
+    const btMatrix3x3 before = stick.getInvInertiaTensorWorld();
+    pliant::BridgeSnapshot moment;
+    assert_int_equal(moment.save(bridge), PLI_OK);
+    std::vector<unsigned char> file;
+    assert_int_equal(pliant::BridgeSnapshot::write_file(bridge, file), PLI_OK);
+    for (int i = 0; i < 2; ++i) {
+        stock.step(3);
+        assert_false(stick.getInvInertiaTensorWorld() == before);
+        const bool is_file = i == 1;
+        const pli_status status =
+            is_file ? pliant::BridgeSnapshot::read_file(bridge, file.data(), file.size()) : moment.restore(bridge);
+        assert_int_equal(status, PLI_OK);
+        assert_true(stick.getInvInertiaTensorWorld() == before);
+    }
+}
+
+// Sensors are met where the body begins to tell its contacts, and snapshots of before fit.
+static void a_sensor_may_be_entered_in_between(void**) {
+    bridge_test::StockWorld stock;
+    btRigidBody& sensor = stock.add_box(btVector3(1, btScalar(0.2), 1), 0, btVector3(0, 1, 0));
+    sensor.setCollisionFlags(sensor.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = bridge_test::add_sheet(bridge, 1, 1.5f, 7);
+    assert_int_equal(pli_body_enable_contact_events(sheet, nullptr), PLI_OK);
+    stock.step(2);
+    pliant::BridgeSnapshot before;
+    assert_int_equal(before.save(bridge), PLI_OK);
+    int count = 0;
+    for (int i = 0; i < 30 && count == 0; ++i) {
+        stock.step(1);
+        (void)pli_body_get_contact_events(sheet, PLI_CONTACT_BEGIN, &count);
+    }
+    assert_int_equal(count, 1);
+    const std::uint64_t hash = pli_body_state_hash(sheet);
+    assert_int_equal(before.restore(bridge), PLI_OK);
+    assert_true(pli_body_state_hash(sheet) != hash);
+}
+
 static void other_objects_are_refused(void**) {
     Scene scene;
     scene.stock.step(10);
@@ -208,6 +255,8 @@ int main() {
         cmocka_unit_test(what_the_game_has_changed_comes_back),
         cmocka_unit_test(another_world_goes_on_from_a_file),
         cmocka_unit_test(files_that_are_wrong_are_refused),
+        cmocka_unit_test(inertia_comes_back_as_it_was),
+        cmocka_unit_test(a_sensor_may_be_entered_in_between),
         cmocka_unit_test(other_objects_are_refused),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

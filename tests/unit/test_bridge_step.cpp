@@ -4,10 +4,12 @@
 #include "test_bridge_world.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
 #include <LinearMath/btThreads.h>
 
+#include <pliant/threads.h>
 #include <pliant_bullet/task_scheduler.h>
 
 #include <algorithm>
@@ -273,8 +275,10 @@ static void test_a_bridge_with_a_bad_definition_answers_every_call(void**) {
     bridge.refresh(box);
     stock.step(2);
     def = pliant::BridgeDef();
-    def.surface_thickness = -1;
-    assert_int_equal(pliant::Bridge(*stock.world, def).status(), PLI_ERROR_INVALID_VALUE);
+    for (const float thickness : {-1.0f, 0.0f, 2 * PLI_MAX_COORDINATE, INFINITY, NAN}) {
+        def.surface_thickness = thickness;
+        assert_int_equal(pliant::Bridge(*stock.world, def).status(), PLI_ERROR_INVALID_VALUE);
+    }
 }
 
 static void test_the_bridge_may_use_a_context_of_the_game(void**) {
@@ -390,6 +394,53 @@ static void test_a_task_scheduler_of_bullet_gives_threads(void**) {
     }
     assert_true(scheduler.parts > 0);
     assert_true(hashes[1] == hashes[0] && hashes[2] == hashes[0]);
+}
+
+// Sheets on two floors of one shape, which Bullet lets one thread at a time read.
+static void test_threads_share_a_gimpact_mesh(void**) {
+    std::uint64_t hashes[2];
+    for (int with_threads = 0; with_threads < 2; ++with_threads) {
+        pli_threads* threads = nullptr;
+        assert_int_equal(pli_threads_create(4, &threads), PLI_OK);
+        pli_context_def context_def = pli_context_def_default();
+        if (with_threads) { context_def.parallel_for = pli_threads_parallel_for; }
+        context_def.parallel_user = threads;
+        pli_context* context = nullptr;
+        assert_int_equal(pli_context_create(&context_def, &context), PLI_OK);
+        {
+            btTriangleMesh mesh;
+            for (int i = 0; i < 400; ++i) {
+                const btVector3 a(btScalar(i % 20 - 10), 0, btScalar(i / 20 - 10)), x(1, 0, 0), z(0, 0, 1);
+                mesh.addTriangle(a, a + x + z, a + x);
+                mesh.addTriangle(a, a + z, a + x + z);
+            }
+            StockWorld stock;
+            auto* shape = new btGImpactMeshShape(&mesh);
+            shape->updateBound();
+            stock.add_body(shape, 0, btVector3(0, 0, 0));
+            btRigidBody other(0, nullptr, shape);
+            other.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(-0.01), 0)));
+            stock.world->addRigidBody(&other);
+            pliant::BridgeDef def;
+            def.context = context;
+            pliant::Bridge bridge(*stock.world, def);
+            for (int i = 0; i < 8; ++i) {
+                assert_non_null(add_sheet(bridge, 2, 0.11f, 20, 0, 2.1f * static_cast<float>(i) - 7));
+            }
+            stock.step(30);
+            assert_int_equal(bridge.step_status(), PLI_OK);
+            hashes[with_threads] = 0;
+            for (int i = 0; i < pli_world_body_count(bridge.world()); ++i) {
+                const pli_body* sheet = pli_world_get_body(bridge.world(), i);
+                hashes[with_threads] = 31 * hashes[with_threads] + pli_body_state_hash(sheet);
+            }
+            check_near(lowest(pli_world_get_body(bridge.world(), 0)), 0.1, 0.01);
+            stock.world->removeRigidBody(&other);
+        }
+        pli_context_destroy(context);
+        pli_threads_destroy(threads);
+    }
+    assert_true(hashes[0] == hashes[1]);
 }
 
 static void test_a_steady_step_allocates_nothing_in_the_core(void**) {
@@ -589,6 +640,7 @@ int main() {
         cmocka_unit_test(test_the_bridge_may_use_a_context_of_the_game),
         cmocka_unit_test(test_steps_without_memory_say_so_and_later_ones_make_up),
         cmocka_unit_test(test_a_task_scheduler_of_bullet_gives_threads),
+        cmocka_unit_test(test_threads_share_a_gimpact_mesh),
         cmocka_unit_test(test_a_steady_step_allocates_nothing_in_the_core),
         cmocka_unit_test(test_bridge_and_world_may_go_in_any_order),
         cmocka_unit_test(test_a_parallel_dispatcher_works_and_is_deterministic),

@@ -89,6 +89,24 @@ static void test_wheels_roll_on_a_cloth(void**) {
     check_near(seen.highest_contact, cloth_height, 0.02);
 }
 
+static void test_wheels_see_through_what_pushes_nothing(void**) {
+    StockWorld stock;
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    btRigidBody& trigger = stock.add_box(btVector3(1, btScalar(0.1), 1), 0, btVector3(0, btScalar(0.3), 0));
+    trigger.setCollisionFlags(trigger.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+    pliant::Bridge bridge(*stock.world);
+    pli_body* cloth = add_sheet(bridge, 2, 1, 5);
+    bridge.object(cloth)->setCollisionFlags(btCollisionObject::CF_NO_CONTACT_RESPONSE);
+    const btVector3 from(btScalar(0.1), 2, btScalar(0.2)), to(btScalar(0.1), -2, btScalar(0.2));
+    for (const auto soft_bodies :
+         {pliant::VehicleRaycaster::SoftBodies::ignored, pliant::VehicleRaycaster::SoftBodies::ground}) {
+        pliant::VehicleRaycaster raycaster(*stock.world, soft_bodies);
+        btVehicleRaycaster::btVehicleRaycasterResult result;
+        assert_non_null(raycaster.castRay(from, to, result));
+        check_near(result.m_distFraction, 0.5, 1e-6);
+    }
+}
+
 static void test_a_ray_of_a_wheel_has_a_filter(void**) {
     StockWorld stock;
     stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
@@ -137,6 +155,7 @@ int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_wheels_keep_the_ground_below_a_cloth),
         cmocka_unit_test(test_wheels_roll_on_a_cloth),
+        cmocka_unit_test(test_wheels_see_through_what_pushes_nothing),
         cmocka_unit_test(test_a_ray_of_a_wheel_has_a_filter),
         cmocka_unit_test(test_a_sweep_does_not_see_what_its_mask_leaves_out),
     };

@@ -238,6 +238,26 @@ static void test_what_wakes_a_body(void** unused) {
 }
 
 /* What a game sets in every frame wakes when it becomes another. */
+/* The bounds of what lies a margin above a ground touch it up to rounding. */
+static void test_a_sheet_falls_when_its_ground_goes(void** unused) {
+    (void)unused;
+    for (int way = 0; way < 3; ++way) {
+        pli_rigid* ground = make_ground();
+        pli_body* sheet = make_sleeper(0, POSITION);
+        move_body(sheet, pli_vec3_make(0, -pli_body_get_bounds(sheet).min.y, 0));
+        (void)step_until_asleep(sheet, 300);
+        const float height = pli_body_get_bounds(sheet).max.y;
+        if (way == 0) { CHECK_OK(pli_rigid_set_present(ground, false)); }
+        if (way == 1) { CHECK_OK(pli_rigid_set_sensor(ground, true)); }
+        if (way == 2) { pli_rigid_destroy(ground); }
+        step(30);
+        assert_false(pli_body_is_asleep(sheet));
+        assert_true(pli_body_get_bounds(sheet).max.y < height - 0.3f);
+        pli_body_destroy(sheet);
+        if (way < 2) { pli_rigid_destroy(ground); }
+    }
+}
+
 static void test_the_same_wind_and_targets_wake_nobody(void** unused) {
     (void)unused;
     (void)make_ground();
@@ -475,6 +495,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_what_moves_stays_awake, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_box_sleeps_on_a_sheet_and_wakes_with_it, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_what_wakes_a_body, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_sheet_falls_when_its_ground_goes, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_the_same_wind_and_targets_wake_nobody, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_is_put_to_sleep_by_hand, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_what_touches_nothing_rests_too, setup_world, teardown_world),

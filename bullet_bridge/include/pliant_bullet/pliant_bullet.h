@@ -30,7 +30,7 @@ struct BridgeDef {
     std::optional<pli_vec3> gravity;
     pli_world_def world = pli_world_def_default(); ///< all but its gravity
     CollisionMode mode = CollisionMode::exact;     ///< how all bodies of the bridge see rigid shapes
-    /// Depth in m, > 0, behind an open triangle surface that counts as inside, exact mode.
+    /// Depth in m, above 0 to PLI_MAX_COORDINATE, behind an open triangle surface that counts as inside, exact mode.
     float surface_thickness = 0.25f;
     /// Null: the bridge makes one and destroys it. Meshes and shapes made in it must go before the bridge: while some
     /// are alive the context stays, and is left to the caller.
@@ -106,7 +106,7 @@ public:
     /// hold nothing. The object is not touched any more, unless it stays in the Bullet world and is met there.
     void forget(const btCollisionObject& object);
     /// Makes the shapes of an object anew, after its collision shape was edited in place. Changes of the shape
-    /// pointer, the type, scaling, margin and children are noticed without it.
+    /// pointer, the type, scaling, margin, bounds and children are noticed without it.
     void refresh(const btCollisionObject& object);
 
     /// From now on the triangle meshes of an object (btBvhTriangleMeshShape, btGImpactMeshShape,
@@ -128,7 +128,7 @@ public:
     void set_before_solve(std::function<void()> hook);
 
     /// Takes everything out of the Bullet world, if that still lives, and forgets it. Bodies stay readable and no
-    /// longer step.
+    /// longer step. Inside a step it happens at the end of the bridge's part.
     void detach();
 
     class Impl;

@@ -18,8 +18,8 @@ namespace pliant {
 /// depend on what was before: `world.getDispatchInfo().m_deterministicOverlappingPairs = true`, set before the frames
 /// that are to be repeated; and where rigid bodies may sleep a broad phase of axes (btAxisSweep3), since what sleeps
 /// together depends on pairs that btDbvtBroadphase keeps by their past. It fits as long as both worlds have the same
-/// objects. Not in it: constraints, vehicles and controllers of the game, masses, damping, friction, shapes and filters
-/// of its objects.
+/// objects; without BridgeDef::prepares_rigids_ahead, as long as the same bounds have overlapped. Not in it:
+/// constraints, vehicles and controllers of the game, masses, damping, friction, shapes and filters of its objects.
 class PLI_API BridgeSnapshot {
 public:
     /// Empty.

@@ -7,9 +7,12 @@
 #include "shapes/triangle_copy.h"
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <new>
 
 namespace pliant {
@@ -20,12 +23,24 @@ namespace {
 
 struct SurfaceShape final : AskedShape {
     SurfaceShape(const btConcaveShape& asked, float surface_thickness)
-        : shape(&asked), thickness(surface_thickness), bounds(local_bounds(asked)) {}
+        : shape(&asked), thickness(surface_thickness), bounds(local_bounds(asked)),
+          side(is_mirrored(asked) ? btScalar(-1) : btScalar(1)), up_axis(-1),
+          takes_turns(asked.getShapeType() == GIMPACT_SHAPE_PROXYTYPE) {
+        if (asked.getShapeType() != TERRAIN_SHAPE_PROXYTYPE) { return; }
+        up_axis = static_cast<const btHeightfieldTerrainShape&>(asked).getUpAxis();
+        side = asked.getLocalScaling()[up_axis] < 0 ? btScalar(-1) : btScalar(1);
+    }
 
     const btConcaveShape* shape;
     float thickness;
     pli_bounds bounds;
+    btScalar side;    ///< of its triangles that is the front: -1 the other one
+    int up_axis;      ///< of a heightfield, whose front that is: its triangles turn by the axis; otherwise -1
+    bool takes_turns; ///< GImpact counts who reads its vertices, and not atomically
 };
+
+// One for all: objects may share a shape.
+std::mutex gimpact_mutex;
 
 btVector3 closest_on_segment(const btVector3& p, const btVector3& a, const btVector3& b) {
     const btVector3 ab = b - a;
@@ -37,10 +52,14 @@ btVector3 closest_on_segment(const btVector3& p, const btVector3& a, const btVec
 
 class NearestTriangle final : public btTriangleCallback {
 public:
-    explicit NearestTriangle(const btVector3& point) : point_(point) {}
+    NearestTriangle(const btVector3& point, const SurfaceShape& surface)
+        : point_(point), surface_side_(surface.side), up_axis_(surface.up_axis) {}
 
     void processTriangle(btVector3* corners, int, int) override {
-        const btVector3 cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        const btVector3 turning = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        const bool is_turned = up_axis_ >= 0 && turning[up_axis_] < 0;
+        const btScalar side = is_turned ? -surface_side_ : surface_side_;
+        const btVector3 cross = turning * side;
         const btScalar cross_length = cross.length();
         if (!(cross_length > 0)) { return; }
         const btVector3 face_normal = cross / cross_length;
@@ -50,7 +69,7 @@ public:
         for (int i = 0; i < 3; ++i) {
             const btVector3& a = corners[i];
             const btVector3& b = corners[(i + 1) % 3];
-            if ((b - a).cross(closest - a).dot(face_normal) < 0) { is_inside = false; }
+            if ((b - a).cross(closest - a).dot(face_normal) * side < 0) { is_inside = false; }
         }
         if (!is_inside) {
             const btVector3 in_plane = closest;
@@ -86,6 +105,8 @@ public:
 
 private:
     btVector3 point_;
+    btScalar surface_side_;
+    int up_axis_;
     bool found_ = false;
     btScalar distance_ = 0, height_ = 0;
     btVector3 closest_, face_normal_;
@@ -96,10 +117,12 @@ void surface_distances(const void* user, int count, const pli_vec3* points, floa
     const auto& surface = *static_cast<const SurfaceShape*>(user);
     const bool is_limited = max_distance < 1e6f;
     const float reach = std::max(max_distance, surface.thickness);
+    std::unique_lock<std::mutex> lock(gimpact_mutex, std::defer_lock);
+    if (surface.takes_turns) { lock.lock(); }
     for (int i = 0; i < count; ++i) {
         const btVector3 point = to_bullet(points[i]);
         const btVector3 extent = to_bullet(pli_vec3_make(reach, reach, reach));
-        NearestTriangle nearest(point);
+        NearestTriangle nearest(point, surface);
         if (!surface.is_gone) {
             surface.shape->processAllTriangles(&nearest, is_limited ? point - extent : to_bullet(surface.bounds.min),
                                                is_limited ? point + extent : to_bullet(surface.bounds.max));
@@ -140,6 +163,14 @@ pli_status make_surface_shape(pli_context* context, const btConcaveShape& shape,
 
 } // namespace
 
+bool is_mirrored(const btConcaveShape& shape) {
+    btVector3 scaling = shape.getLocalScaling();
+    if (shape.getShapeType() == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE) {
+        scaling *= static_cast<const btScaledBvhTriangleMeshShape&>(shape).getChildShape()->getLocalScaling();
+    }
+    return scaling.x() * scaling.y() * scaling.z() < 0;
+}
+
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
                               ShapePart& part) {
     // Games edit the heights of a heightfield while it is in use, and GImpact meshes deform.
@@ -151,7 +182,8 @@ pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape,
         shape.getAabb(btTransform::getIdentity(), low, high);
         shape.processAllTriangles(&copy, low, high);
         if (copy.is_complete()) {
-            if (copy.triangles.empty()) { return PLI_ERROR_INVALID_MESH; }
+            if (copy.triangles.empty()) { return PLI_OK; }
+            if (is_mirrored(shape)) { copy.turn_over(); }
             pli_shape* made = nullptr;
             const pli_status status = pli_shape_create_triangle_mesh(
                 context, static_cast<int>(copy.points.size()), copy.points.data(),

@@ -10,8 +10,10 @@
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleMeshShape.h>
 
 #include <cstring>
 
@@ -141,7 +143,8 @@ pli_status append_parts(const btCollisionShape& shape, const btTransform& pose, 
     ShapePart part;
     part.pose = pose;
     const pli_status status = make_leaf(shape, options, part);
-    if (status == PLI_OK) { parts.push_back(std::move(part)); }
+    const bool is_empty = !part.shape && part.triangles == nullptr; // a btSdfCollisionShape yields no triangles
+    if (status == PLI_OK && !is_empty) { parts.push_back(std::move(part)); }
     return status;
 }
 
@@ -183,6 +186,31 @@ bool has_dimensions(int type) {
     return type == BOX_SHAPE_PROXYTYPE || type == SPHERE_SHAPE_PROXYTYPE;
 }
 
+// Of a hull, a share of its points: another one at its address may have the same bounds.
+void add_points(std::uint64_t& hash, const btConvexHullShape& hull) {
+    const int count = hull.getNumPoints(), step = count / 16 + 1;
+    add_to_hash(hash, count);
+    for (int i = 0; i < count; i += step) {
+        add_to_hash(hash, hull.getUnscaledPoints()[i]);
+    }
+}
+
+// Of triangles that Bullet stores, their memory and number.
+void add_triangles(std::uint64_t& hash, const btStridingMeshInterface& mesh) {
+    add_to_hash(hash, &mesh);
+    for (int part = 0; part < mesh.getNumSubParts(); ++part) {
+        const unsigned char *points = nullptr, *indices = nullptr;
+        int point_count = 0, point_stride = 0, index_stride = 0, triangle_count = 0;
+        PHY_ScalarType scalar{}, index{};
+        mesh.getLockedReadOnlyVertexIndexBase(&points, point_count, scalar, point_stride, &indices, index_stride,
+                                              triangle_count, index, part);
+        add_to_hash(hash, points);
+        add_to_hash(hash, indices);
+        add_to_hash(hash, to_word(point_count, triangle_count));
+        mesh.unLockReadOnlyVertexBase(part);
+    }
+}
+
 void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     add_to_hash(hash, &shape);
     if (has_dimensions(shape.getShapeType())) {
@@ -193,10 +221,30 @@ void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     }
     add_to_hash(hash, to_word(shape.getShapeType(), shape.getMargin()));
     add_to_hash(hash, shape.getLocalScaling());
-    if (shape.isConvex()) {
+    if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+        const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
+        add_to_hash(hash, plane.getPlaneNormal());
+        add_to_hash(hash, plane.getPlaneConstant());
+        return;
+    }
+    if (shape.isConvex() || shape.isConcave()) {
         btVector3 low, high;
         shape.getAabb(btTransform::getIdentity(), low, high);
         add_to_hash(hash, low, high);
+    }
+    switch (shape.getShapeType()) {
+    case CONVEX_HULL_SHAPE_PROXYTYPE:
+        add_points(hash, static_cast<const btConvexHullShape&>(shape));
+        break;
+    case SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE:
+        add_shape(hash, *static_cast<const btScaledBvhTriangleMeshShape&>(shape).getChildShape());
+        break;
+    case TRIANGLE_MESH_SHAPE_PROXYTYPE:
+    case MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE:
+        add_triangles(hash, *static_cast<const btTriangleMeshShape&>(shape).getMeshInterface());
+        break;
+    default:
+        break;
     }
     if (!shape.isCompound()) { return; }
     const auto& compound = static_cast<const btCompoundShape&>(shape);

@@ -58,9 +58,12 @@ pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, 
 pli_status make_lattice_shape(pli_context* context, std::unique_ptr<btConvexShape> shape, ShapePointer& result);
 
 /// Triangles, copied into the core when they are few and do not change in place, otherwise asked from Bullet point by
-/// point.
+/// point. No shape where there are none.
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
                               ShapePart& part);
+
+/// Scaled by a negative volume, as games mirror things: triangles are then the other way round.
+bool is_mirrored(const btConcaveShape& shape);
 
 /// Whether a shape or one of its children is a mesh of triangles.
 bool has_triangles(const btCollisionShape& shape);

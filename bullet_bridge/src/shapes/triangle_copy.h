@@ -9,6 +9,7 @@
 
 #include <array>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace pliant {
@@ -30,6 +31,12 @@ public:
     }
 
     bool is_complete() const { return count_ <= limit_; }
+    /// Front becomes back.
+    void turn_over() {
+        for (std::size_t i = 0; i < triangles.size(); i += 3) {
+            std::swap(triangles[i], triangles[i + 1]);
+        }
+    }
 
     std::vector<pli_vec3> points;
     std::vector<int> triangles;

@@ -19,7 +19,7 @@ struct Header {
     std::uint64_t checksum; ///< see checksum_of()
 };
 constexpr char file_magic[8] = {'P', 'L', 'I', 'B', 'R', 'I', 'D', 'G'};
-constexpr std::uint32_t file_version = 2;
+constexpr std::uint32_t file_version = 3;
 
 // Of what follows the core's file, which has its own.
 std::uint64_t checksum_of(const unsigned char* bytes, std::size_t size) {
@@ -87,6 +87,7 @@ template <typename Stream> void object_state(Stream&& stream, ObjectState& state
     stream(state.force);
     stream(state.torque);
     stream(state.gravity);
+    stream(state.inverse_inertia);
 }
 
 int place_of(const btCollisionObjectArray& array, const btCollisionObject* object) {

@@ -16,6 +16,9 @@
 
 namespace pliant {
 
+/// Of the world, as the body has it. It follows from the pose only where Bullet or the game has brought it up to date.
+btMatrix3x3& inverse_inertia_of(btRigidBody& body);
+
 /// What steps change of an object. Forces outlive a step where the world does not clear them by itself.
 struct ObjectState {
     FollowedObject identity;
@@ -24,6 +27,7 @@ struct ObjectState {
     int activation;
     btScalar deactivation_time, hit_fraction;
     btVector3 linear_velocity, angular_velocity, force, torque, gravity;
+    btMatrix3x3 inverse_inertia;
 
     explicit ObjectState(const btCollisionObject& object)
         : identity(object), pose(object.getWorldTransform()),
@@ -39,6 +43,7 @@ struct ObjectState {
         force = body != nullptr ? body->getTotalForce() : none;
         torque = body != nullptr ? body->getTotalTorque() : none;
         gravity = body != nullptr ? body->getGravity() : none;
+        inverse_inertia = body != nullptr ? body->getInvInertiaTensorWorld() : btMatrix3x3::getIdentity();
     }
 
     void give_back(btCollisionObject& object) const {
@@ -52,7 +57,7 @@ struct ObjectState {
         body->setLinearVelocity(linear_velocity);
         body->setAngularVelocity(angular_velocity);
         body->setGravity(gravity);
-        body->updateInertiaTensor();
+        inverse_inertia_of(*body) = inverse_inertia;
         body->clearForces();
         // Bullet scales by the linear factor what it adds; the sum has it already.
         const btVector3 factor = body->getLinearFactor(), angular_factor = body->getAngularFactor();

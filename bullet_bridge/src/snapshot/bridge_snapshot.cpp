@@ -12,6 +12,26 @@ namespace pliant {
 
 namespace {
 
+// Bullet has no function that sets it; an explicit instantiation may name private members (see object_identity.cpp).
+using Inertia = btMatrix3x3 btRigidBody::*;
+
+struct InertiaKey {
+    friend Inertia inertia(InertiaKey);
+};
+
+template <Inertia Member> struct ShowInertia {
+    friend Inertia inertia(InertiaKey) { return Member; }
+};
+template struct ShowInertia<&btRigidBody::m_invInertiaTensorWorld>;
+
+} // namespace
+
+btMatrix3x3& inverse_inertia_of(btRigidBody& body) {
+    return body.*inertia(InertiaKey());
+}
+
+namespace {
+
 bool is_of(const Points& points, const btPersistentManifold& manifold) {
     return points.bodies[0] == manifold.getBody0() && points.bodies[1] == manifold.getBody1();
 }

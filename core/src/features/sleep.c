@@ -171,10 +171,11 @@ static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float 
     const pli_bounds bounds = plii_rigid_swept_bounds(rigid, dt);
     for (PLII_EACH_BODY(body, world)) {
         if (!body->is_asleep) { continue; }
-        const bool is_woken = is_by_host ? sleep_holds(body, NULL, rigid)
-                                         : (has_changed && plii_bounds_overlap(body->bounds, rigid->step_bounds)) ||
-                                               sleep_touches_rigid(body, rigid, rigid->step_bounds) ||
-                                               sleep_touches_rigid(body, rigid, bounds);
+        const bool is_woken = is_by_host
+                                  ? sleep_holds(body, NULL, rigid)
+                                  : (has_changed && plii_bounds_overlap(sleep_bounds(body), rigid->step_bounds)) ||
+                                        sleep_touches_rigid(body, rigid, rigid->step_bounds) ||
+                                        sleep_touches_rigid(body, rigid, bounds);
         if (is_woken) { sleep_wake_group(world, body->sleep_group, NULL); }
     }
 }
@@ -315,7 +316,7 @@ static void sleep_disable(pli_body* body, void* data) {
 }
 
 static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    const bool is_under = plii_bounds_overlap(body->bounds, plii_rigid_bounds(rigid));
+    const bool is_under = plii_bounds_overlap(sleep_bounds(body), plii_rigid_bounds(rigid));
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
 static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
