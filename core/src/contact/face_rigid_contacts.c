@@ -5,8 +5,6 @@
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
 
-#include <string.h>
-
 #define RIGID_FACES_LAST_SWEEPS 12
 #define RIGID_FACES_REVIEWS 16
 #define RIGID_FACES_OPPOSITE (-0.05f) /* cosine of two normals */

@@ -9,8 +9,6 @@
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
 
-#include <string.h>
-
 #define RIGID_FACES_MAX_TARGETS 8
 #define RIGID_FACES_LEAST_SHARE 0.02f
 #define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */

@@ -1,8 +1,5 @@
 #include "contact/point_contacts.h"
-
 #include "contact/contact_substep.h"
-
-#include <math.h>
 
 enum { POINT_CONTACTS_HOLD_PASSES = 10 };
 

@@ -8,8 +8,6 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
 
-#include <string.h>
-
 /* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. */
 #define SOFT_CONTACTS_SLACK 0.25f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f

@@ -6,9 +6,8 @@
    which leaves no loose links and nodes behind; links keep their rest shape. Cuts through the inside of faces that
    leave nothing behind in Bullet give the same nodes, links and faces either way. */
 
-#include "pliant/cut.h"
-
 #include "cut/topology_edit.h"
+#include "pliant/cut.h"
 
 typedef struct refine_work {
     plii_edit edit;

@@ -5,8 +5,6 @@
 #include "math/simd_float4.h"
 #include "pliant/forces.h"
 
-#include <string.h>
-
 /* Cosine of 10 degrees: below this angle of attack a lift-drag model has no lift. */
 #define AERO_MAX_LIFT_COSINE 0.98480f
 

@@ -1,7 +1,6 @@
 /* Contacts that begin, go on and end, from what the features that make contacts tell of them at the end of a step. */
 
 #include "pliant/contact_events.h"
-
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "geometry/pair_cache.h"

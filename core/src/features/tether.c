@@ -3,7 +3,6 @@
    Range Attachments", with rigid bodies at the anchors of nodes: a light node cannot hold back a heavy body. Held from
    one side alone, neighbours whose nearest origins differ are drawn apart by what lies on them. */
 
-#include "pliant/tether.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"

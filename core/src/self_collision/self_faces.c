@@ -8,8 +8,6 @@
 #include "body/pipeline.h"
 #include "self_collision/self_faces_impl.h"
 
-#include <string.h>
-
 // ----------------------------------------------------------------------------------------------------------- the solve
 
 #define SELF_FACES_MAX_PASSES 16

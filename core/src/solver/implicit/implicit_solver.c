@@ -5,7 +5,6 @@
    velocities of the nodes that they move follow. */
 
 #include "base/union_find.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/bounds.h"
 #include "solver/implicit/implicit_system.h"
@@ -457,7 +456,6 @@ static const plii_field implicit_fields[] = {
     PLII_FIELD(pli_implicit_def, start, PLI_IMPLICIT_START_IN_FREE_FLIGHT, PLI_IMPLICIT_START_AT_REST),
     PLII_FIELD(pli_implicit_def, tolerance, PLII_ABOVE_0, 1.0f - FLT_EPSILON / 2.0f),
 };
-
 const plii_feature_class plii_implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),

@@ -1,7 +1,6 @@
 /* XPBD: dihedral angles, C = angle between the normals of two faces with a common edge - rest angle. The gradient is
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
-#include "body/all_features.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -170,7 +169,6 @@ static void xpbd_bending_build(pli_body* body, void* data) {
 #define XPBD_BENDING_PER_HINGE PLII_PER_FACE, .times = 3, .per = 2
 
 enum { XPBD_BENDING_ORDER = 10 }; /* the first */
-
 const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
@@ -203,5 +201,4 @@ pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_d
     PLII_TRY(plii_check_faces(body, "bending is between faces", __func__));
     return plii_xpbd_enable_kind(body, &plii_xpbd_bending_class, &used, sizeof used, __func__, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_bending, plii_check_body_idle, plii_xpbd_bending_class)

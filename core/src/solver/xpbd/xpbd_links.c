@@ -1,6 +1,5 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
-#include "body/all_features.h"
 #include "solver/coloring/links_kernel.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -115,7 +114,6 @@ static void xpbd_links_on_restored(pli_body* body, void* data) {
 }
 
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
-
 const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
@@ -156,5 +154,4 @@ pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* 
     xpbd_links_begin(body, state); /* takes memory now; where there is none the step tells */
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_links, plii_check_body_idle, plii_xpbd_links_class)

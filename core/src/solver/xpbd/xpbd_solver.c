@@ -3,12 +3,8 @@
    Simulation". Contacts are looked for once per step, at the positions that a step without constraints would reach. */
 
 #include "base/key_table.h"
-#include "math/simd_float4.h"
-
-#include "body/all_features.h"
-#include "body/pipeline.h"
-#include "body/substep.h"
 #include "body/substep_rigid.h"
+#include "math/simd_float4.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 enum {

@@ -1,9 +1,7 @@
 /* XPBD: volumes of tetrahedra, C = (x_b - x_a) . ((x_c - x_a) x (x_d - x_a)) / 6 - rest volume, four of a colour at a
    time. The volume is signed, so an inverted tetrahedron turns back. */
 
-#include "body/all_features.h"
 #include "math/simd_float4.h"
-
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -194,7 +192,6 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
 }
 
 enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
-
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
@@ -215,5 +212,4 @@ pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
                  "the body has no tetrahedra");
     return plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, &compliance, sizeof compliance, __func__, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_tetras, plii_check_body_idle, plii_xpbd_tetras_class)

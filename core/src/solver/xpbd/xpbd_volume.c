@@ -1,8 +1,6 @@
 /* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all their nodes. */
 
-#include "body/all_features.h"
 #include "math/simd_float4.h"
-
 #include "solver/xpbd/xpbd_impl.h"
 
 typedef struct xpbd_volume_state {
@@ -143,7 +141,6 @@ static void xpbd_volume_build(pli_body* body, void* data) {
 }
 
 enum { XPBD_VOLUME_GAS_ORDER = 15, XPBD_VOLUME_ORDER = 30 }; /* before pressure; after tetrahedra, before links */
-
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
@@ -172,5 +169,4 @@ pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def
     PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
     return plii_xpbd_enable_kind(body, &plii_xpbd_volume_class, &used, sizeof used, __func__, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_volume, plii_check_body_idle, plii_xpbd_volume_class)
