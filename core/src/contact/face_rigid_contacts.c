@@ -368,10 +368,8 @@ static void faces_sweep(pli_body* body, void* data, const plii_substep* substep)
 
 // -------------------------------------------------------------------------------------------------------- the feature
 
-pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
-    return (pli_rigid_face_contacts_def){
-        .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_rigid_face_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
+                    .cookie = PLII_DEF_COOKIE)
 
 static void rigid_faces_clear(pli_body* body, void* data) {
     plii_rigid_faces* state = data;

@@ -28,10 +28,8 @@
 /* Of its motion, what a node moves at most against a rigid body that it goes along with; or the margin. */
 #define RIGID_CONTACTS_ALONG 0.33f
 
-pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
-    return (pli_rigid_contacts_def){
-        .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_rigid_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
+                    .cookie = PLII_DEF_COOKIE)
 
 // ------------------------------------------------------------------------------------------------ making contacts
 

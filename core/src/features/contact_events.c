@@ -345,9 +345,7 @@ const plii_feature_class plii_contact_events_class = {
     .build = contact_events_build,
 };
 
-pli_contact_events_def pli_contact_events_def_default(void) {
-    return (pli_contact_events_def){.cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_contact_events_def, .cookie = PLII_DEF_COOKIE)
 
 pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

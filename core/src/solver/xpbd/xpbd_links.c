@@ -141,9 +141,7 @@ const plii_feature_class plii_xpbd_links_class = {
                                               .sweep = xpbd_links_sweep},
 };
 
-pli_xpbd_links_def pli_xpbd_links_def_default(void) {
-    return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_xpbd_links_def, .cookie = PLII_DEF_COOKIE)
 
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -194,9 +194,7 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass
     return plii_feature_enable_with(body, klass, given, size, state);
 }
 
-pli_xpbd_def pli_xpbd_def_default(void) {
-    return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_xpbd_def, .substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE)
 
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -159,9 +159,7 @@ const plii_feature_class plii_xpbd_volume_class = {
         &(const plii_substep_class){.order = XPBD_VOLUME_ORDER, .is_of_xpbd = true, .sweep = xpbd_volume_sweep},
 };
 
-pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
-    return (pli_xpbd_volume_def){.pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_xpbd_volume_def, .pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE)
 
 pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
