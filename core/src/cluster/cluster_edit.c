@@ -7,7 +7,6 @@ plii_clusters* plii_body_clusters(const pli_body* body) {
     return plii_feature_state(body, &plii_clusters_class);
 }
 PLII_DEFINE_DEFAULT(pli_clusters_def, .iterations = 4, .cookie = PLII_DEF_COOKIE)
-
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_clusters_def, used, def, plii_clusters_class);
@@ -107,11 +106,7 @@ pli_status plii_check_cluster(const pli_body* body, int cluster, const char* fun
     const int count = clusters != NULL ? clusters->count : 0;
     return plii_check_index(body->context, cluster, count, "cluster", "body", function);
 }
-
-int pli_body_cluster_count(const pli_body* body) {
-    const plii_clusters* clusters = plii_feature_state_for(body, &plii_clusters_class, __func__);
-    return clusters != NULL ? clusters->count : 0;
-}
+PLII_DEFINE_STATE_GET(int, pli_body_cluster_count, plii_clusters, plii_clusters_class, state->count, 0)
 
 pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_cluster_settings* settings) {
     PLII_TRY(plii_check_cluster(body, cluster, __func__));

@@ -251,8 +251,4 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
     joints_remove(body, joints, joints->items[item].slot, NULL);
     return PLI_OK;
 }
-
-int pli_body_joint_count(const pli_body* body) {
-    const joints_state* joints = plii_feature_state_for(body, &plii_joints_class, __func__);
-    return joints != NULL ? joints->count : 0;
-}
+PLII_DEFINE_STATE_GET(int, pli_body_joint_count, joints_state, plii_joints_class, state->count, 0)

@@ -20,7 +20,6 @@ typedef struct refine_work {
 
 /* How near to the end of a link a jump of the surface may part it. */
 #define REFINE_MIN_SHARE 1e-4f
-
 /* What lies at a node that is on the surface. */
 enum { REFINE_INSIDE = 1, REFINE_OUTSIDE = 2 };
 

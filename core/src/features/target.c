@@ -295,8 +295,6 @@ const plii_feature_class plii_target_class = {
     .topology_commit = target_topology_commit,
 };
 
-PLII_DEFINE_DEFAULT(pli_targets_def, .cookie = PLII_DEF_COOKIE)
-
 // ------------------------------------------------------------------------------------------------------------ checks
 
 /* Of target `index`; without a backstop a normal may be anything finite. */
@@ -373,6 +371,7 @@ static pli_status target_move(pli_body* body, const pli_vec3* positions, const p
     return PLI_OK;
 }
 
+PLII_DEFINE_DEFAULT(pli_targets_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));

@@ -527,7 +527,6 @@ const plii_feature_class plii_tether_class = {
 };
 
 PLII_DEFINE_DEFAULT(pli_tethers_def, .slack = 0.01f, .cookie = PLII_DEF_COOKIE)
-
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_tethers_def, used, def, plii_tether_class);

@@ -211,8 +211,7 @@ const plii_feature_class plii_self_faces_class = {
                                               .restart = self_faces_restart_substep,
                                               .sweep = self_faces_sweep},
     .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
-         .fields = "3f"},
+        {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
         {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
@@ -232,7 +231,6 @@ const plii_feature_class plii_self_faces_class = {
 };
 
 PLII_DEFINE_DEFAULT(pli_self_faces_def, .thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE)
-
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_self_faces_def, used, def, plii_self_faces_class);
@@ -243,8 +241,5 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     return PLI_OK;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
-
-pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
-    const plii_self_faces_state* state = plii_feature_state_for(body, &plii_self_faces_class, __func__);
-    return state != NULL ? state->report : (pli_self_faces_report){0};
-}
+PLII_DEFINE_STATE_GET(pli_self_faces_report, pli_body_get_self_faces_report, plii_self_faces_state,
+                      plii_self_faces_class, state->report, (pli_self_faces_report){0})

@@ -12,13 +12,10 @@
 #include <string.h>
 
 enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
-
 /* Energy that a step may gain, see plii_implicit_excess. */
 #define IMPLICIT_LARGEST_EXCESS 0.01
-
 /* Than the one that the spectral radius is of, which is estimated anew then. */
 #define IMPLICIT_LONGER_STEP 1.25
-
 /* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
 #define IMPLICIT_CONTACT_REACH 0.5f
 
@@ -481,8 +478,6 @@ const plii_feature_class plii_implicit_class = {
     .build = implicit_build,
 };
 
-// --------------------------------------------------------------------------------------------------------- settings
-
 PLII_DEFINE_DEFAULT(pli_implicit_def, .stiffness = 1000.0f, .sweeps = 5, .tolerance = 1e-4f, .cookie = PLII_DEF_COOKIE)
 
 /* A tolerance of 1 is not below the first residual. */
@@ -516,8 +511,5 @@ pli_status pli_body_disable_implicit(pli_body* body) {
     plii_feature_disable(body, &plii_implicit_class);
     return PLI_OK;
 }
-
-pli_implicit_report pli_body_get_implicit_report(const pli_body* body) {
-    const implicit_state* state = plii_feature_state_for(body, &plii_implicit_class, __func__);
-    return state != NULL ? state->report : (pli_implicit_report){0};
-}
+PLII_DEFINE_STATE_GET(pli_implicit_report, pli_body_get_implicit_report, implicit_state, plii_implicit_class,
+                      state->report, (pli_implicit_report){0})

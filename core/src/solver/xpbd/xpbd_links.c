@@ -142,7 +142,6 @@ const plii_feature_class plii_xpbd_links_class = {
 };
 
 PLII_DEFINE_DEFAULT(pli_xpbd_links_def, .cookie = PLII_DEF_COOKIE)
-
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_links_def, used, def, plii_xpbd_links_class);

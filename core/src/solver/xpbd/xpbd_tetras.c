@@ -6,7 +6,6 @@
 #include "solver/xpbd/xpbd_impl.h"
 
 enum { XPBD_TETRAS_GRAIN = 64 }; /* groups; some microseconds */
-
 /* As rest volume of a lane without a tetrahedron: no change of its multiplier is finite. */
 #define XPBD_NO_TETRA INFINITY
 
@@ -198,8 +197,8 @@ const plii_feature_class plii_xpbd_tetras_class = {
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(xpbd_tetras_state, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_tetras_state, compliance, PLII_SAVED, "f"),
                                     PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT)),
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
-                           .snapshot = PLII_FILED, .fields = "16n8f"}),
+    .arrays =
+        PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, PLII_FILED_AS("16n8f")}),
     .enable = xpbd_tetras_enable,
     .substepped =
         &(const plii_substep_class){.order = XPBD_TETRAS_ORDER, .is_of_xpbd = true, .sweep = xpbd_tetras_sweep},
