@@ -402,29 +402,27 @@ static int anchor_find_node(const int* nodes, int count, int node) {
     return place;
 }
 
+/* Of one node of the list, when those before it are marked. */
+static pli_status anchor_check_listed(const pli_body* body, const int* nodes, int place, bool are_anchored,
+                                      const char* function) {
+    const int node = nodes[place];
+    PLII_FAIL_IF(node < 0 || node >= body->node_count, body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                 "nodes[%d] = %d is out of range, the body has %d nodes", place, node, body->node_count);
+    PLII_FAIL_IF(body->anchored[node] == ANCHOR_LISTED, body->context, PLI_ERROR_INVALID_VALUE, function,
+                 "nodes[%d] and nodes[%d] are both %d", anchor_find_node(nodes, place, node), place, node);
+    PLII_FAIL_IF((body->anchored[node] != 0) != are_anchored, body->context, PLI_ERROR_INVALID_VALUE, function,
+                 "nodes[%d] = %d is %s anchored", place, node, are_anchored ? "not" : "already");
+    return PLI_OK;
+}
+
 /* Marks as listed all nodes of the list, which are to be anchored or free; on an error none. */
 static pli_status anchor_mark_nodes(pli_body* body, const int* nodes, int count, bool are_anchored,
                                     const char* function) {
     pli_status status = PLI_OK;
     int marked = 0;
-    for (; marked < count; ++marked) {
-        const int node = nodes[marked];
-        if (node < 0 || node >= body->node_count) {
-            status = plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                               "nodes[%d] = %d is out of range, the body has %d nodes", marked, node, body->node_count);
-            break;
-        }
-        if (body->anchored[node] == ANCHOR_LISTED) {
-            status = plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "nodes[%d] and nodes[%d] are both %d",
-                               anchor_find_node(nodes, marked, node), marked, node);
-            break;
-        }
-        if ((body->anchored[node] != 0) != are_anchored) {
-            status = plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "nodes[%d] = %d is %s anchored",
-                               marked, node, are_anchored ? "not" : "already");
-            break;
-        }
-        body->anchored[node] = ANCHOR_LISTED;
+    while (marked < count && status == PLI_OK) {
+        status = anchor_check_listed(body, nodes, marked, are_anchored, function);
+        if (status == PLI_OK) { body->anchored[nodes[marked++]] = ANCHOR_LISTED; }
     }
     for (int i = 0; i < marked && status != PLI_OK; ++i) {
         body->anchored[nodes[i]] = are_anchored ? 1 : 0;
@@ -469,11 +467,7 @@ pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {
     (void)anchor_remove(body, anchors, PLI_NULL_INDEX, NULL);
     return PLI_OK;
 }
-
-int pli_body_anchor_count(const pli_body* body) {
-    const plii_anchors* anchors = plii_feature_state_for(body, &plii_anchor_class, __func__);
-    return anchors != NULL ? anchors->item_count : 0;
-}
+PLII_DEFINE_STATE_GET(int, pli_body_anchor_count, plii_anchors, plii_anchor_class, state->item_count, 0)
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
     PLII_TRY(plii_check_body_change(body, __func__));

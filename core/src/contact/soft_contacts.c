@@ -242,13 +242,6 @@ static void soft_release_boxes(pli_body* body, plii_soft_contacts_state* state) 
     body->soft_node_boxes = NULL;
 }
 
-static void soft_disable(pli_body* body, void* data) {
-    plii_soft_contacts_state* state = data;
-    body->sweeping_features -= state->is_sweeping;
-    body->soft_node_boxes = NULL;
-    body->soft_shifts = NULL;
-}
-
 /* Boxes start anew with the next step. */
 static void soft_build(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
@@ -256,6 +249,10 @@ static void soft_build(pli_body* body, void* data) {
     state->has_boxes = false;
     body->soft_node_boxes = NULL;
     body->soft_shifts = NULL;
+}
+static void soft_disable(pli_body* body, void* data) {
+    body->sweeping_features -= ((plii_soft_contacts_state*)data)->is_sweeping;
+    soft_build(body, data);
 }
 
 /* Boxes after clusters; contacts after those with rigid bodies and before the links. */
@@ -320,7 +317,6 @@ const plii_feature_class plii_soft_contacts_class = {
 };
 
 PLII_DEFINE_DEFAULT(pli_soft_contacts_def, .friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE)
-
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);
