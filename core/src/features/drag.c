@@ -150,9 +150,8 @@ static bool drag_is_sound(const pli_body* body, const void* data) {
     const drag_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         const drag_item* item = &state->items[i];
-        const bool is_sound =
-            plii_id_pool_has(&state->ids, item->slot, i) && item->node_count >= 1 && item->node_count <= 3;
-        if (!is_sound) { return false; }
+        const bool has_nodes = item->node_count >= 1 && item->node_count <= 3;
+        if (!has_nodes || !plii_id_pool_has(&state->ids, item->slot, i)) { return false; }
     }
     return plii_id_pool_is_sound(&state->ids, state->count);
 }

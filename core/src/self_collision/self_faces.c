@@ -73,8 +73,7 @@ static pli_vec3 self_faces_common_motion(const pli_body* body, const plii_self_n
     return count > 0 ? pli_vec3_scale(sum, 1.0f / (float)count) : plii_self_common_motion(body, nodes, NULL);
 }
 
-/* Motions of the nodes of a pair beside the common one end where they would come too near to its plane, which goes with
-   that. True when one did. */
+/* Ends motions beside the common one, with which the plane of a pair goes, too near to that. True when one did. */
 static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, pli_vec3 common,
                                bool is_forced) {
     /* Levels of the nodes along the normal, about the middle; positive on the first side. The lowest of each side. */

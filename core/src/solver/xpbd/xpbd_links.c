@@ -36,8 +36,7 @@ enum { XPBD_LINKS_LARGE_SURFACE = 80 }; /* nodes */
 
 /* As many as its faces have edges, of two faces each. It keeps its shape by them alone, and nothing is left over:
    errors that the colours push on around it would grow from sweep to sweep, unless each link leaves half of its own.
-   What hangs from it changes nothing about that, and where it is large, a few links through its inside do not either;
-   many, as those of a solid, do. */
+   What hangs from it changes nothing about that, nor do a few links through the inside of a large one; many do. */
 static bool xpbd_links_are_closed_surface(const pli_body* body) {
     int64_t links = 0;
     for (int i = 0; i < body->link_count; ++i) {
