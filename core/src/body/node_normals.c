@@ -114,10 +114,9 @@ static void areas_topology_commit(pli_body* body, void* state, const plii_topolo
 const plii_feature_class plii_areas_class = {
     .name = "areas",
     .state_size = sizeof(areas_state),
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
-        {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true, .snapshot = PLII_FILED, .fields = "f"},
-        {PLII_MEMBER(areas_state, face_counts), PLII_PER_NODE, .is_scratch = true}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true, PLII_FILED_AS("f")},
+                          {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true, PLII_FILED_AS("f")},
+                          {PLII_MEMBER(areas_state, face_counts), PLII_PER_NODE, .is_scratch = true}),
     .enable = areas_enable,
     .topology_commit = areas_topology_commit,
 };

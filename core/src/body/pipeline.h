@@ -47,6 +47,12 @@ static inline void* plii_feature_state_for(const pli_body* body, const plii_feat
                                            const char* function) {
     return plii_check_body(body, function) == PLI_OK ? plii_feature_state(body, klass) : NULL;
 }
+/* Such a call: `value` of the `state`, or `otherwise`. */
+#define PLII_DEFINE_STATE_GET(type, function, state_type, klass, value, otherwise)                                     \
+    type function(const pli_body* body) {                                                                              \
+        const state_type* state = plii_feature_state_for(body, &(klass), __func__);                                    \
+        return state != NULL ? (value) : (otherwise);                                                                  \
+    }
 /* What its features join it to. */
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user);
 /* Lists what they demand of nodes, those of one after those of the other, in the first of `parts` equal parts of a list

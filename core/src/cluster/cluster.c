@@ -9,8 +9,6 @@
 #include "math/rotation_fit.h"
 #include "math/simd_float4.h"
 
-#include <string.h>
-
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_vec3 sum = pli_vec3_make(0, 0, 0);

@@ -5,8 +5,6 @@
 
 #include "cluster/cluster_contacts_impl.h"
 
-#include <string.h>
-
 #define GROUPS_MAX_COUNT 7 /* of contacts of a pair; more are taken as another pair */
 /* How much heavier than a cluster a rigid body must be to be in more than one lane. */
 #define GROUPS_HEAVIER 16.0f

@@ -7,7 +7,6 @@
 #include "cluster/joint_end.h"
 #include "geometry/bvh.h"
 #include "geometry/pair_cache.h"
-#include "math/simd_float4.h"
 
 /* In reference mode 1. */
 #define PLII_CLUSTER_CONTACTS_PER_PAIR 4

@@ -173,13 +173,11 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_r
     plii_cluster_contacts* state = data;
     if (!state->def.with_rigids) { return PLI_OK; }
     const int before = state->count;
-    for (int i = 0; i < rigid->shape_count; ++i) {
-        const pli_status status = cluster_contacts_collide_shape(body, state, rigid, i);
-        if (status != PLI_OK) {
-            state->count = before;
-            return status;
-        }
+    pli_status status = PLI_OK;
+    for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
+        status = cluster_contacts_collide_shape(body, state, rigid, i);
     }
+    if (status != PLI_OK) { state->count = before; }
     if (state->count > before) { plii_rigid_touch(rigid); }
-    return PLI_OK;
+    return status;
 }

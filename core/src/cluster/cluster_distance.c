@@ -1,7 +1,6 @@
 /* Distances of clusters from rigid shapes and from each other, by the user's function or by that of the core. */
 
 #include "cluster/cluster_contacts_impl.h"
-
 #include "geometry/convex_distance.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"

@@ -6,10 +6,7 @@
 plii_clusters* plii_body_clusters(const pli_body* body) {
     return plii_feature_state(body, &plii_clusters_class);
 }
-pli_clusters_def pli_clusters_def_default(void) {
-    return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_clusters_def, .iterations = 4, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_clusters_def, used, def, plii_clusters_class);
@@ -64,10 +61,8 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
 static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node_count, const char* function) {
     pli_context* context = body->context;
     if (nodes == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "nodes is null"); }
-    if (node_count < 1 || node_count > body->node_count) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d nodes, the body has %d", node_count,
-                         body->node_count);
-    }
+    PLII_FAIL_IF(node_count < 1 || node_count > body->node_count, context, PLI_ERROR_INVALID_VALUE, function,
+                 "%d nodes, the body has %d", node_count, body->node_count);
     uint8_t* is_named = plii_allocate(context, (size_t)body->node_count);
     if (is_named == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the check"); }
     pli_status status = PLI_OK;
@@ -111,11 +106,7 @@ pli_status plii_check_cluster(const pli_body* body, int cluster, const char* fun
     const int count = clusters != NULL ? clusters->count : 0;
     return plii_check_index(body->context, cluster, count, "cluster", "body", function);
 }
-
-int pli_body_cluster_count(const pli_body* body) {
-    const plii_clusters* clusters = plii_feature_state_for(body, &plii_clusters_class, __func__);
-    return clusters != NULL ? clusters->count : 0;
-}
+PLII_DEFINE_STATE_GET(int, pli_body_cluster_count, plii_clusters, plii_clusters_class, state->count, 0)
 
 pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_cluster_settings* settings) {
     PLII_TRY(plii_check_cluster(body, cluster, __func__));

@@ -206,18 +206,15 @@ static pli_status generate_replace(pli_body* body, int count, int max_iterations
 
 pli_status pli_body_generate_clusters(pli_body* body, int count, int max_iterations, int* made) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (count < 1 || max_iterations < 1) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "%d clusters, %d iterations: at least 1 of each",
-                         count, max_iterations);
-    }
+    PLII_FAIL_IF(count < 1 || max_iterations < 1, body->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "%d clusters, %d iterations: at least 1 of each", count, max_iterations);
     const int used = count < body->node_count ? count : body->node_count;
     return generate_replace(body, used, max_iterations, made, __func__);
 }
 
 pli_status pli_body_generate_clusters_from_elements(pli_body* body, int* made) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (body->topology->tetra_count == 0 && body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has neither tetrahedra nor faces");
-    }
+    PLII_FAIL_IF(body->topology->tetra_count == 0 && body->topology->face_count == 0, body->context,
+                 PLI_ERROR_INVALID_MESH, __func__, "the body has neither tetrahedra nor faces");
     return generate_replace(body, 0, 0, made, __func__);
 }

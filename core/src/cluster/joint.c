@@ -192,23 +192,19 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
     pli_context* context = body->context;
     PLII_TRY(plii_check_cluster(body, joint->cluster, function));
     const pli_joint_end* other = &joint->other;
-    if (other->body != NULL && other->rigid != NULL) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other end has both a body and a rigid body");
-    }
+    PLII_FAIL_IF(other->body != NULL && other->rigid != NULL, context, PLI_ERROR_INVALID_VALUE, function,
+                 "the other end has both a body and a rigid body");
     if (other->body != NULL) {
         PLII_TRY(plii_check_handle(other->body, PLII_HANDLE_BODY, context, "the other body", function));
-        if (other->body->world != body->world) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other body is in another world");
-        }
+        PLII_FAIL_IF(other->body->world != body->world, context, PLI_ERROR_INVALID_VALUE, function,
+                     "the other body is in another world");
         PLII_TRY(plii_check_cluster(other->body, other->cluster, function));
-        if (other->body == body && other->cluster == joint->cluster) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "both ends are cluster %d", joint->cluster);
-        }
+        PLII_FAIL_IF(other->body == body && other->cluster == joint->cluster, context, PLI_ERROR_INVALID_VALUE,
+                     function, "both ends are cluster %d", joint->cluster);
     }
     if (other->rigid != NULL) { PLII_TRY(plii_check_handle(other->rigid, PLII_HANDLE_RIGID, context, NULL, function)); }
-    if (other->rigid != NULL && other->rigid->world != body->world) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the rigid body is not in the body's world");
-    }
+    PLII_FAIL_IF(other->rigid != NULL && other->rigid->world != body->world, context, PLI_ERROR_INVALID_VALUE, function,
+                 "the rigid body is not in the body's world");
     PLII_TRY(plii_check_vec3_within(context, world_value, PLI_MAX_COORDINATE, "the point or axis", function));
     return PLII_CHECK_FIELDS(context, &joint->softness, joint_softness_fields, function);
 }
@@ -250,15 +246,9 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     joints_state* joints = plii_feature_state(body, &plii_joints_class);
     const int item = joints != NULL ? plii_id_pool_find(&joints->ids, joint.index1, joint.generation) : PLI_NULL_INDEX;
-    if (item == PLI_NULL_INDEX) {
-        return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "joint %d of generation %u is gone", (int)joint.index1,
-                         (unsigned)joint.generation);
-    }
+    PLII_FAIL_IF(item == PLI_NULL_INDEX, body->context, PLI_ERROR_STALE_ID, __func__,
+                 "joint %d of generation %u is gone", (int)joint.index1, (unsigned)joint.generation);
     joints_remove(body, joints, joints->items[item].slot, NULL);
     return PLI_OK;
 }
-
-int pli_body_joint_count(const pli_body* body) {
-    const joints_state* joints = plii_feature_state_for(body, &plii_joints_class, __func__);
-    return joints != NULL ? joints->count : 0;
-}
+PLII_DEFINE_STATE_GET(int, pli_body_joint_count, joints_state, plii_joints_class, state->count, 0)

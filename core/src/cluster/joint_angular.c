@@ -54,18 +54,13 @@ static void angular_joint_solve(plii_joint* joint) {
 
 const plii_joint_class plii_angular_joint_class = {true, angular_joint_prepare, angular_joint_solve};
 
-pli_angular_joint_def pli_angular_joint_def_default(void) {
-    return (pli_angular_joint_def){.softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_angular_joint_def, .softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_def* def, pli_joint_id* joint) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(PLII_CHECK_MADE(body->context, pli_angular_joint_def, def, __func__));
     pli_vec3 axis = def->axis;
-    if (!angular_joint_make_unit(&axis)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the axis (%g, %g, %g) has no direction",
-                         (double)axis.x, (double)axis.y, (double)axis.z);
-    }
+    PLII_FAIL_IF(!angular_joint_make_unit(&axis), body->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "the axis (%g, %g, %g) has no direction", (double)axis.x, (double)axis.y, (double)axis.z);
     plii_joint made = {.klass = &plii_angular_joint_class,
                        .cluster = def->cluster,
                        .other = def->other,

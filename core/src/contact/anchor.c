@@ -320,16 +320,13 @@ const plii_feature_class plii_anchor_class = {
     .on_rigid_removed = anchor_on_rigid_removed,
 };
 
-pli_anchor_def pli_anchor_def_default(void) {
-    return (pli_anchor_def){.influence = 1.0f, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_anchor_def, .influence = 1.0f, .cookie = PLII_DEF_COOKIE)
 
 static pli_status anchor_check_rigid(const pli_body* body, const pli_rigid* rigid, const char* name,
                                      const char* function) {
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, name, function));
-    if (rigid->world != body->world) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is in another world", name);
-    }
+    PLII_FAIL_IF(rigid->world != body->world, body->context, PLI_ERROR_INVALID_VALUE, function,
+                 "%s is in another world", name);
     return PLI_OK;
 }
 
@@ -389,10 +386,8 @@ pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
     PLII_TRY(plii_check_body_change(body, __func__));
     plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
     const int item = anchors != NULL ? plii_id_pool_find(&anchors->ids, id.index1, id.generation) : PLI_NULL_INDEX;
-    if (item == PLI_NULL_INDEX) {
-        return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "the body has no anchor {%d, %u}", (int)id.index1,
-                         (unsigned)id.generation);
-    }
+    PLII_FAIL_IF(item == PLI_NULL_INDEX, body->context, PLI_ERROR_STALE_ID, __func__, "the body has no anchor {%d, %u}",
+                 (int)id.index1, (unsigned)id.generation);
     (void)anchor_remove(body, anchors, anchors->items[item].slot, NULL);
     return PLI_OK;
 }
@@ -407,29 +402,27 @@ static int anchor_find_node(const int* nodes, int count, int node) {
     return place;
 }
 
+/* Of one node of the list, when those before it are marked. */
+static pli_status anchor_check_listed(const pli_body* body, const int* nodes, int place, bool are_anchored,
+                                      const char* function) {
+    const int node = nodes[place];
+    PLII_FAIL_IF(node < 0 || node >= body->node_count, body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                 "nodes[%d] = %d is out of range, the body has %d nodes", place, node, body->node_count);
+    PLII_FAIL_IF(body->anchored[node] == ANCHOR_LISTED, body->context, PLI_ERROR_INVALID_VALUE, function,
+                 "nodes[%d] and nodes[%d] are both %d", anchor_find_node(nodes, place, node), place, node);
+    PLII_FAIL_IF((body->anchored[node] != 0) != are_anchored, body->context, PLI_ERROR_INVALID_VALUE, function,
+                 "nodes[%d] = %d is %s anchored", place, node, are_anchored ? "not" : "already");
+    return PLI_OK;
+}
+
 /* Marks as listed all nodes of the list, which are to be anchored or free; on an error none. */
 static pli_status anchor_mark_nodes(pli_body* body, const int* nodes, int count, bool are_anchored,
                                     const char* function) {
     pli_status status = PLI_OK;
     int marked = 0;
-    for (; marked < count; ++marked) {
-        const int node = nodes[marked];
-        if (node < 0 || node >= body->node_count) {
-            status = plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                               "nodes[%d] = %d is out of range, the body has %d nodes", marked, node, body->node_count);
-            break;
-        }
-        if (body->anchored[node] == ANCHOR_LISTED) {
-            status = plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "nodes[%d] and nodes[%d] are both %d",
-                               anchor_find_node(nodes, marked, node), marked, node);
-            break;
-        }
-        if ((body->anchored[node] != 0) != are_anchored) {
-            status = plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "nodes[%d] = %d is %s anchored",
-                               marked, node, are_anchored ? "not" : "already");
-            break;
-        }
-        body->anchored[node] = ANCHOR_LISTED;
+    while (marked < count && status == PLI_OK) {
+        status = anchor_check_listed(body, nodes, marked, are_anchored, function);
+        if (status == PLI_OK) { body->anchored[nodes[marked++]] = ANCHOR_LISTED; }
     }
     for (int i = 0; i < marked && status != PLI_OK; ++i) {
         body->anchored[nodes[i]] = are_anchored ? 1 : 0;
@@ -438,12 +431,8 @@ static pli_status anchor_mark_nodes(pli_body* body, const int* nodes, int count,
 }
 
 static pli_status anchor_check_list(pli_body* body, const int* nodes, int count, const char* function) {
-    if (count < 0) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "count is %d, negative", count);
-    }
-    if (nodes == NULL && count > 0) {
-        return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "nodes is null");
-    }
+    PLII_FAIL_IF(count < 0, body->context, PLI_ERROR_INVALID_VALUE, function, "count is %d, negative", count);
+    PLII_FAIL_IF(nodes == NULL && count > 0, body->context, PLI_ERROR_NULL_ARGUMENT, function, "nodes is null");
     return PLI_OK;
 }
 
@@ -472,18 +461,13 @@ pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {
     PLII_TRY(anchor_check_list(body, nodes, count, __func__));
     if (count == 0) { return PLI_OK; }
     plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
-    if (anchors == NULL || anchors->item_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the body has no anchors");
-    }
+    PLII_FAIL_IF(anchors == NULL || anchors->item_count == 0, body->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "the body has no anchors");
     PLII_TRY(anchor_mark_nodes(body, nodes, count, true, __func__));
     (void)anchor_remove(body, anchors, PLI_NULL_INDEX, NULL);
     return PLI_OK;
 }
-
-int pli_body_anchor_count(const pli_body* body) {
-    const plii_anchors* anchors = plii_feature_state_for(body, &plii_anchor_class, __func__);
-    return anchors != NULL ? anchors->item_count : 0;
-}
+PLII_DEFINE_STATE_GET(int, pli_body_anchor_count, plii_anchors, plii_anchor_class, state->item_count, 0)
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
     PLII_TRY(plii_check_body_change(body, __func__));

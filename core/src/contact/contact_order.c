@@ -7,14 +7,10 @@
 
 static pli_status order_check(pli_context* context, const int* order, int count, uint8_t* marks, const char* function) {
     for (int i = 0; i < count; ++i) {
-        if (order[i] < 0 || order[i] >= count) {
-            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                             "order[%d] is %d, out of range, there are %d contacts", i, order[i], count);
-        }
-        if (marks[order[i]] != 0) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "order[%d] names %d for the second time", i,
-                             order[i]);
-        }
+        PLII_FAIL_IF(order[i] < 0 || order[i] >= count, context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "order[%d] is %d, out of range, there are %d contacts", i, order[i], count);
+        PLII_FAIL_IF(marks[order[i]] != 0, context, PLI_ERROR_INVALID_VALUE, function,
+                     "order[%d] names %d for the second time", i, order[i]);
         marks[order[i]] = 1;
     }
     return PLI_OK;
@@ -25,19 +21,14 @@ pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass
     PLII_TRY(plii_check_body_change(body, function));
     pli_context* context = body->context;
     const void* state = plii_feature_state(body, klass);
-    if (state == NULL) {
-        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s are not enabled", klass->name);
-    }
+    PLII_FAIL_IF(state == NULL, context, PLI_ERROR_WRONG_STATE, function, "%s are not enabled", klass->name);
     const size_t contact_size = klass->arrays->element_size;
     const int contact_count = *(const int*)((const char*)state + klass->arrays->count);
     char* contacts = plii_feature_array_address(body, klass->arrays, state);
-    if (!body->world->is_stepping) {
-        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "only allowed between collide and solve");
-    }
-    if (count != contact_count) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "count is %d, there are %d contacts", count,
-                         contact_count);
-    }
+    PLII_FAIL_IF(!body->world->is_stepping, context, PLI_ERROR_WRONG_STATE, function,
+                 "only allowed between collide and solve");
+    PLII_FAIL_IF(count != contact_count, context, PLI_ERROR_INVALID_VALUE, function,
+                 "count is %d, there are %d contacts", count, contact_count);
     if (count == 0) { return PLI_OK; }
     if (order == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "order is null"); }
     const size_t marks_size = (size_t)count, copy_size = (size_t)count * contact_size;

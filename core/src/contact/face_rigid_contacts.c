@@ -5,8 +5,6 @@
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
 
-#include <string.h>
-
 #define RIGID_FACES_LAST_SWEEPS 12
 #define RIGID_FACES_REVIEWS 16
 #define RIGID_FACES_OPPOSITE (-0.05f) /* cosine of two normals */
@@ -335,23 +333,21 @@ static void rigid_faces_visit_met(const void* data, plii_joined_fn* visit, void*
 // ----------------------------------------------------------------------------------------------------------- substeps
 
 /* Those that the free motion of the step has shown. */
-
 static void faces_begin(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
     rigid_faces_settle(body, state);
     state->substeps.count = 0;
-    for (int i = 0; i < state->count; ++i) { /* those without memory are left out in this step */
-        const plii_rigid_face_contact* from = &state->contacts[i];
-        plii_point_contact* contact = plii_point_contacts_add(body, &state->substeps);
-        if (contact == NULL) { return; }
-        contact->normal = from->normal;
-        contact->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
-        contact->surface = (plii_substep_rigid_point){from->rigid, from->arm};
-        contact->node_count = 3;
-        memcpy(contact->nodes, from->nodes, sizeof contact->nodes);
-        memcpy(contact->weights, &from->weights, sizeof contact->weights);
-        contact->coefficient = state->def.friction * from->rigid->friction;
-        plii_point_contact_begin(body, contact);
+    for (PLII_EACH(const plii_rigid_face_contact, from, state->contacts, state->count)) {
+        const plii_point_contact contact = {
+            .normal = from->normal,
+            .offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start),
+            .surface = {from->rigid, from->arm},
+            .node_count = 3,
+            .nodes = {from->nodes[0], from->nodes[1], from->nodes[2]},
+            .weights = {from->weights.x, from->weights.y, from->weights.z},
+            .coefficient = state->def.friction * from->rigid->friction,
+        };
+        if (!plii_point_contacts_add(body, &state->substeps, &contact)) { return; } /* left out in this step */
     }
 }
 
@@ -369,11 +365,6 @@ static void faces_sweep(pli_body* body, void* data, const plii_substep* substep)
 }
 
 // -------------------------------------------------------------------------------------------------------- the feature
-
-pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
-    return (pli_rigid_face_contacts_def){
-        .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
-}
 
 static void rigid_faces_clear(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
@@ -455,6 +446,8 @@ const plii_feature_class plii_rigid_faces_class = {
     .build = rigid_faces_build,
 };
 
+PLII_DEFINE_DEFAULT(pli_rigid_face_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
+                    .cookie = PLII_DEF_COOKIE)
 PLII_DEFINE_ENABLE(pli_body_enable_rigid_face_contacts, plii_check_body_change, pli_rigid_face_contacts_def,
                    plii_rigid_faces_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_face_contacts, plii_check_body_change, plii_rigid_faces_class)

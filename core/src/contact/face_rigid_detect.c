@@ -9,8 +9,6 @@
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
 
-#include <string.h>
-
 #define RIGID_FACES_MAX_TARGETS 8
 #define RIGID_FACES_LEAST_SHARE 0.02f
 #define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
@@ -522,14 +520,14 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
 pli_status plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
     plii_rigid_faces* state = data;
     const int before = state->count, candidates_before = state->candidate_count;
-    for (int i = 0; i < rigid->shape_count; ++i) {
-        const pli_status status = rigid_faces_collide_shape(body, state, rigid, i);
-        if (status != PLI_OK) {
-            state->count = before;
-            plii_rigid_faces_drop_candidates(state, candidates_before);
-            return status;
-        }
+    pli_status status = PLI_OK;
+    for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
+        status = rigid_faces_collide_shape(body, state, rigid, i);
+    }
+    if (status != PLI_OK) {
+        state->count = before;
+        plii_rigid_faces_drop_candidates(state, candidates_before);
     }
     body->has_swept_contacts = body->has_swept_contacts || state->count > before;
-    return PLI_OK;
+    return status;
 }

@@ -96,5 +96,4 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
                                       pli_transform end, plii_rigid_face_contact* contact);
 
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
-
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);

@@ -1,7 +1,6 @@
 /* Conservative advancement of a face past a convex core: Mirtich, "Impulse-based dynamic simulation", 1996. */
 
 #include "contact/face_sweep.h"
-
 #include "body/rigid_impl.h"
 
 #define FACE_WAY_MAX_ADVANCES 24

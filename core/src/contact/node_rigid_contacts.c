@@ -24,14 +24,8 @@
 #define RIGID_CONTACTS_TOUCHING 0.1f
 /* Of the margin, what a rigid body moves in a step before it matters where on it a node is that goes along. */
 #define RIGID_CONTACTS_MOVING 0.05f
-
 /* Of its motion, what a node moves at most against a rigid body that it goes along with; or the margin. */
 #define RIGID_CONTACTS_ALONG 0.33f
-
-pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
-    return (pli_rigid_contacts_def){
-        .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f, .cookie = PLII_DEF_COOKIE};
-}
 
 // ------------------------------------------------------------------------------------------------ making contacts
 
@@ -320,23 +314,21 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
         plii_rigid_begin_path(rigid);
         candidate.motion = plii_twist_scale(plii_rigid_end_velocity(rigid, body->step.dt), body->step.dt);
     }
-    for (int i = 0; i < rigid->shape_count; ++i) {
+    pli_status status = PLI_OK;
+    for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
         candidate.shape = i;
         const float way = pli_vec3_length(candidate.motion.linear) +
                           pli_vec3_length(candidate.motion.angular) * rigid->shape_places[i].radius;
         candidate.is_moving = way > RIGID_CONTACTS_MOVING * body->collision_margin;
-        const pli_status status = rigid_contacts_collide_shape(&candidate);
-        if (status != PLI_OK) {
-            state->count = before;
-            return status;
-        }
+        status = rigid_contacts_collide_shape(&candidate);
     }
+    if (status != PLI_OK) { state->count = before; }
     if (state->count > before) {
         if (!rigid_contacts_is_as_in_bullet(&candidate)) { plii_rigid_contacts_squeeze(body, state); }
         plii_rigid_touch(rigid);
         body->has_swept_contacts = body->has_swept_contacts || candidate.is_swept;
     }
-    return PLI_OK;
+    return status;
 }
 
 // -------------------------------------------------------------------------------------------------------- solving
@@ -459,7 +451,6 @@ static void rigid_contacts_disable(pli_body* body, void* data) {
 
 /* As in Bullet after anchors and before the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
-
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
@@ -496,6 +487,8 @@ const plii_feature_class plii_rigid_contacts_class = {
     .build = rigid_contacts_clear,
 };
 
+PLII_DEFINE_DEFAULT(pli_rigid_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
+                    .cookie = PLII_DEF_COOKIE)
 PLII_DEFINE_ENABLE(pli_body_enable_rigid_contacts, plii_check_body_change, pli_rigid_contacts_def,
                    plii_rigid_contacts_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)

@@ -97,17 +97,14 @@ static int rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, cons
                              float friction) {
     const pli_vec3 x = plii_xyz(body->positions[from->node]);
     const pli_vec3 arm = from->goes_along ? from->offset : pli_vec3_sub(x, from->rigid->path.begin.origin);
-    plii_point_contact* contact = plii_point_contacts_add(body, &substeps->contacts);
-    if (contact == NULL) { return PLI_NULL_INDEX; }
-    contact->normal = plii_xyz(from->normal);
-    contact->offset = from->normal.w;
-    contact->surface = (plii_substep_rigid_point){from->rigid, arm};
-    contact->node_count = 1;
-    contact->nodes[0] = from->node;
-    contact->weights[0] = 1.0f;
-    contact->coefficient = friction;
-    plii_point_contact_begin(body, contact);
-    return substeps->contacts.count - 1;
+    const plii_point_contact contact = {.normal = plii_xyz(from->normal),
+                                        .offset = from->normal.w,
+                                        .surface = {from->rigid, arm},
+                                        .node_count = 1,
+                                        .nodes = {from->node},
+                                        .weights = {1.0f},
+                                        .coefficient = friction};
+    return plii_point_contacts_add(body, &substeps->contacts, &contact) ? substeps->contacts.count - 1 : PLI_NULL_INDEX;
 }
 
 static void rigid_substep_restart(pli_body* body, void* data, const plii_substep* substep) {

@@ -1,8 +1,5 @@
 #include "contact/point_contacts.h"
-
 #include "contact/contact_substep.h"
-
-#include <math.h>
 
 enum { POINT_CONTACTS_HOLD_PASSES = 10 };
 
@@ -14,22 +11,18 @@ static float point_inverse_mass(const pli_body* body, const plii_point_contact* 
     return sum;
 }
 
-plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts) {
-    if (contacts->count == contacts->capacity &&
-        !PLII_RESERVE(body->context, &contacts->items, &contacts->capacity, contacts->count + 1)) {
-        return NULL;
-    }
-    return &contacts->items[contacts->count++];
-}
-
-void plii_point_contact_begin(pli_body* body, plii_point_contact* contact) {
-    const plii_substep_rigid_point* surface = &contact->surface;
+bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* given) {
+    if (!PLII_GROW(body->context, &contacts->items, &contacts->capacity, contacts->count)) { return false; }
+    plii_point_contact* contact = &contacts->items[contacts->count++];
+    const plii_substep_rigid_point* surface = &given->surface;
+    *contact = *given;
     plii_substep_follow_rigid(body, surface->rigid);
     contact->turn = pli_vec3_cross(surface->offset, contact->normal);
     contact->spin = plii_rigid_spin_of(surface->rigid, contact->normal, surface->offset);
     contact->point_weight = point_inverse_mass(body, contact);
     contact->surface_weight =
         plii_rigid_linear_response(surface->rigid, contact->normal) + pli_vec3_dot(contact->turn, contact->spin);
+    return true;
 }
 
 static inline float point_height(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,

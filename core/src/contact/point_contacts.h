@@ -36,10 +36,8 @@ static inline pli_vec3 plii_point_contact_impulse(const plii_point_contact* cont
     const pli_vec3 across = pli_vec3_add(contact->friction, contact->held_friction);
     return pli_vec3_scale(pli_vec3_add(along, across), substep->inverse_dt);
 }
-/* One more, of which the caller sets what outlives a step; NULL without memory. */
-plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts);
-/* Sets what follows from that for the step. */
-void plii_point_contact_begin(pli_body* body, plii_point_contact* contact);
+/* Adds one, given by what does not follow from the rest; false without memory. */
+bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* given);
 /* Hooks of substeps. `recovery_speed`: m/s, `compliance`: m/N */
 void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
                                  float recovery_speed);

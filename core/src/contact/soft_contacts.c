@@ -4,8 +4,6 @@
 #include "contact/soft_contacts_impl.h"
 #include "pliant/bullet_reference.h"
 
-#include <string.h>
-
 // --------------------------------------------------------------------------------------------------- Bullet's boxes
 
 /* Bullet's trees start without margins. */
@@ -244,13 +242,6 @@ static void soft_release_boxes(pli_body* body, plii_soft_contacts_state* state) 
     body->soft_node_boxes = NULL;
 }
 
-static void soft_disable(pli_body* body, void* data) {
-    plii_soft_contacts_state* state = data;
-    body->sweeping_features -= state->is_sweeping;
-    body->soft_node_boxes = NULL;
-    body->soft_shifts = NULL;
-}
-
 /* Boxes start anew with the next step. */
 static void soft_build(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
@@ -258,6 +249,10 @@ static void soft_build(pli_body* body, void* data) {
     state->has_boxes = false;
     body->soft_node_boxes = NULL;
     body->soft_shifts = NULL;
+}
+static void soft_disable(pli_body* body, void* data) {
+    body->sweeping_features -= ((plii_soft_contacts_state*)data)->is_sweeping;
+    soft_build(body, data);
 }
 
 /* Boxes after clusters; contacts after those with rigid bodies and before the links. */
@@ -321,10 +316,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .build = soft_build,
 };
 
-pli_soft_contacts_def pli_soft_contacts_def_default(void) {
-    return (pli_soft_contacts_def){.friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_soft_contacts_def, .friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);
@@ -366,13 +358,10 @@ pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int 
 
 static pli_status soft_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
                                    const char* function) {
-    if (boxes == NULL && count > 0) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s_boxes is null", what);
-    }
+    PLII_FAIL_IF(boxes == NULL && count > 0, context, PLI_ERROR_NULL_ARGUMENT, function, "%s_boxes is null", what);
     for (int i = 0; i < count; ++i) {
-        if (!plii_soft_contacts_box_is_finite(boxes[i])) {
-            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the box of %s %d is not finite", what, i);
-        }
+        PLII_FAIL_IF(!plii_soft_contacts_box_is_finite(boxes[i]), context, PLI_ERROR_NOT_FINITE, function,
+                     "the box of %s %d is not finite", what, i);
     }
     return PLI_OK;
 }
@@ -381,10 +370,8 @@ pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxe
     PLII_TRY(plii_check_body_change(body, __func__));
     plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
     const bool has_faces = state != NULL && state->node_boxes != NULL;
-    if (!has_faces && body->node_boxes == NULL) {
-        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE,
-                         "neither soft contacts with bullet_boxes nor pli_body_enable_bullet_node_boxes are enabled");
-    }
+    PLII_FAIL_IF(!has_faces && body->node_boxes == NULL, body->context, PLI_ERROR_WRONG_STATE, __func__,
+                 "neither soft contacts with bullet_boxes nor pli_body_enable_bullet_node_boxes are enabled");
     const int face_count = has_faces ? body->topology->face_count : 0;
     PLII_TRY(soft_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
     PLII_TRY(soft_check_boxes(body->context, face_boxes, face_count, "face", __func__));

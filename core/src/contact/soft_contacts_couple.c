@@ -5,8 +5,6 @@
 
 #include "contact/soft_contacts_impl.h"
 
-#include <string.h>
-
 /* The substep of the body that is solved, or NULL: a whole step. */
 typedef struct couple_time {
     const plii_substep* substep;

@@ -8,8 +8,6 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
 
-#include <string.h>
-
 /* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. */
 #define SOFT_CONTACTS_SLACK 0.25f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
@@ -115,7 +113,6 @@ static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float
 
 /* Contacts of a node with one other body. */
 enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
-
 /* Faces of one node look the same way when the cosine of their normals is above this. */
 #define SOFT_CONTACTS_ALIKE 0.7f
 /* Of the longest edge: a node that passes so close beside a face crosses it. */

@@ -1,8 +1,7 @@
 /* Cutting one link in two, in the order of btSoftBody::cutLink; its ends give mass, and the halves share its length. */
 
-#include "pliant/cut.h"
-
 #include "cut/topology_edit.h"
+#include "pliant/cut.h"
 
 typedef struct link_cut {
     plii_edit edit;

@@ -1,9 +1,8 @@
 /* Opening a surface along edges. Linear in the size of the body. */
 
-#include "cut/cut_swept_impl.h"
-
 #include "base/csr.h"
 #include "base/union_find.h"
+#include "cut/cut_swept_impl.h"
 
 /* Corners are numbered by faces. Those at one end of a cut edge fall into groups, named by their first corner. */
 typedef struct separate_group {

@@ -7,7 +7,6 @@
    where the last one ended opens its first face up to the tip at it, so many short sweeps make one cut, and a cut that
    returns to its start closes. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "cut/cut_swept_impl.h"
 #include "math/bounds.h"

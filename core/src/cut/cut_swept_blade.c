@@ -5,7 +5,6 @@
 
 /* A crossing nearer to the end of an edge than this share of it uses the end. */
 #define SWEPT_SNAP 0.05
-
 /* Marks of nodes, */
 enum { SWEPT_ON_BLADE = 1, SWEPT_HAS_FACE = 2, SWEPT_IS_TIP = 4, SWEPT_BELOW = 8, SWEPT_ABOVE = 16 };
 /* and flags of edges. */
@@ -52,8 +51,6 @@ static bool swept_is_inside(const swept_blade* blade, plii_dvec3 point) {
     }
     return true;
 }
-
-// -------------------------------------------------------------------------------------------------------------- a pass
 
 /* One blade on the present state of the edit. */
 typedef struct swept_pass {

@@ -1,9 +1,8 @@
 /* Counting the parts of a body: disjoint sets of nodes that links, faces and tetrahedra join. */
 
-#include "pliant/cut.h"
-
 #include "base/union_find.h"
 #include "body/body_impl.h"
+#include "pliant/cut.h"
 
 static void parts_join(int* parents, const int* nodes, int count) {
     for (int k = 1; k < count; ++k) {

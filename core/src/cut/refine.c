@@ -6,9 +6,8 @@
    which leaves no loose links and nodes behind; links keep their rest shape. Cuts through the inside of faces that
    leave nothing behind in Bullet give the same nodes, links and faces either way. */
 
-#include "pliant/cut.h"
-
 #include "cut/topology_edit.h"
+#include "pliant/cut.h"
 
 typedef struct refine_work {
     plii_edit edit;
@@ -21,13 +20,10 @@ typedef struct refine_work {
 
 /* How near to the end of a link a jump of the surface may part it. */
 #define REFINE_MIN_SHARE 1e-4f
-
 /* What lies at a node that is on the surface. */
 enum { REFINE_INSIDE = 1, REFINE_OUTSIDE = 2 };
 
-pli_refine_def pli_refine_def_default(void) {
-    return (pli_refine_def){.accuracy = 1e-4f, .cut = true, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_refine_def, .accuracy = 1e-4f, .cut = true, .cookie = PLII_DEF_COOKIE)
 
 // ------------------------------------------------------------------------------------------------ the surface
 

@@ -2,7 +2,6 @@
    btSoftBody::refine, and the commit, in which everything that can fail comes before the first change of the body. */
 
 #include "cut/topology_edit.h"
-
 #include "body/pipeline.h"
 
 #include <string.h>

@@ -5,8 +5,6 @@
 #include "math/simd_float4.h"
 #include "pliant/forces.h"
 
-#include <string.h>
-
 /* Cosine of 10 degrees: below this angle of attack a lift-drag model has no lift. */
 #define AERO_MAX_LIFT_COSINE 0.98480f
 
@@ -311,10 +309,7 @@ const plii_feature_class plii_aero_face_class = {
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
 };
 
-pli_aero_def pli_aero_def_default(void) {
-    return (pli_aero_def){.cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_aero_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_aero_def, used, def, plii_aero_vertex_class);

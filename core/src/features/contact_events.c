@@ -1,7 +1,6 @@
 /* Contacts that begin, go on and end, from what the features that make contacts tell of them at the end of a step. */
 
 #include "pliant/contact_events.h"
-
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 #include "geometry/pair_cache.h"
@@ -346,10 +345,7 @@ const plii_feature_class plii_contact_events_class = {
     .build = contact_events_build,
 };
 
-pli_contact_events_def pli_contact_events_def_default(void) {
-    return (pli_contact_events_def){.cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_contact_events_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_contact_events_def, used, def, plii_contact_events_class);

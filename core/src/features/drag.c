@@ -150,9 +150,8 @@ static bool drag_is_sound(const pli_body* body, const void* data) {
     const drag_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         const drag_item* item = &state->items[i];
-        const bool is_sound =
-            plii_id_pool_has(&state->ids, item->slot, i) && item->node_count >= 1 && item->node_count <= 3;
-        if (!is_sound) { return false; }
+        const bool has_nodes = item->node_count >= 1 && item->node_count <= 3;
+        if (!has_nodes || !plii_id_pool_has(&state->ids, item->slot, i)) { return false; }
     }
     return plii_id_pool_is_sound(&state->ids, state->count);
 }
@@ -179,9 +178,8 @@ const plii_feature_class plii_drag_class = {
     .topology_commit = drag_topology_commit,
 };
 
-pli_drag_def pli_drag_def_default(void) {
-    return (pli_drag_def){.face = PLI_NULL_INDEX, .frequency = 5.0f, .damping_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_drag_def, .face = PLI_NULL_INDEX, .frequency = 5.0f, .damping_ratio = 1.0f,
+                    .cookie = PLII_DEF_COOKIE)
 
 static const plii_field drag_fields[] = {
     PLII_FIELD(pli_drag_def, point, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
@@ -247,10 +245,8 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
 static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_item** item) {
     const drag_state* state = plii_feature_state(body, &plii_drag_class);
     const int place = state != NULL ? plii_id_pool_find(&state->ids, drag.index1, drag.generation) : PLI_NULL_INDEX;
-    if (place == PLI_NULL_INDEX) {
-        return plii_fail(body->context, PLI_ERROR_STALE_ID, function, "the body has no drag {%d, %u}", (int)drag.index1,
-                         (unsigned)drag.generation);
-    }
+    PLII_FAIL_IF(place == PLI_NULL_INDEX, body->context, PLI_ERROR_STALE_ID, function, "the body has no drag {%d, %u}",
+                 (int)drag.index1, (unsigned)drag.generation);
     *item = &state->items[place];
     return PLI_OK;
 }

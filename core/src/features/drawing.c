@@ -40,10 +40,8 @@ const pli_vec3* pli_body_get_face_normals(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK ? body->face_normals : NULL;
 }
 
-pli_vertex_buffer_def pli_vertex_buffer_def_default(void) {
-    return (pli_vertex_buffer_def){
-        .stride = 6 * (int)sizeof(float), .normal_offset = 3 * (int)sizeof(float), .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_vertex_buffer_def, .stride = 6 * (int)sizeof(float), .normal_offset = 3 * (int)sizeof(float),
+                    .cookie = PLII_DEF_COOKIE)
 
 static const plii_field vertex_buffer_fields[] = {
     PLII_FIELD(pli_vertex_buffer_def, vertex_count, 0, INT_MAX),
@@ -101,10 +99,8 @@ pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer
     if (buffer->normal_offset >= 0) {
         PLII_TRY(vertices_check_offset(body, buffer, buffer->normal_offset, "normal_offset", __func__));
         normals = plii_feature_state(body, &plii_drawn_normals_class);
-        if (normals == NULL) {
-            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
-                             "normals are wanted, and pli_body_enable_normals was not called");
-        }
+        PLII_FAIL_IF(normals == NULL, body->context, PLI_ERROR_INVALID_VALUE, __func__,
+                     "normals are wanted, and pli_body_enable_normals was not called");
     }
     PLII_TRY(vertices_check_nodes(body, buffer, __func__));
     factor = vertices_share_of_step(body, factor);

@@ -67,9 +67,8 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
     PLII_TRY(plii_check_vec3_within(body->context, position, PLI_MAX_COORDINATE, "position", __func__));
-    if (body->positions[node].w > 0.0f) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "node %d is not pinned", node);
-    }
+    PLII_FAIL_IF(body->positions[node].w > 0.0f, body->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "node %d is not pinned", node);
     const bool was_enabled = plii_feature_is_enabled(body, &plii_node_motion_class);
     PLII_TRY_ENABLE(body, node_motion_state, state, plii_node_motion_class);
     const node_motion motion = {.node = node, .target = position};

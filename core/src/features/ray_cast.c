@@ -2,10 +2,9 @@
    where btSoftBody::rayTest meets them, bit for bit: its tolerances have units, and triangles of a few centimetres are
    met far beside themselves. Nodes are spheres and links are capsules, which Bullet does not test. */
 
-#include "pliant/query.h"
-
 #include "body/world_state.h"
 #include "math/dvec3.h"
+#include "pliant/query.h"
 
 #define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
 
@@ -16,9 +15,7 @@ typedef struct ray_cast {
     pli_ray_hit hit; /* the nearest so far, fraction 1 without one */
 } ray_cast;
 
-pli_ray_def pli_ray_def_default(void) {
-    return (pli_ray_def){.targets = PLI_RAY_FACES | PLI_RAY_TETRAS, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_ray_def, .targets = PLI_RAY_FACES | PLI_RAY_TETRAS, .cookie = PLII_DEF_COOKIE)
 static pli_vec3 ray_position(const ray_cast* ray, int node) {
     return plii_xyz(ray->body->positions[node]);
 }
@@ -190,18 +187,15 @@ static pli_status ray_check(const pli_body* body, const pli_ray_def* def, const 
     pli_context* context = body->context;
     PLII_TRY(PLII_CHECK_MADE(context, pli_ray_def, def, function));
     const int known = PLI_RAY_NODES | PLI_RAY_LINKS | PLI_RAY_FACES | PLI_RAY_TETRAS;
-    if (def->targets == 0 || (def->targets & ~known) != 0) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "targets is 0x%x, bits of 0x%x are wanted",
-                         (unsigned)def->targets, (unsigned)known);
-    }
+    PLII_FAIL_IF(def->targets == 0 || (def->targets & ~known) != 0, context, PLI_ERROR_INVALID_VALUE, function,
+                 "targets is 0x%x, bits of 0x%x are wanted", (unsigned)def->targets, (unsigned)known);
     const pli_vec3 ends[2] = {def->from, def->to};
     PLII_TRY(plii_check_between(context, def->radius, 0.0f, PLI_MAX_COORDINATE, "radius", function));
     PLII_TRY(plii_check_finite_points(context, 2, ends, "end", function));
     const pli_vec3 direction = pli_vec3_sub(def->to, def->from);
-    if (!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction))) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the ray is %g m long",
-                         (double)pli_vec3_length(direction));
-    }
+    PLII_FAIL_IF(!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction)),
+                 context, PLI_ERROR_INVALID_VALUE, function, "the ray is %g m long",
+                 (double)pli_vec3_length(direction));
     return PLI_OK;
 }
 

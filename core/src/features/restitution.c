@@ -13,7 +13,6 @@
 #define RESTITUTION_REACH 0.1f
 /* Of a node in the point of a contact. */
 #define RESTITUTION_LEAST_WEIGHT 0.2f
-
 /* Features that make contacts. */
 enum { RESTITUTION_MOST_KINDS = 8 };
 

@@ -295,10 +295,6 @@ const plii_feature_class plii_target_class = {
     .topology_commit = target_topology_commit,
 };
 
-pli_targets_def pli_targets_def_default(void) {
-    return (pli_targets_def){.cookie = PLII_DEF_COOKIE};
-}
-
 // ------------------------------------------------------------------------------------------------------------ checks
 
 /* Of target `index`; without a backstop a normal may be anything finite. */
@@ -315,14 +311,10 @@ static pli_status target_check(const pli_body* body, const pli_targets_def* def,
     const pli_target* target = &def->targets[index];
     const int node = target->node;
     const float most = PLI_MAX_COORDINATE;
-    if (node < 0 || node >= body->node_count) {
-        return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                         "node %d of target %d is out of range, the body has %d nodes", node, index, body->node_count);
-    }
-    if (users[node] > 0) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "targets %d and %d are both of node %d",
-                         users[node] - 1, index, node);
-    }
+    PLII_FAIL_IF(node < 0 || node >= body->node_count, body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                 "node %d of target %d is out of range, the body has %d nodes", node, index, body->node_count);
+    PLII_FAIL_IF(users[node] > 0, body->context, PLI_ERROR_INVALID_VALUE, function,
+                 "targets %d and %d are both of node %d", users[node] - 1, index, node);
     users[node] = index + 1;
     PLII_TRY(
         plii_body_check_between(body, "max_distance of target", index, target->max_distance, 0.0f, most, function));
@@ -330,10 +322,8 @@ static pli_status target_check(const pli_body* body, const pli_targets_def* def,
                                      function));
     PLII_TRY(plii_body_check_between(body, "backstop_distance of target", index, target->backstop_distance,
                                      -target->max_distance, most, function));
-    if (target->backstop_radius > 0.0f && def->normals == NULL) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "normals is null, target %d has a backstop",
-                         index);
-    }
+    PLII_FAIL_IF(target->backstop_radius > 0.0f && def->normals == NULL, body->context, PLI_ERROR_INVALID_VALUE,
+                 function, "normals is null, target %d has a backstop", index);
     return target_check_normal(body, target, def->normals, index, function);
 }
 
@@ -341,9 +331,7 @@ static pli_status target_check_def(pli_body* body, const pli_targets_def* def, c
     pli_context* context = body->context;
     PLII_TRY(PLII_CHECK_MADE(context, pli_targets_def, def, function));
     if (def->targets == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "targets is null"); }
-    if (def->count < 1) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "count is %d, below 1", def->count);
-    }
+    PLII_FAIL_IF(def->count < 1, context, PLI_ERROR_INVALID_VALUE, function, "count is %d, below 1", def->count);
     if (def->positions != NULL) {
         PLII_TRY(plii_check_finite_points(context, def->count, def->positions, "position", function));
     }
@@ -370,10 +358,8 @@ static pli_status target_move(pli_body* body, const pli_vec3* positions, const p
     PLII_TRY(plii_check_body_between_steps(body, function));
     target_state* state = plii_feature_state(body, &plii_target_class);
     const int given = state != NULL ? state->given : 0;
-    if (count != given || given == 0) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "count is %d, the body has %d targets",
-                         count, given);
-    }
+    PLII_FAIL_IF(count != given || given == 0, body->context, PLI_ERROR_INVALID_VALUE, function,
+                 "count is %d, the body has %d targets", count, given);
     if (positions == NULL) { return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "positions is null"); }
     PLII_TRY(plii_check_finite_points(body->context, count, positions, "position", function));
     if (normals != NULL) { PLII_TRY(plii_check_finite_points(body->context, count, normals, "normal", function)); }
@@ -385,6 +371,7 @@ static pli_status target_move(pli_body* body, const pli_vec3* positions, const p
     return PLI_OK;
 }
 
+PLII_DEFINE_DEFAULT(pli_targets_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));

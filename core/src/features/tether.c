@@ -3,7 +3,6 @@
    Range Attachments", with rigid bodies at the anchors of nodes: a light node cannot hold back a heavy body. Held from
    one side alone, neighbours whose nearest origins differ are drawn apart by what lies on them. */
 
-#include "pliant/tether.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
@@ -527,10 +526,7 @@ const plii_feature_class plii_tether_class = {
     .visit_springs = tether_visit_springs,
 };
 
-pli_tethers_def pli_tethers_def_default(void) {
-    return (pli_tethers_def){.slack = 0.01f, .cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_tethers_def, .slack = 0.01f, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_tethers_def, used, def, plii_tether_class);

@@ -8,8 +8,6 @@
 #include "body/pipeline.h"
 #include "self_collision/self_faces_impl.h"
 
-#include <string.h>
-
 // ----------------------------------------------------------------------------------------------------------- the solve
 
 #define SELF_FACES_MAX_PASSES 16
@@ -75,8 +73,7 @@ static pli_vec3 self_faces_common_motion(const pli_body* body, const plii_self_n
     return count > 0 ? pli_vec3_scale(sum, 1.0f / (float)count) : plii_self_common_motion(body, nodes, NULL);
 }
 
-/* Motions of the nodes of a pair beside the common one end where they would come too near to its plane, which goes with
-   that. True when one did. */
+/* Ends motions beside the common one, with which the plane of a pair goes, too near to that. True when one did. */
 static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, pli_vec3 common,
                                bool is_forced) {
     /* Levels of the nodes along the normal, about the middle; positive on the first side. The lowest of each side. */
@@ -213,8 +210,7 @@ const plii_feature_class plii_self_faces_class = {
                                               .restart = self_faces_restart_substep,
                                               .sweep = self_faces_sweep},
     .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
-         .fields = "3f"},
+        {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
         {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
@@ -233,10 +229,7 @@ const plii_feature_class plii_self_faces_class = {
     .topology_commit = self_faces_topology_commit,
 };
 
-pli_self_faces_def pli_self_faces_def_default(void) {
-    return (pli_self_faces_def){.thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_self_faces_def, .thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_self_faces_def, used, def, plii_self_faces_class);
@@ -247,8 +240,5 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     return PLI_OK;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
-
-pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
-    const plii_self_faces_state* state = plii_feature_state_for(body, &plii_self_faces_class, __func__);
-    return state != NULL ? state->report : (pli_self_faces_report){0};
-}
+PLII_DEFINE_STATE_GET(pli_self_faces_report, pli_body_get_self_faces_report, plii_self_faces_state,
+                      plii_self_faces_class, state->report, (pli_self_faces_report){0})

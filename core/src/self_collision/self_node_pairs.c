@@ -3,11 +3,8 @@
    distance + margin_i + margin_j + (what they travel against each other between u and either end). */
 
 #include "self_collision/self_node_pairs.h"
-
 #include "body/pipeline.h"
 #include "math/simd_float4.h"
-
-#include <string.h>
 
 /* Of the thickness: how far a node may stray from its path before it is searched again. */
 #define SELF_NODES_MIN_MARGIN 0.2f

@@ -323,8 +323,7 @@ const plii_feature_class plii_self_nodes_class = {
                                               .sweep = self_nodes_sweep,
                                               .finish = self_nodes_finish},
     .arrays =
-        PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_FILED,
-                     .fields = "3f"},
+        PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
                     {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
                     {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
                     {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, PLII_SAVED_AS("4f")},
@@ -343,14 +342,9 @@ const plii_feature_class plii_self_nodes_class = {
     .topology_commit = self_nodes_topology_commit,
 };
 
-pli_self_collision_def pli_self_collision_def_default(void) {
-    return (pli_self_collision_def){
-        .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_self_collision_def, .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f,
+                    .cookie = PLII_DEF_COOKIE)
 PLII_DEFINE_ENABLE(pli_body_enable_self_collision, plii_check_body_idle, pli_self_collision_def, plii_self_nodes_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
-
-pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
-    const self_nodes_state* state = plii_feature_state_for(body, &plii_self_nodes_class, __func__);
-    return state != NULL ? state->report : (pli_self_collision_report){0};
-}
+PLII_DEFINE_STATE_GET(pli_self_collision_report, pli_body_get_self_collision_report, self_nodes_state,
+                      plii_self_nodes_class, state->report, (pli_self_collision_report){0})

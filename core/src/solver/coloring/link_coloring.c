@@ -2,7 +2,6 @@
    colour that is free at its nodes, one whose last group has lanes left before others. Linear time. */
 
 #include "solver/coloring/link_coloring.h"
-
 #include "body/pipeline.h"
 
 enum {

@@ -8,7 +8,6 @@
 
 /* Groups; of registers of four floats there are too few for the nodes of one. */
 enum { LINKS_BATCH = PLII_FLOAT8_IS_ONE ? 6 : 1 };
-
 /* Constraints. Links of XPBD are rigid where none has a compliance, and damped where one has a damping. */
 enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
 

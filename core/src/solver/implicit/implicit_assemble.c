@@ -9,7 +9,6 @@
 
 /* Springs shorter than this share of their rest length have no direction. */
 #define IMPLICIT_MIN_LENGTH 1e-6
-
 /* By how much more than a node is off the line of its springs, they may push it away in a step, before they resist. */
 #define IMPLICIT_MOST_BUCKLING 30.0
 

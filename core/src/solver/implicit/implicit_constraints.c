@@ -2,7 +2,6 @@
    Witkin, "Large Steps in Cloth Simulation", section 5; here those of the rigid bodies behind them are unknown too. */
 
 #include "solver/implicit/implicit_constraints.h"
-
 #include "base/csr.h"
 #include "body/pipeline.h"
 

@@ -5,7 +5,6 @@
    velocities of the nodes that they move follow. */
 
 #include "base/union_find.h"
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "math/bounds.h"
 #include "solver/implicit/implicit_system.h"
@@ -13,13 +12,10 @@
 #include <string.h>
 
 enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
-
 /* Energy that a step may gain, see plii_implicit_excess. */
 #define IMPLICIT_LARGEST_EXCESS 0.01
-
 /* Than the one that the spectral radius is of, which is estimated anew then. */
 #define IMPLICIT_LONGER_STEP 1.25
-
 /* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
 #define IMPLICIT_CONTACT_REACH 0.5f
 
@@ -457,7 +453,6 @@ static const plii_field implicit_fields[] = {
     PLII_FIELD(pli_implicit_def, start, PLI_IMPLICIT_START_IN_FREE_FLIGHT, PLI_IMPLICIT_START_AT_REST),
     PLII_FIELD(pli_implicit_def, tolerance, PLII_ABOVE_0, 1.0f - FLT_EPSILON / 2.0f),
 };
-
 const plii_feature_class plii_implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),
@@ -483,11 +478,7 @@ const plii_feature_class plii_implicit_class = {
     .build = implicit_build,
 };
 
-// --------------------------------------------------------------------------------------------------------- settings
-
-pli_implicit_def pli_implicit_def_default(void) {
-    return (pli_implicit_def){.stiffness = 1000.0f, .sweeps = 5, .tolerance = 1e-4f, .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_implicit_def, .stiffness = 1000.0f, .sweeps = 5, .tolerance = 1e-4f, .cookie = PLII_DEF_COOKIE)
 
 /* A tolerance of 1 is not below the first residual. */
 pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {
@@ -520,8 +511,5 @@ pli_status pli_body_disable_implicit(pli_body* body) {
     plii_feature_disable(body, &plii_implicit_class);
     return PLI_OK;
 }
-
-pli_implicit_report pli_body_get_implicit_report(const pli_body* body) {
-    const implicit_state* state = plii_feature_state_for(body, &plii_implicit_class, __func__);
-    return state != NULL ? state->report : (pli_implicit_report){0};
-}
+PLII_DEFINE_STATE_GET(pli_implicit_report, pli_body_get_implicit_report, implicit_state, plii_implicit_class,
+                      state->report, (pli_implicit_report){0})

@@ -1,7 +1,6 @@
 /* Links on positions, colour by colour, with SIMD and threads. The correction of a link is that of
    btSoftBody::PSolve_Links, with the inverse of the mass term taken ahead. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "solver/coloring/links_kernel.h"
 

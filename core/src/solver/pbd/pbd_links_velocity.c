@@ -1,7 +1,6 @@
 /* Links on velocities, and on positions in the drift solve, matching btSoftBody::VSolve_Links and its preset
    Velocities. Links of pinned nodes or of length zero, for which Bullet divides by zero, are left out. */
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 
 typedef struct velocity_link {

@@ -1,7 +1,6 @@
 /* XPBD: dihedral angles, C = angle between the normals of two faces with a common edge - rest angle. The gradient is
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
-#include "body/all_features.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -70,8 +69,7 @@ static float xpbd_hinge_difference(float angle, float rest) {
    around grow from sweep to sweep, as on closed surfaces those of links do. At half of it they hardly do. */
 #define XPBD_BENDING_SOFTENING 1.5f
 
-/* Relative to the position of the first corner: far from the origin a sum of position and displacement is too coarse.
- */
+/* From the position of the first corner: far from the origin a sum of position and displacement is too coarse. */
 static pli_vec3 xpbd_hinge_corner(const pli_body* body, const plii_substep* substep, const xpbd_hinge* hinge,
                                   int corner) {
     const int node = hinge->nodes[corner];
@@ -168,9 +166,7 @@ static void xpbd_bending_build(pli_body* body, void* data) {
 }
 
 #define XPBD_BENDING_PER_HINGE PLII_PER_FACE, .times = 3, .per = 2
-
 enum { XPBD_BENDING_ORDER = 10 }; /* the first */
-
 const plii_feature_class plii_xpbd_bending_class = {
     .name = "XPBD bending",
     .state_size = sizeof(xpbd_bending_state),
@@ -179,29 +175,24 @@ const plii_feature_class plii_xpbd_bending_class = {
                                PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_bending_state, def, PLII_SAVED, "2fBu"),
                                     PLII_STATE(xpbd_bending_state, hinge_count, PLII_LEFT)),
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(xpbd_bending_state, hinges), XPBD_BENDING_PER_HINGE, .snapshot = PLII_FILED, .fields = "4n2f"},
-        {PLII_MEMBER(xpbd_bending_state, begin), PLII_PER_NODE, .more = 1, .is_scratch = true},
-        {PLII_MEMBER(xpbd_bending_state, keys), PLII_PER_FACE, .times = 3, .is_scratch = true},
-        {PLII_MEMBER(xpbd_bending_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
-        {PLII_MEMBER(xpbd_bending_state, nodes), XPBD_BENDING_PER_HINGE, .is_scratch = true},
-        {PLII_MEMBER(xpbd_bending_state, masks), PLII_PER_NODE, .is_scratch = true},
-        {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
-        {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_bending_state, hinges), XPBD_BENDING_PER_HINGE, PLII_FILED_AS("4n2f")},
+                          {PLII_MEMBER(xpbd_bending_state, begin), PLII_PER_NODE, .more = 1, .is_scratch = true},
+                          {PLII_MEMBER(xpbd_bending_state, keys), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                          {PLII_MEMBER(xpbd_bending_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
+                          {PLII_MEMBER(xpbd_bending_state, nodes), XPBD_BENDING_PER_HINGE, .is_scratch = true},
+                          {PLII_MEMBER(xpbd_bending_state, masks), PLII_PER_NODE, .is_scratch = true},
+                          {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
+                          {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
     .build = xpbd_bending_build,
     .substepped =
         &(const plii_substep_class){.order = XPBD_BENDING_ORDER, .is_of_xpbd = true, .sweep = xpbd_bending_sweep},
 };
 
-pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
-    return (pli_xpbd_bending_def){.cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_xpbd_bending_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_bending_def, used, def, plii_xpbd_bending_class);
     PLII_TRY(plii_check_faces(body, "bending is between faces", __func__));
     return plii_xpbd_enable_kind(body, &plii_xpbd_bending_class, &used, sizeof used, __func__, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_bending, plii_check_body_idle, plii_xpbd_bending_class)

@@ -1,6 +1,5 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
-#include "body/all_features.h"
 #include "solver/coloring/links_kernel.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -37,8 +36,7 @@ enum { XPBD_LINKS_LARGE_SURFACE = 80 }; /* nodes */
 
 /* As many as its faces have edges, of two faces each. It keeps its shape by them alone, and nothing is left over:
    errors that the colours push on around it would grow from sweep to sweep, unless each link leaves half of its own.
-   What hangs from it changes nothing about that, and where it is large, a few links through its inside do not either;
-   many, as those of a solid, do. */
+   What hangs from it changes nothing about that, nor do a few links through the inside of a large one; many do. */
 static bool xpbd_links_are_closed_surface(const pli_body* body) {
     int64_t links = 0;
     for (int i = 0; i < body->link_count; ++i) {
@@ -115,7 +113,6 @@ static void xpbd_links_on_restored(pli_body* body, void* data) {
 }
 
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
-
 const plii_feature_class plii_xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
@@ -143,10 +140,7 @@ const plii_feature_class plii_xpbd_links_class = {
                                               .sweep = xpbd_links_sweep},
 };
 
-pli_xpbd_links_def pli_xpbd_links_def_default(void) {
-    return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_xpbd_links_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_links_def, used, def, plii_xpbd_links_class);
@@ -156,5 +150,4 @@ pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* 
     xpbd_links_begin(body, state); /* takes memory now; where there is none the step tells */
     return PLI_OK;
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_links, plii_check_body_idle, plii_xpbd_links_class)

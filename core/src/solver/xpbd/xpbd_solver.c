@@ -3,12 +3,8 @@
    Simulation". Contacts are looked for once per step, at the positions that a step without constraints would reach. */
 
 #include "base/key_table.h"
-#include "math/simd_float4.h"
-
-#include "body/all_features.h"
-#include "body/pipeline.h"
-#include "body/substep.h"
 #include "body/substep_rigid.h"
+#include "math/simd_float4.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 enum {
@@ -198,10 +194,7 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass
     return plii_feature_enable_with(body, klass, given, size, state);
 }
 
-pli_xpbd_def pli_xpbd_def_default(void) {
-    return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_xpbd_def, .substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_def, used, def, plii_xpbd_class);

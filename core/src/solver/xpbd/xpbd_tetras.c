@@ -1,14 +1,11 @@
 /* XPBD: volumes of tetrahedra, C = (x_b - x_a) . ((x_c - x_a) x (x_d - x_a)) / 6 - rest volume, four of a colour at a
    time. The volume is signed, so an inverted tetrahedron turns back. */
 
-#include "body/all_features.h"
 #include "math/simd_float4.h"
-
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 enum { XPBD_TETRAS_GRAIN = 64 }; /* groups; some microseconds */
-
 /* As rest volume of a lane without a tetrahedron: no change of its multiplier is finite. */
 #define XPBD_NO_TETRA INFINITY
 
@@ -194,15 +191,14 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
 }
 
 enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
-
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(xpbd_tetras_state, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_tetras_state, compliance, PLII_SAVED, "f"),
                                     PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT)),
-    .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true,
-                           .snapshot = PLII_FILED, .fields = "16n8f"}),
+    .arrays =
+        PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, PLII_FILED_AS("16n8f")}),
     .enable = xpbd_tetras_enable,
     .substepped =
         &(const plii_substep_class){.order = XPBD_TETRAS_ORDER, .is_of_xpbd = true, .sweep = xpbd_tetras_sweep},
@@ -215,5 +211,4 @@ pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
                  "the body has no tetrahedra");
     return plii_xpbd_enable_kind(body, &plii_xpbd_tetras_class, &compliance, sizeof compliance, __func__, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_tetras, plii_check_body_idle, plii_xpbd_tetras_class)

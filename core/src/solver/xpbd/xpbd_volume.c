@@ -1,8 +1,6 @@
 /* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all their nodes. */
 
-#include "body/all_features.h"
 #include "math/simd_float4.h"
-
 #include "solver/xpbd/xpbd_impl.h"
 
 typedef struct xpbd_volume_state {
@@ -143,7 +141,6 @@ static void xpbd_volume_build(pli_body* body, void* data) {
 }
 
 enum { XPBD_VOLUME_GAS_ORDER = 15, XPBD_VOLUME_ORDER = 30 }; /* before pressure; after tetrahedra, before links */
-
 const plii_feature_class plii_xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
@@ -162,15 +159,11 @@ const plii_feature_class plii_xpbd_volume_class = {
         &(const plii_substep_class){.order = XPBD_VOLUME_ORDER, .is_of_xpbd = true, .sweep = xpbd_volume_sweep},
 };
 
-pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
-    return (pli_xpbd_volume_def){.pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
-}
-
+PLII_DEFINE_DEFAULT(pli_xpbd_volume_def, .pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_volume_def, used, def, plii_xpbd_volume_class);
     PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
     return plii_xpbd_enable_kind(body, &plii_xpbd_volume_class, &used, sizeof used, __func__, NULL);
 }
-
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_volume, plii_check_body_idle, plii_xpbd_volume_class)
