@@ -208,22 +208,15 @@ void pli_body_destroy(pli_body* body) {
 
 // ------------------------------------------------------------------------------------------------- settings
 
-pli_world* pli_body_get_world(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->world : NULL;
-}
-void* pli_body_get_user_data(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->user_data : NULL;
-}
+PLII_DEFINE_GET(pli_world*, pli_body_get_world, body, body->world, NULL)
+PLII_DEFINE_GET(void*, pli_body_get_user_data, body, body->user_data, NULL)
 pli_status pli_body_set_user_data(pli_body* body, void* user_data) {
     PLII_TRY(plii_check_body(body, __func__));
     body->user_data = user_data;
     return PLI_OK;
 }
 
-pli_solver_settings pli_body_get_solver_settings(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->solver : (pli_solver_settings){0};
-}
-
+PLII_DEFINE_GET(pli_solver_settings, pli_body_get_solver_settings, body, body->solver, (pli_solver_settings){0})
 pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_settings* settings) {
     PLII_TRY(plii_check_body_change(body, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
@@ -232,10 +225,7 @@ pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_setting
     return PLI_OK;
 }
 
-float pli_body_get_collision_margin(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->collision_margin : 0.0f;
-}
-
+PLII_DEFINE_GET(float, pli_body_get_collision_margin, body, body->collision_margin, 0.0f)
 pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_margin(body->context, margin, __func__));
@@ -458,9 +448,7 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     return PLI_OK;
 }
 
-bool pli_body_is_frozen(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->is_frozen;
-}
+PLII_DEFINE_GET(bool, pli_body_is_frozen, body, body->is_frozen, false)
 pli_status pli_body_set_frozen(pli_body* body, bool frozen) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     body->is_frozen = frozen;
@@ -566,9 +554,7 @@ float pli_body_max_stretch(const pli_body* body) {
     return max_stretch;
 }
 
-float pli_body_volume(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? plii_body_volume(body) : 0.0f;
-}
+PLII_DEFINE_GET(float, pli_body_volume, body, plii_body_volume(body), 0.0f)
 
 size_t pli_body_bytes(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }

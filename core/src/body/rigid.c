@@ -258,10 +258,8 @@ pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
     return stays ? PLI_OK : rigid_change(rigid, rigid->kind, state, __func__);
 }
 
-pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->state
-                                                       : (pli_rigid_state){.pose = pli_transform_identity()};
-}
+PLII_DEFINE_GET(pli_rigid_state, pli_rigid_get_state, rigid, rigid->state,
+                (pli_rigid_state){.pose = pli_transform_identity()})
 
 pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
     PLII_TRY(rigid_check_change(rigid, __func__));
@@ -312,9 +310,7 @@ pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present) {
     rigid->is_absent = !is_present;
     return PLI_OK;
 }
-bool pli_rigid_is_present(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && !rigid->is_absent;
-}
+PLII_DEFINE_GET(bool, pli_rigid_is_present, rigid, !rigid->is_absent, false)
 
 pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
     PLII_TRY(rigid_check_change(rigid, __func__));
@@ -322,19 +318,10 @@ pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
     rigid->is_sensor = is_sensor;
     return PLI_OK;
 }
-
-bool pli_rigid_is_sensor(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->is_sensor;
-}
-pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
-}
-void* pli_rigid_get_user_data(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->user_data : NULL;
-}
-bool pli_rigid_was_touched(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
-}
+PLII_DEFINE_GET(bool, pli_rigid_is_sensor, rigid, rigid->is_sensor, false)
+PLII_DEFINE_GET(pli_rigid_kind, pli_rigid_get_kind, rigid, rigid->kind, PLI_RIGID_STATIC)
+PLII_DEFINE_GET(void*, pli_rigid_get_user_data, rigid, rigid->user_data, NULL)
+PLII_DEFINE_GET(bool, pli_rigid_was_touched, rigid, rigid->was_touched, false)
 
 /* Against other threads of a step, where there may be some. */
 static bool rigid_lock(const pli_rigid* rigid) {
