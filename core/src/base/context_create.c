@@ -97,3 +97,8 @@ pli_status plii_check_context_change(pli_context* context, const char* function)
     PLII_TRY(plii_check_context(context, function));
     return plii_check_change(context, function);
 }
+
+pli_status plii_check_create(pli_context* context, const void* made, const char* name, const char* function) {
+    PLII_TRY(plii_check_context_change(context, function));
+    return made != NULL ? PLI_OK : plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s is null", name);
+}

@@ -36,7 +36,7 @@ static int patch_node(const pli_patch_def* def, int x, int y) {
 /* A mesh with the nodes of the patch, pinned by the bits that the generator knows, and room for links and faces. */
 static pli_status patch_begin(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function,
                               pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, function));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", function));
     PLII_TRY_DEF(context, pli_patch_def, def, patch_fields, function);
     PLII_FAIL_IF((def->pins & ~allowed_pins) != 0, context, PLI_ERROR_INVALID_VALUE, function,
                  "the pins 0x%x name nodes that this patch does not pin", (unsigned)(def->pins & ~allowed_pins));

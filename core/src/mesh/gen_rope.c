@@ -5,7 +5,7 @@
 
 pli_status pli_mesh_create_rope(pli_context* context, pli_vec3 from, pli_vec3 to, int inner_nodes, int pins,
                                 pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     const pli_vec3 ends[2] = {from, to};
     PLII_TRY(plii_check_finite_points(context, 2, ends, "point", __func__));
     PLII_TRY(plii_check_int(context, inner_nodes, 0, INT_MAX, "the number of inner nodes", __func__));

@@ -235,7 +235,7 @@ static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const cha
 }
 
 pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     if (base == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the base name is null"); }
     static const tetgen_part parts[3] = {{".node", "points", tetgen_read_points, false},
                                          {".ele", "tetrahedra", tetgen_read_tetras, false},

@@ -8,12 +8,6 @@ pli_shape_def pli_shape_def_default(void) {
     return (pli_shape_def){.cookie = PLII_DEF_COOKIE};
 }
 
-pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function) {
-    PLII_TRY(plii_check_context_change(context, function));
-    if (shape == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape is null"); }
-    return PLI_OK;
-}
-
 static pli_status shape_allocate(pli_context* context, const pli_shape_def* def, const char* function,
                                  pli_shape** shape) {
     pli_shape* made = plii_handle_create(context, PLII_HANDLE_SHAPE, sizeof *made);
@@ -60,7 +54,7 @@ pli_status plii_shape_check_triangles(pli_context* context, int point_count, con
 }
 
 pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(PLII_CHECK_MADE(context, pli_shape_def, def, __func__));
     if (def->distances == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->distances is null"); }
     if (def->bounds == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->bounds is null"); }

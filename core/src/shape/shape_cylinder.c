@@ -59,7 +59,7 @@ static pli_vec3 cylinder_support(const void* user, pli_vec3 direction) {
 }
 
 pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, float radius, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(plii_check_vec3_within(context, half_axis, PLI_MAX_COORDINATE, "half_axis", __func__));
     PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
     const float half_height = pli_vec3_length(half_axis);

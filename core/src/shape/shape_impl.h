@@ -38,8 +38,6 @@ struct pli_shape {
 /* Owns a copy of `data`, which is floats but for PLII_SHAPE_OTHER; def->user is ignored. Messages name `function`. */
 pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
                                     const void* data, size_t size, const char* function, pli_shape** shape);
-/* The arguments that all creating functions share. */
-pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function);
 /* Points and triangles as a surface is made from. */
 pli_status plii_shape_check_triangles(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
                                       const int* triangles, const char* function);

@@ -32,7 +32,7 @@ static pli_bounds plane_bounds(const void* user) {
 }
 
 pli_status pli_shape_create_plane(pli_context* context, pli_vec3 normal, float offset, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     if (!plii_vec3_is_finite(normal) || !plii_is_finite(offset)) {
         return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "normal or offset is not finite");
     }

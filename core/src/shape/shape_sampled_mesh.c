@@ -165,7 +165,7 @@ static pli_status sampled_mesh_sample(sampled_mesh* mesh, const pli_vec3* points
 pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, const pli_vec3* points,
                                          int triangle_count, const int* triangles, const pli_sampled_mesh_def* def,
                                          pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     const pli_sampled_mesh_def used = def != NULL ? *def : pli_sampled_mesh_def_default();
     PLII_TRY_DEF(context, pli_sampled_mesh_def, &used, sampled_mesh_fields, __func__);
     PLII_TRY(plii_shape_check_triangles(context, point_count, points, triangle_count, triangles, __func__));

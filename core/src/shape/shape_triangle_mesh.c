@@ -359,7 +359,7 @@ static void surface_destroy(void* user) {
 pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count, const pli_vec3* points,
                                           int triangle_count, const int* triangles, float thickness,
                                           pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(plii_shape_check_triangles(context, point_count, points, triangle_count, triangles, __func__));
     PLII_TRY(plii_check_between(context, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE, "thickness", __func__));
     surface_data surface = {.context = context,

@@ -45,8 +45,7 @@ static const plii_field world_fields[] = {
 };
 
 pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
+    PLII_TRY(plii_check_create(context, world, "world", __func__));
     const pli_world_def used = def != NULL ? *def : pli_world_def_default();
     PLII_TRY_DEF(context, pli_world_def, &used, world_fields, __func__);
     pli_world* made = plii_handle_create(context, PLII_HANDLE_WORLD, sizeof *made);
