@@ -169,10 +169,8 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
         PLII_TRY(plii_check_margin(context, used.collision_margin, __func__));
     }
     if (mesh->node_count == 0) { return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has no nodes"); }
-    if (mesh->material_count > PLII_MAX_MATERIALS) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has %d materials, at most %d are possible",
-                         mesh->material_count, PLII_MAX_MATERIALS);
-    }
+    PLII_FAIL_IF(mesh->material_count > PLII_MAX_MATERIALS, context, PLI_ERROR_INVALID_MESH, __func__,
+                 "the mesh has %d materials, at most %d are possible", mesh->material_count, PLII_MAX_MATERIALS);
 
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
     plii_topology* topology = plii_mesh_acquire_topology((pli_mesh*)(uintptr_t)mesh, context);
@@ -192,9 +190,8 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
             body_release(made);
         }
     }
-    if (status != PLI_OK) {
-        return PLII_FAIL(context, status, "no memory for %d nodes and %d links", mesh->node_count, mesh->link_count);
-    }
+    PLII_FAIL_IF(status != PLI_OK, context, status, __func__, "no memory for %d nodes and %d links", mesh->node_count,
+                 mesh->link_count);
     *body = made;
     return PLI_OK;
 }
@@ -375,9 +372,8 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
 
 pli_status pli_body_transform(pli_body* body, pli_transform transform) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (!plii_transform_is_finite(transform)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform is not finite");
-    }
+    PLII_FAIL_IF(!plii_transform_is_finite(transform), body->context, PLI_ERROR_NOT_FINITE, __func__,
+                 "the transform is not finite");
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 position = pli_transform_point(transform, plii_xyz(body->positions[i]));
         const pli_vec3 previous = pli_transform_point(transform, plii_xyz(body->previous[i]));
@@ -436,11 +432,10 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     PLII_TRY(plii_check_vec3_within(body->context, velocity, PLI_MAX_SPEED, "velocity", __func__));
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 sum = pli_vec3_add(plii_xyz(body->velocities[i]), velocity);
-        if (body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED)) {
-            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
-                             "the velocity of node %d would be (%g, %g, %g), the limit is %g", i, (double)sum.x,
-                             (double)sum.y, (double)sum.z, (double)PLI_MAX_SPEED);
-        }
+        PLII_FAIL_IF(body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED), body->context,
+                     PLI_ERROR_INVALID_VALUE, __func__,
+                     "the velocity of node %d would be (%g, %g, %g), the limit is %g", i, (double)sum.x, (double)sum.y,
+                     (double)sum.z, (double)PLI_MAX_SPEED);
     }
     for (int i = 0; i < body->node_count; ++i) {
         if (body->positions[i].w > 0.0f) { plii_add_xyz(&body->velocities[i], velocity); }

@@ -155,9 +155,8 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
     int index = feature_find(body, klass);
     if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) {
         const pli_status status = feature_add_user(body, klass);
-        if (status == PLI_ERROR_OUT_OF_MEMORY) {
-            return PLII_FAIL(body->context, status, "no memory to enable %s", klass->name);
-        }
+        PLII_FAIL_IF(status == PLI_ERROR_OUT_OF_MEMORY, body->context, status, __func__, "no memory to enable %s",
+                     klass->name);
         if (status != PLI_OK) { return status; }
         index = feature_find(body, klass);
         body->pipeline.features[index].by_user = true;

@@ -121,9 +121,8 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
 
 static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
                                      const pli_transform* poses, const char* function) {
-    if (count < 0 || (count > 0 && shapes == NULL)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d shapes, but no array of them", count);
-    }
+    PLII_FAIL_IF(count < 0 || (count > 0 && shapes == NULL), context, PLI_ERROR_INVALID_VALUE, function,
+                 "%d shapes, but no array of them", count);
     for (int i = 0; i < count; ++i) {
         if (!plii_handle_is_alive(shapes[i], PLII_HANDLE_SHAPE)) {
             char name[32];
@@ -133,13 +132,10 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
         _Static_assert(offsetof(pli_rigid_state, pose) == 0, "a pose is where a state begins");
         if (poses == NULL) { continue; }
         const pli_status status = plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function);
-        if (status != PLI_OK) {
-            return plii_fail(context, status, function, "the pose of shape %d is beyond the limits or not finite", i);
-        }
-        if (!plii_is_rotation(poses[i].rotation)) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                             "the pose of shape %d is scaled, sheared or mirrored", i);
-        }
+        PLII_FAIL_IF(status != PLI_OK, context, status, function,
+                     "the pose of shape %d is beyond the limits or not finite", i);
+        PLII_FAIL_IF(!plii_is_rotation(poses[i].rotation), context, PLI_ERROR_INVALID_VALUE, function,
+                     "the pose of shape %d is scaled, sheared or mirrored", i);
     }
     return PLI_OK;
 }
@@ -288,9 +284,8 @@ pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_v
 pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
-    if (kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC) {
-        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "unknown kind %d", (int)kind);
-    }
+    PLII_FAIL_IF(kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC, rigid->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "unknown kind %d", (int)kind);
     return rigid_change(rigid, kind, state, __func__);
 }
 
@@ -298,9 +293,8 @@ pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* co
                                 const pli_transform* shape_poses) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(rigid_check_shapes(rigid->context, shape_count, shapes, shape_poses, __func__));
-    if (!rigid_store_shapes(rigid, shape_count, shapes, shape_poses)) {
-        return PLII_FAIL(rigid->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", shape_count);
-    }
+    PLII_FAIL_IF(!rigid_store_shapes(rigid, shape_count, shapes, shape_poses), rigid->context, PLI_ERROR_OUT_OF_MEMORY,
+                 __func__, "no memory for %d shapes", shape_count);
     return PLI_OK;
 }
 

@@ -71,9 +71,8 @@ pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_
     PLII_TRY(plii_check_vec3_between(context, radii, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radii", __func__));
     PLII_TRY(plii_check_int(context, point_count, 4, INT_MAX, "the number of points", __func__));
     pli_vec3* points = NULL;
-    if (!PLII_ALLOCATE(context, &points, point_count)) {
-        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d points", point_count);
-    }
+    PLII_FAIL_IF(!PLII_ALLOCATE(context, &points, point_count), context, PLI_ERROR_OUT_OF_MEMORY, __func__,
+                 "no memory for %d points", point_count);
     for (int i = 0; i < point_count; ++i) {
         points[i] = pli_vec3_add(pli_vec3_mul(ellipsoid_hammersley(i, point_count), radii), center);
     }

@@ -36,19 +36,14 @@ pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, 
 
 pli_status plii_shape_check_triangles(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
                                       const int* triangles, const char* function) {
-    if (points == NULL || triangles == NULL) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
-    }
-    if (point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6) {
-        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count,
-                         triangle_count);
-    }
+    PLII_FAIL_IF(points == NULL || triangles == NULL, context, PLI_ERROR_NULL_ARGUMENT, function,
+                 "points or triangles is null");
+    PLII_FAIL_IF(point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6, context,
+                 PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count, triangle_count);
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
     for (int i = 0; i < 3 * triangle_count; ++i) {
-        if (triangles[i] < 0 || triangles[i] >= point_count) {
-            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                             "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
-        }
+        PLII_FAIL_IF(triangles[i] < 0 || triangles[i] >= point_count, context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
     }
     return PLI_OK;
 }

@@ -117,11 +117,9 @@ static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, c
         counts[axis] = ceil(extents[axis] / cell_size + 2.0 * padding) + 1.0;
         total *= counts[axis];
     }
-    if (!(total <= (double)PLI_SAMPLED_MESH_MAX_SAMPLES)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                         "cells of %g m and a padding of %g m need %.0f x %.0f x %.0f samples, more than %d", cell_size,
-                         padding * cell_size, counts[0], counts[1], counts[2], PLI_SAMPLED_MESH_MAX_SAMPLES);
-    }
+    PLII_FAIL_IF(!(total <= (double)PLI_SAMPLED_MESH_MAX_SAMPLES), mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                 "cells of %g m and a padding of %g m need %.0f x %.0f x %.0f samples, more than %d", cell_size,
+                 padding * cell_size, counts[0], counts[1], counts[2], PLI_SAMPLED_MESH_MAX_SAMPLES);
     for (int axis = 0; axis < 3; ++axis) {
         mesh->sampling.counts[axis] = (int)counts[axis];
     }
@@ -151,14 +149,11 @@ static pli_status sampled_mesh_sample(sampled_mesh* mesh, const pli_vec3* points
         status = plii_sdf_grid_run(&soup, &mesh->sampling);
     }
     plii_soup_free(&soup);
-    if (status == PLI_ERROR_OUT_OF_MEMORY) {
-        return plii_fail(mesh->context, status, function, "no memory for %d x %d x %d samples",
-                         mesh->sampling.counts[0], mesh->sampling.counts[1], mesh->sampling.counts[2]);
-    }
-    if (status != PLI_OK) {
-        return plii_fail(mesh->context, status, function, "the %d triangles enclose nothing that cells of %g m show",
-                         triangle_count, (double)mesh->cell_size);
-    }
+    PLII_FAIL_IF(status == PLI_ERROR_OUT_OF_MEMORY, mesh->context, status, function,
+                 "no memory for %d x %d x %d samples", mesh->sampling.counts[0], mesh->sampling.counts[1],
+                 mesh->sampling.counts[2]);
+    PLII_FAIL_IF(status != PLI_OK, mesh->context, status, function,
+                 "the %d triangles enclose nothing that cells of %g m show", triangle_count, (double)mesh->cell_size);
     return PLI_OK;
 }
 
