@@ -7,8 +7,6 @@
 #include "math/definition.h"
 #include "pliant/rigid.h"
 
-#include <stddef.h>
-
 typedef struct plii_step {
     float dt;         /* s, scaled by the body's time scale */
     float inverse_dt; /* 1/s */

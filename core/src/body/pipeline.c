@@ -182,11 +182,6 @@ void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
     feature_drop_user(body, klass);
 }
 
-pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass) {
-    if (check == PLI_OK) { plii_feature_disable(body, klass); }
-    return check;
-}
-
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_joined != NULL) { feature->klass->visit_joined(feature->state, visit, user); }

@@ -3,12 +3,10 @@
 #include "body/rigid_lanes.h"
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* function) {
     PLII_TRY(plii_check_rigid(rigid, function));

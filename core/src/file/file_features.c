@@ -2,7 +2,6 @@
 
 #include "file/file_impl.h"
 
-#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep.h"
 

@@ -43,8 +43,8 @@ static pli_status patch_begin(pli_context* context, const pli_patch_def* def, in
     const int64_t columns = def->columns, rows = def->rows;
     const int64_t cells = (columns - 1) * (rows - 1);
     const int64_t links = columns * (rows - 1) + rows * (columns - 1) + (def->diagonals ? cells : 0);
-    pli_mesh* made = NULL;
-    PLII_TRY(plii_mesh_create_reserved(context, columns * rows, links, 2 * cells, 0, function, &made));
+    PLII_TRY(plii_mesh_create_reserved(context, columns * rows, links, 2 * cells, 0, function, mesh));
+    pli_mesh* made = *mesh;
     for (int y = 0; y < def->rows; ++y) {
         const float ty = (float)y / (float)(def->rows - 1);
         const pli_vec3 left = pli_vec3_lerp(def->corner_00, def->corner_01, ty);
@@ -71,7 +71,6 @@ static pli_status patch_begin(pli_context* context, const pli_patch_def* def, in
     for (size_t i = 0; i < sizeof pins / sizeof *pins; ++i) {
         if ((def->pins & pins[i].pin) != 0) { made->inverse_masses[patch_node(def, pins[i].x, pins[i].y)] = 0.0f; }
     }
-    *mesh = made;
     return PLI_OK;
 }
 

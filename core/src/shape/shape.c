@@ -61,8 +61,8 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
 static pli_status shape_check_count(const pli_shape* shape, const char* function) {
     PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
     const plii_walk* walk = plii_walk_find(shape->context);
-    if ((walk == NULL || walk->kind == PLII_WALK_RELEASE) && plii_shape_queries == 0) { return PLI_OK; }
-    return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
+    const bool is_free = (walk == NULL || walk->kind == PLII_WALK_RELEASE) && plii_shape_queries == 0;
+    return is_free ? PLI_OK : plii_refuse_change(shape->context, function);
 }
 
 void plii_shape_retain(pli_shape* shape) {

@@ -7,8 +7,6 @@
 #include "math/range.h"
 #include "shape/shape_impl.h"
 
-#include <string.h>
-
 /* Doubled area, of the longest edge squared, below which the normal is too rough for its plane to hold all points. */
 #define HULL_ROUGH_TRIANGLE 1e-3f
 

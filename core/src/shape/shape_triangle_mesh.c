@@ -6,15 +6,12 @@
 
 #include "base/edge_map.h"
 #include "base/union_find.h"
-#include "geometry/bvh.h"
 #include "geometry/closest_point.h"
 #include "geometry/pair_cache.h"
 #include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"
-
-#include <string.h>
 
 /* Measuring that many one by one costs about as much as a walk through the tree. */
 #define SURFACE_MAX_CANDIDATES 12

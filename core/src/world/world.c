@@ -17,9 +17,11 @@ pli_status plii_refuse_entered(const pli_world* world, const char* function) {
     return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "another thread steps the world");
 }
 
-/* False: another thread is in a step. */
-static bool world_enter(pli_world* world) {
-    return !__atomic_exchange_n(&world->is_entered, true, __ATOMIC_ACQUIRE);
+/* PLI_OK, or the error of a call of a step that may not be made now. */
+static pli_status world_enter(pli_world* world, const char* function) {
+    PLII_TRY(plii_check_world_change(world, function));
+    const bool is_entered = __atomic_exchange_n(&world->is_entered, true, __ATOMIC_ACQUIRE);
+    return is_entered ? plii_refuse_entered(world, function) : PLI_OK;
 }
 static pli_status world_leave(pli_world* world, pli_status status) {
     __atomic_store_n(&world->is_entered, false, __ATOMIC_RELEASE);
@@ -339,8 +341,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
 }
 
 pli_status pli_world_predict(pli_world* world, float dt) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    PLII_TRY(world_enter(world, __func__));
     return world_leave(world, world_predict(world, dt, __func__));
 }
 
@@ -410,6 +411,7 @@ static void world_end_trouble(pli_world* world, int events_before) {
 }
 
 static pli_status world_solve(pli_world* world, const char* function) {
+    PLII_FAIL_IF(!world->is_stepping, world->context, PLI_ERROR_WRONG_STATE, function, "nothing was predicted");
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
     const int events_before = world->event_count;
@@ -436,9 +438,7 @@ static pli_status world_solve(pli_world* world, const char* function) {
 }
 
 pli_status pli_world_solve(pli_world* world) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
-    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    PLII_TRY(world_enter(world, __func__));
     return world_leave(world, world_solve(world, __func__));
 }
 
@@ -452,7 +452,6 @@ static pli_status world_step(pli_world* world, float dt, const char* function) {
 }
 
 pli_status pli_world_step(pli_world* world, float dt) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    PLII_TRY(world_enter(world, __func__));
     return world_leave(world, world_step(world, dt, __func__));
 }
