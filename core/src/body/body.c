@@ -511,11 +511,10 @@ typedef struct body_sums {
     plii_dvec3 momentum;
 } body_sums;
 
-/* Of the nodes that are not pinned; zeros for a wrong handle. */
-static body_sums body_sum_up(const pli_body* body, const char* function) {
+/* Of the nodes that are not pinned. */
+static body_sums body_sum_up(const pli_body* body) {
     body_sums sums = {0};
-    const int count = plii_check_body(body, function) == PLI_OK ? body->node_count : 0;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const double mass = 1.0 / (double)body->positions[i].w;
         const pli_vec3 velocity = plii_xyz(body->velocities[i]);
@@ -526,15 +525,10 @@ static body_sums body_sum_up(const pli_body* body, const char* function) {
     return sums;
 }
 
-float pli_body_total_mass(const pli_body* body) {
-    return (float)body_sum_up(body, __func__).mass;
-}
-float pli_body_kinetic_energy(const pli_body* body) {
-    return (float)body_sum_up(body, __func__).energy;
-}
-pli_vec3 pli_body_momentum(const pli_body* body) {
-    return plii_dvec3_to_float(body_sum_up(body, __func__).momentum);
-}
+PLII_DEFINE_GET(float, pli_body_total_mass, body, (float)body_sum_up(body).mass, 0.0f)
+PLII_DEFINE_GET(float, pli_body_kinetic_energy, body, (float)body_sum_up(body).energy, 0.0f)
+PLII_DEFINE_GET(pli_vec3, pli_body_momentum, body, plii_dvec3_to_float(body_sum_up(body).momentum),
+                pli_vec3_make(0, 0, 0))
 
 float pli_body_max_stretch(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }

@@ -8,29 +8,22 @@ pli_shape_def pli_shape_def_default(void) {
     return (pli_shape_def){.cookie = PLII_DEF_COOKIE};
 }
 
-static pli_status shape_allocate(pli_context* context, const pli_shape_def* def, const char* function,
-                                 pli_shape** shape) {
-    pli_shape* made = plii_handle_create(context, PLII_HANDLE_SHAPE, sizeof *made);
-    if (made == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
-    made->reference_count = 1;
-    made->context = context;
-    made->def = *def;
-    *shape = made;
-    return PLI_OK;
-}
-
 pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
                                     const void* data, size_t size, const char* function, pli_shape** shape) {
     void* copy = plii_duplicate(context, data, size);
-    if (copy == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
-    const pli_status status = shape_allocate(context, def, function, shape);
-    if (status != PLI_OK) {
+    const bool has_data = copy != NULL || size == 0;
+    pli_shape* made = has_data ? plii_handle_create(context, PLII_HANDLE_SHAPE, sizeof *made) : NULL;
+    if (made == NULL) {
         plii_release(context, copy, size);
-        return status;
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape");
     }
-    (*shape)->kind = kind;
-    (*shape)->def.user = copy;
-    (*shape)->data_size = size;
+    made->kind = kind;
+    made->reference_count = 1;
+    made->context = context;
+    made->def = *def;
+    made->data_size = size;
+    if (size > 0) { made->def.user = copy; }
+    *shape = made;
     return PLI_OK;
 }
 
@@ -54,7 +47,7 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
     if (def->distances == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->distances is null"); }
     if (def->bounds == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->bounds is null"); }
     PLII_TRY(plii_check_between(context, def->radius, 0.0f, PLI_MAX_COORDINATE, "def->radius", __func__));
-    return shape_allocate(context, def, __func__, shape);
+    return plii_shape_create_owning(context, PLII_SHAPE_OTHER, def, NULL, 0, __func__, shape);
 }
 
 /* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */

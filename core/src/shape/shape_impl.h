@@ -35,7 +35,8 @@ struct pli_shape {
     size_t data_size;        /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
 };
 
-/* Owns a copy of `data`, which is floats but for PLII_SHAPE_OTHER; def->user is ignored. Messages name `function`. */
+/* Owns a copy of `data`, which is floats but for PLII_SHAPE_OTHER, and def->user is ignored; `size` 0: it owns none.
+   Messages name `function`. */
 pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
                                     const void* data, size_t size, const char* function, pli_shape** shape);
 /* Points and triangles as a surface is made from. */
