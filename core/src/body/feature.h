@@ -2,7 +2,7 @@
 
 /* What a feature of a body is. A step runs stages, never features (docs/architecture.md); they are those of btSoftBody,
    so that results can be compared. A feature is one file, or a few of one name, with one class and one enable function.
-   Only the reader of files names all (body/all_features.h, file/file_features.c): what is not enabled is not linked. */
+   Only the reader of files names all (body/all_features.h, file/file_body.c): what is not enabled is not linked. */
 
 #include "math/definition.h"
 #include "pliant/rigid.h"
