@@ -43,11 +43,9 @@ static const plii_field solver_fields[] = {
 // ----------------------------------------------------------------------------------------------------- life
 
 pli_body_def pli_body_def_default(void) {
-    return (pli_body_def){
-        .collision_margin = PLI_MARGIN_OF_MESH,
-        .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
-        .cookie = PLII_DEF_COOKIE,
-    };
+    return (pli_body_def){.collision_margin = PLI_MARGIN_OF_MESH,
+                          .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
+                          .cookie = PLII_DEF_COOKIE};
 }
 
 static bool body_needs_link_tags(const pli_mesh* mesh) {
@@ -258,20 +256,18 @@ pli_bounds plii_body_face_box(int face, const void* user) {
 pli_body_view pli_body_get_view(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return (pli_body_view){0}; }
     const plii_topology* topology = body->topology;
-    return (pli_body_view){
-        .node_count = body->node_count,
-        .link_count = body->link_count,
-        .face_count = topology->face_count,
-        .tetra_count = topology->tetra_count,
-        .positions = body->positions,
-        .previous = body->previous,
-        .velocities = body->velocities,
-        .normals = body->normals,
-        .link_nodes = body->link_count > 0 ? body->links[0].nodes : NULL,
-        .link_node_stride = (int)(sizeof(plii_link) / sizeof(int)),
-        .face_nodes = topology->face_count > 0 ? topology->faces[0] : NULL,
-        .tetra_nodes = topology->tetra_count > 0 ? topology->tetras[0] : NULL,
-    };
+    return (pli_body_view){.node_count = body->node_count,
+                           .link_count = body->link_count,
+                           .face_count = topology->face_count,
+                           .tetra_count = topology->tetra_count,
+                           .positions = body->positions,
+                           .previous = body->previous,
+                           .velocities = body->velocities,
+                           .normals = body->normals,
+                           .link_nodes = body->link_count > 0 ? body->links[0].nodes : NULL,
+                           .link_node_stride = (int)(sizeof(plii_link) / sizeof(int)),
+                           .face_nodes = topology->face_count > 0 ? topology->faces[0] : NULL,
+                           .tetra_nodes = topology->tetra_count > 0 ? topology->tetras[0] : NULL};
 }
 
 /* Vector by vector, as they are stored: the whole has to wait for its parts right after a prediction. */

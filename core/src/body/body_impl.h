@@ -111,7 +111,7 @@ struct pli_body {
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
     uint32_t collide_call; /* the last one of many pairs that it was in */
-    int pair_wave; /* of the last of its pairs with other bodies in this step (world/collide_bodies.c); -1: none */
+    int pair_wave;         /* of the last of its pairs with other bodies in this step (world/collide.c); -1: none */
     /* Of the feature that lets bodies sleep. */
     bool can_sleep;
     bool is_group_resting; /* of the first one of bodies that touch each other */

@@ -14,15 +14,13 @@ static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* 
 }
 
 pli_rigid_def pli_rigid_def_default(void) {
-    return (pli_rigid_def){
-        .kind = PLI_RIGID_STATIC,
-        .state = {.pose = pli_transform_identity()},
-        .friction = 0.5f,
-        .restitution = 1.0f,
-        .linear_factor = {1, 1, 1},
-        .angular_factor = {1, 1, 1},
-        .cookie = PLII_DEF_COOKIE,
-    };
+    return (pli_rigid_def){.kind = PLI_RIGID_STATIC,
+                           .state = {.pose = pli_transform_identity()},
+                           .friction = 0.5f,
+                           .restitution = 1.0f,
+                           .linear_factor = {1, 1, 1},
+                           .angular_factor = {1, 1, 1},
+                           .cookie = PLII_DEF_COOKIE};
 }
 
 /* Of the numbers of a rotation. */

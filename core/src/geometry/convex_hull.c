@@ -344,9 +344,7 @@ static bool hull_is_superfluous(hull_work* work, int corner, int start) {
 /* Lets all points wait but the corners that are needed; false when all corners are. */
 static bool hull_mark_late(hull_work* work) {
     bool has_late_corner = false;
-    for (int i = 0; i < work->point_count; ++i) {
-        work->late[i] = true;
-    }
+    memset(work->late, true, (size_t)work->point_count * sizeof *work->late);
     for (int i = 0; i < work->face_count; ++i) {
         for (int k = 0; work->faces[i].is_alive && k < 3; ++k) {
             work->face_from[work->faces[i].corners[k]] = i;

@@ -8,16 +8,14 @@
 #include <string.h>
 
 pli_patch_def pli_patch_def_default(void) {
-    return (pli_patch_def){
-        .corner_00 = {-1, 0, -1},
-        .corner_10 = {1, 0, -1},
-        .corner_01 = {-1, 0, 1},
-        .corner_11 = {1, 0, 1},
-        .columns = 16,
-        .rows = 16,
-        .diagonals = true,
-        .cookie = PLII_DEF_COOKIE,
-    };
+    return (pli_patch_def){.corner_00 = {-1, 0, -1},
+                           .corner_10 = {1, 0, -1},
+                           .corner_01 = {-1, 0, 1},
+                           .corner_11 = {1, 0, 1},
+                           .columns = 16,
+                           .rows = 16,
+                           .diagonals = true,
+                           .cookie = PLII_DEF_COOKIE};
 }
 
 static const plii_field patch_fields[] = {
