@@ -458,6 +458,10 @@ static int body_find_ignored_rigid(const pli_body* body, const pli_rigid* rigid)
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     return body_find_ignored_rigid(body, rigid) != PLI_NULL_INDEX;
 }
+void plii_body_stop_ignoring(pli_body* body, const pli_rigid* rigid) {
+    const int index = body_find_ignored_rigid(body, rigid);
+    if (index != PLI_NULL_INDEX) { body->ignored_rigids[index] = body->ignored_rigids[--body->ignored_rigid_count]; }
+}
 bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     if (plii_check_body(body, __func__) != PLI_OK) { return false; }
     if (plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__) != PLI_OK) { return false; }
@@ -469,16 +473,12 @@ pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore) 
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__));
     PLII_FAIL_IF(rigid->world != body->world, body->context, PLI_ERROR_INVALID_VALUE, __func__,
                  "the rigid body is in another world");
-    const int index = body_find_ignored_rigid(body, rigid);
-    if (ignore && index == PLI_NULL_INDEX) {
-        if (!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity,
-                          body->ignored_rigid_count + 1)) {
-            return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for another ignored rigid body");
-        }
-        body->ignored_rigids[body->ignored_rigid_count++] = rigid;
-    } else if (!ignore && index != PLI_NULL_INDEX) {
-        body->ignored_rigids[index] = body->ignored_rigids[--body->ignored_rigid_count];
-    }
+    if (!ignore) { plii_body_stop_ignoring(body, rigid); }
+    if (!ignore || plii_body_ignores_rigid(body, rigid)) { return PLI_OK; }
+    const int count = body->ignored_rigid_count;
+    PLII_FAIL_IF(!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity, count + 1),
+                 body->context, PLI_ERROR_OUT_OF_MEMORY, __func__, "no memory for another ignored rigid body");
+    body->ignored_rigids[body->ignored_rigid_count++] = rigid;
     return PLI_OK;
 }
 

@@ -234,6 +234,7 @@ void plii_solver_set_start(pli_body* body);
 void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
+void plii_body_stop_ignoring(pli_body* body, const pli_rigid* rigid);
 
 static inline bool plii_body_is_stopped(const pli_body* body) {
     return body->is_frozen || body->is_asleep;

@@ -133,8 +133,7 @@ typedef struct plii_feature_array {
         PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity),                                                  \
         PLII_LEFT_LIST(type, tree.keys, tree.key_capacity), PLII_LEFT_LIST(type, tree.sorting, tree.sorting_capacity)
 
-/* Of a plii_pair_record. */
-#define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
+#define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii" /* of a plii_pair_record */
 /* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
 #define PLII_PAIR_CACHE_LISTS(type, cache, of_present, of_before)                                                      \
     {PLII_COUNTED_LIST(type, cache.present, cache.present_capacity, cache.present_count), .is_kept = true,             \

@@ -23,8 +23,7 @@ pli_rigid_def pli_rigid_def_default(void) {
                            .cookie = PLII_DEF_COOKIE};
 }
 
-/* Of the numbers of a rotation. */
-#define RIGID_MAX_ROTATION 2.0f
+#define RIGID_MAX_ROTATION 2.0f /* of the numbers of a rotation */
 
 /* All but inverse masses that are too small; also what a body of its kind does not use. */
 static bool rigid_state_is_within(const pli_rigid_state* state) {
@@ -260,14 +259,12 @@ pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
     rigid->friction = friction;
     return PLI_OK;
 }
-
 pli_status pli_rigid_set_restitution(pli_rigid* rigid, float restitution) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(plii_check_between(rigid->context, restitution, 0.0f, PLI_MAX_FACTOR, "restitution", __func__));
     rigid->restitution = restitution;
     return PLI_OK;
 }
-
 pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(plii_check_vec3_within(rigid->context, linear_factor, PLI_MAX_FACTOR, "linear_factor", __func__));

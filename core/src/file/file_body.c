@@ -225,13 +225,11 @@ static void file_feature_name(plii_file* file, pli_body* body, int index) {
 static void* file_member(void* state, size_t offset) {
     return (unsigned char*)state + offset;
 }
-
 static int file_get_int(void* state, size_t offset) {
     int value;
     memcpy(&value, file_member(state, offset), sizeof value);
     return value;
 }
-
 static bool file_is_kept(const char* fields, plii_snapshot_share share) {
     return fields != NULL && share != PLII_LEFT;
 }

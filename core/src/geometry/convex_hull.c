@@ -52,12 +52,10 @@ static plii_dvec3 hull_sub(pli_vec3 a, pli_vec3 b) {
 static pli_vec3 hull_corner(const hull_work* work, const hull_face* face, int corner) {
     return work->points[face->corners[corner]];
 }
-
 static bool hull_sees(const hull_work* work, int point, const hull_face* face) {
     return plii_orient3d(hull_corner(work, face, 0), hull_corner(work, face, 1), hull_corner(work, face, 2),
                          work->points[point]) > 0;
 }
-
 static plii_dvec3 hull_normal(const hull_work* work, const hull_face* face) {
     const pli_vec3 origin = hull_corner(work, face, 0);
     return plii_dvec3_cross(hull_sub(hull_corner(work, face, 1), origin), hull_sub(hull_corner(work, face, 2), origin));

@@ -56,7 +56,6 @@ static int pair_find_before(const plii_pair_cache* cache, plii_pair_key key) {
     const int index = plii_key_table_find(&cache->table, plii_pair_key_hash(key));
     return index != PLI_NULL_INDEX && plii_pair_keys_equal(cache->before[index].key, key) ? index : PLI_NULL_INDEX;
 }
-
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {
     const int index = pair_find_before(cache, key);
     return index != PLI_NULL_INDEX ? &cache->before[index].cache : NULL;

@@ -11,17 +11,14 @@ static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_ori
     if (!(cell > -1e9f)) { return -1000000000; } /* NaN too */
     return cell < 1e9f ? (int)cell : 1000000000; /* never negative but where something is not finite */
 }
-
 static plii_spatial_hash_cell spatial_hash_cell_of(const plii_spatial_hash* hash, pli_vec3 p) {
     return (plii_spatial_hash_cell){spatial_hash_coordinate(hash, p.x - hash->origin.x),
                                     spatial_hash_coordinate(hash, p.y - hash->origin.y),
                                     spatial_hash_coordinate(hash, p.z - hash->origin.z)};
 }
-
 static uint64_t spatial_hash_column_name(int x, int y) {
     return (uint64_t)(uint32_t)x << 32 | (uint32_t)y;
 }
-
 static bool spatial_hash_is_grid(const plii_spatial_hash* hash) {
     return hash->strides[0] != 0;
 }
@@ -241,8 +238,7 @@ bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_has
     return spatial_hash_append(&search, position, &run, 1);
 }
 
-/* A search from far away would go through more cells than there are nodes. */
-#define SPATIAL_HASH_MAX_CELLS 16.0f
+#define SPATIAL_HASH_MAX_CELLS 16.0f /* a search from farther away would go through more than there are nodes */
 
 bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
                                  plii_node_pairs* pairs) {

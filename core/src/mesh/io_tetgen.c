@@ -73,7 +73,6 @@ static pli_status tetgen_end_file(tetgen_file* file) {
     if (!plii_text_find_content(&file->text)) { return PLI_OK; }
     return plii_text_fail(&file->text, "the file goes on after %d %s", file->record_count, file->what);
 }
-
 static pli_status tetgen_out_of_memory(const tetgen_file* file) {
     return plii_fail(file->text.context, PLI_ERROR_OUT_OF_MEMORY, file->text.function, "%s: no memory for %d %s",
                      file->path, file->record_count, file->what);

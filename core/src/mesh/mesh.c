@@ -9,12 +9,10 @@
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
     return plii_check_handle(mesh, PLII_HANDLE_MESH, NULL, NULL, function);
 }
-
 pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
     PLII_TRY(plii_check_mesh(mesh, function));
     return plii_check_change(mesh->context, function);
 }
-
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function) {
     return plii_check_index(mesh->context, node, mesh->node_count, "node", "mesh", function);
 }
@@ -185,7 +183,6 @@ void plii_mesh_push_node(pli_mesh* mesh, pli_vec3 position, float inverse_mass) 
     mesh->positions[mesh->node_count] = position;
     mesh->inverse_masses[mesh->node_count++] = inverse_mass;
 }
-
 void plii_mesh_push_link(pli_mesh* mesh, int a, int b) {
     mesh->links[mesh->link_count++] = (pli_link){.nodes = {a, b}};
 }

@@ -15,8 +15,7 @@
 #define LATTICE_CELL_VOXELS 3
 #define LATTICE_CELL_POINTS (LATTICE_CELL_VOXELS + 1)
 #define LATTICE_SAMPLES (LATTICE_CELL_POINTS * LATTICE_CELL_POINTS * LATTICE_CELL_POINTS)
-/* 9 MB */
-#define LATTICE_MAX_CELLS 32768
+#define LATTICE_MAX_CELLS 32768 /* 9 MB */
 /* In voxels: cells up to here have a key, and their coordinates are exact in float. Farther points ask the source. */
 #define LATTICE_MAX_COORDINATE 3.1e6f
 

@@ -116,7 +116,6 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     PLII_TRY(plii_check_world_change(world, __func__));
     return world_collide_rigid_pairs(world, &(const pli_rigid_pair){body, rigid}, 1, __func__);
 }
-
 pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
     PLII_TRY(plii_check_world_change(world, __func__));
     return world_collide_rigid_pairs(world, pairs, count, __func__);
@@ -284,7 +283,6 @@ pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body
     PLII_TRY(plii_check_world_change(world, __func__));
     return world_collide_checked(world, &(const pli_body_pair){body_a, body_b}, 1, __func__);
 }
-
 pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* pairs, int count) {
     PLII_TRY(plii_check_world_change(world, __func__));
     if (count < 0) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "count = %d", count); }

@@ -347,7 +347,6 @@ pli_status pli_world_save(const pli_world* world, void* buffer, size_t capacity,
     PLII_TRY(plii_check_world_idle(world, __func__));
     return snapshot_save((snapshot_subject){.world = world}, world->context, buffer, capacity, size, __func__);
 }
-
 pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     return snapshot_restore((snapshot_subject){.world = world}, world->context, buffer, size, __func__);
@@ -359,7 +358,6 @@ pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, si
     PLII_TRY(plii_check_body_between_steps(body, __func__));
     return snapshot_save((snapshot_subject){.body = body}, body->context, buffer, capacity, size, __func__);
 }
-
 pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
     return snapshot_restore((snapshot_subject){.body = body}, body->context, buffer, size, __func__);

@@ -12,7 +12,6 @@ pli_status plii_check_world_idle(const pli_world* world, const char* function) {
     if (!world->is_stepping) { return PLI_OK; }
     return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
 }
-
 pli_status plii_refuse_entered(const pli_world* world, const char* function) {
     return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "another thread steps the world");
 }
@@ -93,7 +92,6 @@ pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     world->def.gravity = gravity;
     return PLI_OK;
 }
-
 pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void* user) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     world->profile = profile;
@@ -132,12 +130,7 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
                 feature->klass->on_rigid_removed(body, feature->state, rigid);
             }
         }
-        for (int k = 0; k < body->ignored_rigid_count; ++k) {
-            if (body->ignored_rigids[k] == rigid) {
-                body->ignored_rigids[k] = body->ignored_rigids[--body->ignored_rigid_count];
-                break;
-            }
-        }
+        plii_body_stop_ignoring(body, rigid);
     }
 }
 
