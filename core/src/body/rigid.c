@@ -70,10 +70,9 @@ static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, c
                                  [PLI_RIGID_KINEMATIC] = RIGID_MOTION_FIELDS,
                                  [PLI_RIGID_DYNAMIC] = RIGID_FIELDS};
     PLII_TRY(plii_check_fields(context, state, counts[kind], rigid_fields, function));
-    if (plii_is_rotation(state->pose.rotation)) { return PLI_OK; }
-    return plii_fail(
-        context, PLI_ERROR_INVALID_VALUE, function,
-        "pose.rotation is scaled, sheared or mirrored: its rows need length 1 and right angles between them");
+    PLII_FAIL_IF(!plii_is_rotation(state->pose.rotation), context, PLI_ERROR_INVALID_VALUE, function,
+                 "pose.rotation is scaled, sheared or mirrored: its rows need length 1 and right angles between them");
+    return PLI_OK;
 }
 
 static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,

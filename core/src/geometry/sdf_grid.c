@@ -37,7 +37,6 @@ static void winding_finish(winding_cluster* cluster, pli_bounds box) {
     const pli_vec3 low = pli_vec3_sub(cluster->centre, box.min), high = pli_vec3_sub(box.max, cluster->centre);
     cluster->reach_squared = WINDING_FAR * WINDING_FAR * pli_vec3_length_squared(plii_vec3_max(low, high));
 }
-
 static void winding_add_weighted(winding_cluster* sum, pli_vec3 centre, pli_vec3 area_normal, float area) {
     sum->centre = pli_vec3_add(sum->centre, pli_vec3_scale(centre, area));
     sum->area_normal = pli_vec3_add(sum->area_normal, area_normal);

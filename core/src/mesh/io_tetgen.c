@@ -81,11 +81,10 @@ static pli_status tetgen_out_of_memory(const tetgen_file* file) {
 static pli_status tetgen_read_points(tetgen_file* file, tetgen_mesh* mesh) {
     int values[3] = {3, 0, 0}; /* dimensions, attributes, markers */
     PLII_TRY(tetgen_read_header(file, 3, values));
-    if (file->record_count == 0 || values[0] != 3 || values[1] < 0 || values[1] > 1000 || values[2] < 0 ||
-        values[2] > 1) {
-        return plii_text_fail(&file->text, "%d points of %d dimensions with %d attributes and %d markers",
-                              file->record_count, values[0], values[1], values[2]);
-    }
+    const bool is_odd = values[0] != 3 || values[1] < 0 || values[1] > 1000 || values[2] < 0 || values[2] > 1;
+    PLII_TEXT_FAIL_IF(file->record_count == 0 || is_odd, &file->text,
+                      "%d points of %d dimensions with %d attributes and %d markers", file->record_count, values[0],
+                      values[1], values[2]);
     file->trailing_count = values[1] + values[2];
     PLII_TRY(tetgen_begin_records(file, 4));
     if (!PLII_ALLOCATE(file->text.context, &mesh->points, file->record_count)) { return tetgen_out_of_memory(file); }

@@ -105,11 +105,10 @@ static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, c
     mesh->cell_size = (float)cell_size;
     mesh->inverse_cell_size = 1.0f / mesh->cell_size;
     const float largest = plii_max(pli_vec3_length(plii_vec3_max(bounds.max, pli_vec3_neg(bounds.min))), 0.0f);
-    if (!(mesh->cell_size > FLT_EPSILON * 16.0f * largest) || !plii_is_finite(mesh->inverse_cell_size) ||
-        !plii_is_finite(mesh->cell_size)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                         "cells of %g m are too small for coordinates up to %g m", cell_size, (double)largest);
-    }
+    const bool is_finite = plii_is_finite(mesh->inverse_cell_size) && plii_is_finite(mesh->cell_size);
+    PLII_FAIL_IF(!is_finite || !(mesh->cell_size > FLT_EPSILON * 16.0f * largest), mesh->context,
+                 PLI_ERROR_INVALID_VALUE, function, "cells of %g m are too small for coordinates up to %g m", cell_size,
+                 (double)largest);
     double padding = def->padding > 0.0f ? (double)def->padding / cell_size : SAMPLED_MESH_PADDING;
     if (padding < SAMPLED_MESH_MIN_PADDING) { padding = SAMPLED_MESH_MIN_PADDING; }
     double counts[3], total = 1.0;

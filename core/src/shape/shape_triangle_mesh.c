@@ -55,7 +55,6 @@ static float surface_measure(int triangle, pli_vec3 p, const void* user) {
     plii_closest_feature closest;
     return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &closest)));
 }
-
 static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p) {
     const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, surface->bounds.min), surface->bounds.max);
     return pli_vec3_length(pli_vec3_sub(p, inside));
@@ -204,7 +203,6 @@ static pli_vec3 surface_unit_or(pli_vec3 v, pli_vec3 other) {
     const float length = pli_vec3_length(v);
     return length > 1e-6f ? plii_vec3_divide(v, length) : other;
 }
-
 static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     const pli_vec3 u = pli_vec3_sub(b, a), v = pli_vec3_sub(c, a);
     return atan2f(pli_vec3_length(pli_vec3_cross(u, v)), pli_vec3_dot(u, v));

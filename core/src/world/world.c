@@ -284,18 +284,14 @@ void plii_world_note_frozen(pli_world* world) {
     if (!PLII_LOAD(&world->is_entered)) { world_tell_frozen(world); } /* by a call between steps */
 }
 
-/* What was added acts for a step of the world. A longer one of the body gets the same impulse. */
-static void world_spread_forces(pli_body* body, float share) {
-    for (int i = 0; i < body->node_count; ++i) {
-        body->forces[i] = pli_vec3_scale(body->forces[i], share);
-    }
-}
-
 static void world_predict_body(pli_body* body) {
     plii_world_begin_body(body);
     const pli_world* world = body->world;
     const float dt = world->take_update_intervals != NULL ? body->interval.step : world->dt;
-    if (dt != world->dt && body->forces != NULL) { world_spread_forces(body, world->dt / dt); }
+    /* What was added acts for a step of the world. A longer one of the body gets the same impulse. */
+    for (int i = 0; dt != world->dt && body->forces != NULL && i < body->node_count; ++i) {
+        body->forces[i] = pli_vec3_scale(body->forces[i], world->dt / dt);
+    }
     body->solver_class->predict(body, dt);
 }
 
