@@ -119,9 +119,8 @@ typedef struct plii_feature_array {
     { PLII_COUNTED_LIST(type, pointer, capacity_member, count_member), .snapshot = PLII_LEFT }
 
 #define PLII_SAVED_AS(letters) .snapshot = PLII_SAVED, .fields = letters
-#define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 #define PLII_COUNTED_LIST(type, pointer, capacity_member, count_member)                                                \
-    PLII_LIST_OF(type, pointer, capacity_member), PLII_COUNTED_BY(type, count_member)
+    PLII_LIST_OF(type, pointer, capacity_member), .count = offsetof(type, count_member)
 
 /* Slots of a plii_key_table: after a snapshot was restored they are filled anew. */
 #define PLII_KEY_TABLE_OF(type, table)                                                                                 \

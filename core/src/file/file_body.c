@@ -28,7 +28,6 @@ static const plii_state_part file_body_last_parts[] = {
     {0},
 };
 
-/* What it is made of. */
 typedef struct file_body_sizes {
     int nodes, links, materials, faces, tetras;
     bool has_tags, has_face_materials;
