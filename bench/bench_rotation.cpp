@@ -2,7 +2,6 @@
 // iteration in Bullet's order, and Bullet's.
 
 extern "C" {
-#include "math/polar.h"
 #include "math/rotation_fit.h"
 }
 

@@ -6,7 +6,7 @@
 #include "oracle/bullet_twin.hpp"
 
 extern "C" {
-#include "math/polar.h"
+#include "math/rotation_fit.h"
 }
 
 #include <pliant/pose.h>

@@ -2,7 +2,7 @@
 
 #include "check.h"
 
-#include "math/polar.h"
+#include "math/rotation_fit.h"
 
 #include <math.h>
 

@@ -124,6 +124,8 @@ static inline const plii_walk* plii_walk_find(const pli_context* context) {
 pli_status plii_check_context(const pli_context* context, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
+/* The same for a call that makes something: where it is put, which messages call `name`, must not be null. */
+pli_status plii_check_create(pli_context* context, const void* made, const char* name, const char* function);
 /* Queries of shapes that this thread is in: no walks, as several may ask shapes of one context. */
 extern PLII_THREAD_LOCAL int plii_shape_queries;
 PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);

@@ -92,8 +92,11 @@ PLII_DEFINE_GET(uint64_t, pli_context_allocation_count, context, PLII_LOAD(&cont
 pli_status plii_check_context(const pli_context* context, const char* function) {
     return plii_check_handle(context, PLII_HANDLE_CONTEXT, NULL, NULL, function);
 }
-
 pli_status plii_check_context_change(pli_context* context, const char* function) {
     PLII_TRY(plii_check_context(context, function));
     return plii_check_change(context, function);
+}
+pli_status plii_check_create(pli_context* context, const void* made, const char* name, const char* function) {
+    PLII_TRY(plii_check_context_change(context, function));
+    return made != NULL ? PLI_OK : plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s is null", name);
 }

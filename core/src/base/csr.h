@@ -8,7 +8,7 @@
        plii_csr_sum(key_count, begin);
        items[--begin[key]] = item; */
 
-#include <stddef.h>
+#include <string.h>
 
 /* Turns counts into where each list ends; returns how many items there are. */
 static inline int plii_csr_sum(int key_count, int* begin) {
@@ -44,9 +44,7 @@ static inline void plii_csr_half_links(int node_count, int link_count, const voi
 
 /* Indices of keys [item_count] by key. `begin` need not be zero. */
 static inline void plii_csr_sort(int key_count, int item_count, const int* keys, int* begin, int* items) {
-    for (int k = 0; k <= key_count; ++k) {
-        begin[k] = 0;
-    }
+    memset(begin, 0, ((size_t)key_count + 1) * sizeof *begin);
     for (int i = 0; i < item_count; ++i) {
         ++begin[keys[i]];
     }

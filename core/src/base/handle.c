@@ -42,7 +42,6 @@ static void handles_lock(void) {
         thrd_yield();
     }
 }
-
 static void handles_unlock(void) {
     atomic_flag_clear_explicit(&handles.is_locked, memory_order_release);
 }

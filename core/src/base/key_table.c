@@ -36,7 +36,6 @@ void plii_key_table_clear(plii_key_table* table) {
     if (table->count > 0) { memset(table->slots, 0, plii_key_table_bytes(table)); }
     table->count = 0;
 }
-
 void plii_key_table_free(plii_key_table* table) {
     plii_release(table->context, table->slots, plii_key_table_bytes(table));
     *table = (plii_key_table){.context = table->context};

@@ -1,6 +1,6 @@
 #pragma once
 
-/* The classes of all features, for the reader of files. To be declared is not to be linked. */
+/* The classes of all features. To be declared is not to be linked; only the reader of files names all. */
 
 #include "body/feature.h"
 

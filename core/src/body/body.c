@@ -43,11 +43,9 @@ static const plii_field solver_fields[] = {
 // ----------------------------------------------------------------------------------------------------- life
 
 pli_body_def pli_body_def_default(void) {
-    return (pli_body_def){
-        .collision_margin = PLI_MARGIN_OF_MESH,
-        .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
-        .cookie = PLII_DEF_COOKIE,
-    };
+    return (pli_body_def){.collision_margin = PLI_MARGIN_OF_MESH,
+                          .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
+                          .cookie = PLII_DEF_COOKIE};
 }
 
 static bool body_needs_link_tags(const pli_mesh* mesh) {
@@ -169,10 +167,8 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
         PLII_TRY(plii_check_margin(context, used.collision_margin, __func__));
     }
     if (mesh->node_count == 0) { return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has no nodes"); }
-    if (mesh->material_count > PLII_MAX_MATERIALS) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has %d materials, at most %d are possible",
-                         mesh->material_count, PLII_MAX_MATERIALS);
-    }
+    PLII_FAIL_IF(mesh->material_count > PLII_MAX_MATERIALS, context, PLI_ERROR_INVALID_MESH, __func__,
+                 "the mesh has %d materials, at most %d are possible", mesh->material_count, PLII_MAX_MATERIALS);
 
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
     plii_topology* topology = plii_mesh_acquire_topology((pli_mesh*)(uintptr_t)mesh, context);
@@ -192,9 +188,8 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
             body_release(made);
         }
     }
-    if (status != PLI_OK) {
-        return PLII_FAIL(context, status, "no memory for %d nodes and %d links", mesh->node_count, mesh->link_count);
-    }
+    PLII_FAIL_IF(status != PLI_OK, context, status, __func__, "no memory for %d nodes and %d links", mesh->node_count,
+                 mesh->link_count);
     *body = made;
     return PLI_OK;
 }
@@ -208,22 +203,15 @@ void pli_body_destroy(pli_body* body) {
 
 // ------------------------------------------------------------------------------------------------- settings
 
-pli_world* pli_body_get_world(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->world : NULL;
-}
-void* pli_body_get_user_data(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->user_data : NULL;
-}
+PLII_DEFINE_GET(pli_world*, pli_body_get_world, body, body->world, NULL)
+PLII_DEFINE_GET(void*, pli_body_get_user_data, body, body->user_data, NULL)
 pli_status pli_body_set_user_data(pli_body* body, void* user_data) {
     PLII_TRY(plii_check_body(body, __func__));
     body->user_data = user_data;
     return PLI_OK;
 }
 
-pli_solver_settings pli_body_get_solver_settings(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->solver : (pli_solver_settings){0};
-}
-
+PLII_DEFINE_GET(pli_solver_settings, pli_body_get_solver_settings, body, body->solver, (pli_solver_settings){0})
 pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_settings* settings) {
     PLII_TRY(plii_check_body_change(body, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
@@ -232,10 +220,7 @@ pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_setting
     return PLI_OK;
 }
 
-float pli_body_get_collision_margin(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->collision_margin : 0.0f;
-}
-
+PLII_DEFINE_GET(float, pli_body_get_collision_margin, body, body->collision_margin, 0.0f)
 pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_margin(body->context, margin, __func__));
@@ -271,20 +256,18 @@ pli_bounds plii_body_face_box(int face, const void* user) {
 pli_body_view pli_body_get_view(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return (pli_body_view){0}; }
     const plii_topology* topology = body->topology;
-    return (pli_body_view){
-        .node_count = body->node_count,
-        .link_count = body->link_count,
-        .face_count = topology->face_count,
-        .tetra_count = topology->tetra_count,
-        .positions = body->positions,
-        .previous = body->previous,
-        .velocities = body->velocities,
-        .normals = body->normals,
-        .link_nodes = body->link_count > 0 ? body->links[0].nodes : NULL,
-        .link_node_stride = (int)(sizeof(plii_link) / sizeof(int)),
-        .face_nodes = topology->face_count > 0 ? topology->faces[0] : NULL,
-        .tetra_nodes = topology->tetra_count > 0 ? topology->tetras[0] : NULL,
-    };
+    return (pli_body_view){.node_count = body->node_count,
+                           .link_count = body->link_count,
+                           .face_count = topology->face_count,
+                           .tetra_count = topology->tetra_count,
+                           .positions = body->positions,
+                           .previous = body->previous,
+                           .velocities = body->velocities,
+                           .normals = body->normals,
+                           .link_nodes = body->link_count > 0 ? body->links[0].nodes : NULL,
+                           .link_node_stride = (int)(sizeof(plii_link) / sizeof(int)),
+                           .face_nodes = topology->face_count > 0 ? topology->faces[0] : NULL,
+                           .tetra_nodes = topology->tetra_count > 0 ? topology->tetras[0] : NULL};
 }
 
 /* Vector by vector, as they are stored: the whole has to wait for its parts right after a prediction. */
@@ -385,9 +368,8 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
 
 pli_status pli_body_transform(pli_body* body, pli_transform transform) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (!plii_transform_is_finite(transform)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform is not finite");
-    }
+    PLII_FAIL_IF(!plii_transform_is_finite(transform), body->context, PLI_ERROR_NOT_FINITE, __func__,
+                 "the transform is not finite");
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 position = pli_transform_point(transform, plii_xyz(body->positions[i]));
         const pli_vec3 previous = pli_transform_point(transform, plii_xyz(body->previous[i]));
@@ -446,11 +428,10 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     PLII_TRY(plii_check_vec3_within(body->context, velocity, PLI_MAX_SPEED, "velocity", __func__));
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 sum = pli_vec3_add(plii_xyz(body->velocities[i]), velocity);
-        if (body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED)) {
-            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
-                             "the velocity of node %d would be (%g, %g, %g), the limit is %g", i, (double)sum.x,
-                             (double)sum.y, (double)sum.z, (double)PLI_MAX_SPEED);
-        }
+        PLII_FAIL_IF(body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED), body->context,
+                     PLI_ERROR_INVALID_VALUE, __func__,
+                     "the velocity of node %d would be (%g, %g, %g), the limit is %g", i, (double)sum.x, (double)sum.y,
+                     (double)sum.z, (double)PLI_MAX_SPEED);
     }
     for (int i = 0; i < body->node_count; ++i) {
         if (body->positions[i].w > 0.0f) { plii_add_xyz(&body->velocities[i], velocity); }
@@ -458,9 +439,7 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     return PLI_OK;
 }
 
-bool pli_body_is_frozen(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->is_frozen;
-}
+PLII_DEFINE_GET(bool, pli_body_is_frozen, body, body->is_frozen, false)
 pli_status pli_body_set_frozen(pli_body* body, bool frozen) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     body->is_frozen = frozen;
@@ -479,6 +458,10 @@ static int body_find_ignored_rigid(const pli_body* body, const pli_rigid* rigid)
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     return body_find_ignored_rigid(body, rigid) != PLI_NULL_INDEX;
 }
+void plii_body_stop_ignoring(pli_body* body, const pli_rigid* rigid) {
+    const int index = body_find_ignored_rigid(body, rigid);
+    if (index != PLI_NULL_INDEX) { body->ignored_rigids[index] = body->ignored_rigids[--body->ignored_rigid_count]; }
+}
 bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
     if (plii_check_body(body, __func__) != PLI_OK) { return false; }
     if (plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__) != PLI_OK) { return false; }
@@ -490,16 +473,12 @@ pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore) 
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__));
     PLII_FAIL_IF(rigid->world != body->world, body->context, PLI_ERROR_INVALID_VALUE, __func__,
                  "the rigid body is in another world");
-    const int index = body_find_ignored_rigid(body, rigid);
-    if (ignore && index == PLI_NULL_INDEX) {
-        if (!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity,
-                          body->ignored_rigid_count + 1)) {
-            return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for another ignored rigid body");
-        }
-        body->ignored_rigids[body->ignored_rigid_count++] = rigid;
-    } else if (!ignore && index != PLI_NULL_INDEX) {
-        body->ignored_rigids[index] = body->ignored_rigids[--body->ignored_rigid_count];
-    }
+    if (!ignore) { plii_body_stop_ignoring(body, rigid); }
+    if (!ignore || plii_body_ignores_rigid(body, rigid)) { return PLI_OK; }
+    const int count = body->ignored_rigid_count;
+    PLII_FAIL_IF(!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity, count + 1),
+                 body->context, PLI_ERROR_OUT_OF_MEMORY, __func__, "no memory for another ignored rigid body");
+    body->ignored_rigids[body->ignored_rigid_count++] = rigid;
     return PLI_OK;
 }
 
@@ -528,11 +507,10 @@ typedef struct body_sums {
     plii_dvec3 momentum;
 } body_sums;
 
-/* Of the nodes that are not pinned; zeros for a wrong handle. */
-static body_sums body_sum_up(const pli_body* body, const char* function) {
+/* Of the nodes that are not pinned. */
+static body_sums body_sum_up(const pli_body* body) {
     body_sums sums = {0};
-    const int count = plii_check_body(body, function) == PLI_OK ? body->node_count : 0;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const double mass = 1.0 / (double)body->positions[i].w;
         const pli_vec3 velocity = plii_xyz(body->velocities[i]);
@@ -543,15 +521,10 @@ static body_sums body_sum_up(const pli_body* body, const char* function) {
     return sums;
 }
 
-float pli_body_total_mass(const pli_body* body) {
-    return (float)body_sum_up(body, __func__).mass;
-}
-float pli_body_kinetic_energy(const pli_body* body) {
-    return (float)body_sum_up(body, __func__).energy;
-}
-pli_vec3 pli_body_momentum(const pli_body* body) {
-    return plii_dvec3_to_float(body_sum_up(body, __func__).momentum);
-}
+PLII_DEFINE_GET(float, pli_body_total_mass, body, (float)body_sum_up(body).mass, 0.0f)
+PLII_DEFINE_GET(float, pli_body_kinetic_energy, body, (float)body_sum_up(body).energy, 0.0f)
+PLII_DEFINE_GET(pli_vec3, pli_body_momentum, body, plii_dvec3_to_float(body_sum_up(body).momentum),
+                pli_vec3_make(0, 0, 0))
 
 float pli_body_max_stretch(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
@@ -566,9 +539,7 @@ float pli_body_max_stretch(const pli_body* body) {
     return max_stretch;
 }
 
-float pli_body_volume(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? plii_body_volume(body) : 0.0f;
-}
+PLII_DEFINE_GET(float, pli_body_volume, body, plii_body_volume(body), 0.0f)
 
 size_t pli_body_bytes(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "base/handle.h"
-#include "body/feature.h"
+#include "body/all_features.h"
 #include "mesh/topology.h"
 
 /* 12 bytes. What follows from masses and material is made where it is needed. */
@@ -96,8 +96,8 @@ struct pli_body {
 
     /* Filled by services, NULL while nobody needs them. */
     pli_vec3* forces;       /* [node_count] N, consumed by integration */
-    pli_vec3* normals;      /* [node_count] unit, zero for nodes without faces */
-    pli_vec3* face_normals; /* [face_count] unit */
+    pli_vec3* normals;      /* [node_count] unit, zero for nodes without faces; after each step */
+    pli_vec3* face_normals; /* [face_count] unit; likewise */
     float* areas;           /* [node_count] mean of the doubled areas of the faces around, at rest */
     float* face_areas;      /* [face_count] doubled area, at rest */
     /* [node_count] as Bullet keeps them, and those of soft contacts, which count where there are some; for comparisons:
@@ -111,7 +111,7 @@ struct pli_body {
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
     uint32_t collide_call; /* the last one of many pairs that it was in */
-    int pair_wave; /* of the last of its pairs with other bodies in this step (world/collide_bodies.c); -1: none */
+    int pair_wave;         /* of the last of its pairs with other bodies in this step (world/collide.c); -1: none */
     /* Of the feature that lets bodies sleep. */
     bool can_sleep;
     bool is_group_resting; /* of the first one of bodies that touch each other */
@@ -127,13 +127,7 @@ struct pli_body {
     int ignored_rigid_count, ignored_rigid_capacity;
 };
 
-/* Services. */
-extern const plii_feature_class plii_forces_class;       /* body->forces */
-extern const plii_feature_class plii_normals_class;      /* body->normals; refreshed after each step */
-extern const plii_feature_class plii_face_normals_class; /* body->face_normals, likewise. */
-extern const plii_feature_class plii_areas_class;        /* body->areas, face_areas; taken once */
-
-/* What forces on the surface need. */
+/* The services that forces on the surface need. */
 extern const plii_feature_class* const plii_surface_force_needs[];
 
 /* Of each node, the sum of the cross products of its faces; valid until the next call or step. Needs normals. */
@@ -145,8 +139,6 @@ void plii_pressure_apply(pli_body* body, float pressure);
 /* m^3/Pa: change of the volume in a step by such a pressure. Steps add dt^2 w times the force to positions. */
 float plii_pressure_response(const pli_body* body);
 
-/* Links on positions: what every body starts with. */
-extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
 /* A sweep as the body has it. */
@@ -242,6 +234,7 @@ void plii_solver_set_start(pli_body* body);
 void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
+void plii_body_stop_ignoring(pli_body* body, const pli_rigid* rigid);
 
 static inline bool plii_body_is_stopped(const pli_body* body) {
     return body->is_frozen || body->is_asleep;

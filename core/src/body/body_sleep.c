@@ -18,12 +18,9 @@ void plii_body_fall_asleep(pli_body* body, uint32_t group) {
     memcpy(body->previous, body->positions, bytes);
 }
 
-bool pli_body_is_asleep(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->is_asleep && !body->is_woken;
-}
-bool pli_body_is_resting(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->is_resting;
-}
+PLII_DEFINE_GET(bool, pli_body_is_asleep, body, body->is_asleep && !body->is_woken, false)
+PLII_DEFINE_GET(bool, pli_body_is_resting, body, body->is_resting, false)
+PLII_DEFINE_GET(bool, pli_rigid_is_asleep, rigid, rigid->is_asleep, false)
 
 typedef struct held_rigids {
     pli_rigid** rigids;
@@ -50,8 +47,4 @@ pli_status pli_body_set_asleep(pli_body* body, bool asleep) {
     body->is_woken = !asleep;
     if (asleep && !body->is_asleep) { plii_body_fall_asleep(body, plii_world_next_sleep_group(body->world)); }
     return PLI_OK;
-}
-
-bool pli_rigid_is_asleep(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->is_asleep;
 }

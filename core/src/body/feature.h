@@ -2,12 +2,10 @@
 
 /* What a feature of a body is. A step runs stages, never features (docs/architecture.md); they are those of btSoftBody,
    so that results can be compared. A feature is one file, or a few of one name, with one class and one enable function.
-   Only the reader of files names all (body/all_features.h, file/file_features.c): what is not enabled is not linked. */
+   Only the reader of files names all (body/all_features.h, file/file_body.c): what is not enabled is not linked. */
 
 #include "math/definition.h"
 #include "pliant/rigid.h"
-
-#include <stddef.h>
 
 typedef struct plii_step {
     float dt;         /* s, scaled by the body's time scale */
@@ -122,9 +120,8 @@ typedef struct plii_feature_array {
 
 #define PLII_SAVED_AS(letters) .snapshot = PLII_SAVED, .fields = letters
 #define PLII_FILED_AS(letters) .snapshot = PLII_FILED, .fields = letters
-#define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 #define PLII_COUNTED_LIST(type, pointer, capacity_member, count_member)                                                \
-    PLII_LIST_OF(type, pointer, capacity_member), PLII_COUNTED_BY(type, count_member)
+    PLII_LIST_OF(type, pointer, capacity_member), .count = offsetof(type, count_member)
 
 /* Slots of a plii_key_table: after a snapshot was restored they are filled anew. */
 #define PLII_KEY_TABLE_OF(type, table)                                                                                 \
@@ -136,8 +133,7 @@ typedef struct plii_feature_array {
         PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity),                                                  \
         PLII_LEFT_LIST(type, tree.keys, tree.key_capacity), PLII_LEFT_LIST(type, tree.sorting, tree.sorting_capacity)
 
-/* Of a plii_pair_record. */
-#define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii"
+#define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii" /* of a plii_pair_record */
 /* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
 #define PLII_PAIR_CACHE_LISTS(type, cache, of_present, of_before)                                                      \
     {PLII_COUNTED_LIST(type, cache.present, cache.present_capacity, cache.present_count), .is_kept = true,             \

@@ -3,8 +3,6 @@
 #include "body/pipeline.h"
 #include "math/simd_float4.h"
 
-#include <string.h>
-
 PLII_SIMD_INLINE plii_float4 normals_face_cross(const pli_vec4* positions, const int face[3]) {
     const plii_float4 x0 = plii_float4_from(&positions[face[0]]);
     return plii_lanes_cross(plii_float4_from(&positions[face[1]]) - x0, plii_float4_from(&positions[face[2]]) - x0);

@@ -155,9 +155,8 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
     int index = feature_find(body, klass);
     if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) {
         const pli_status status = feature_add_user(body, klass);
-        if (status == PLI_ERROR_OUT_OF_MEMORY) {
-            return PLII_FAIL(body->context, status, "no memory to enable %s", klass->name);
-        }
+        PLII_FAIL_IF(status == PLI_ERROR_OUT_OF_MEMORY, body->context, status, __func__, "no memory to enable %s",
+                     klass->name);
         if (status != PLI_OK) { return status; }
         index = feature_find(body, klass);
         body->pipeline.features[index].by_user = true;
@@ -181,11 +180,6 @@ void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
     if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) { return; }
     body->pipeline.features[index].by_user = false;
     feature_drop_user(body, klass);
-}
-
-pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass) {
-    if (check == PLI_OK) { plii_feature_disable(body, klass); }
-    return check;
 }
 
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {

@@ -2,7 +2,6 @@
 
 /* Features of a body: enabling them, and running those that act in a stage. */
 
-#include "body/all_features.h"
 #include "body/world_state.h"
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
@@ -23,12 +22,13 @@ pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* kl
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
-/* The call of a user, when it was found allowed; returns `check`. */
-pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass);
-/* That call, which looks the same for all features; and that which enables one, where settings are all it takes. */
+/* The call of a user, which looks the same for all features; and that which enables one, where settings are all it
+   takes. */
 #define PLII_DEFINE_DISABLE(function, check, klass)                                                                    \
     pli_status function(pli_body* body) {                                                                              \
-        return plii_feature_disable_if(check(body, __func__), body, &(klass));                                         \
+        PLII_TRY(check(body, __func__));                                                                               \
+        plii_feature_disable(body, &(klass));                                                                          \
+        return PLI_OK;                                                                                                 \
     }
 #define PLII_DEFINE_ENABLE(function, check, type, klass)                                                               \
     pli_status function(pli_body* body, const type* def) {                                                             \

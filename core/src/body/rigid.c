@@ -3,12 +3,10 @@
 #include "body/rigid_lanes.h"
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* function) {
     PLII_TRY(plii_check_rigid(rigid, function));
@@ -16,19 +14,16 @@ static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* 
 }
 
 pli_rigid_def pli_rigid_def_default(void) {
-    return (pli_rigid_def){
-        .kind = PLI_RIGID_STATIC,
-        .state = {.pose = pli_transform_identity()},
-        .friction = 0.5f,
-        .restitution = 1.0f,
-        .linear_factor = {1, 1, 1},
-        .angular_factor = {1, 1, 1},
-        .cookie = PLII_DEF_COOKIE,
-    };
+    return (pli_rigid_def){.kind = PLI_RIGID_STATIC,
+                           .state = {.pose = pli_transform_identity()},
+                           .friction = 0.5f,
+                           .restitution = 1.0f,
+                           .linear_factor = {1, 1, 1},
+                           .angular_factor = {1, 1, 1},
+                           .cookie = PLII_DEF_COOKIE};
 }
 
-/* Of the numbers of a rotation. */
-#define RIGID_MAX_ROTATION 2.0f
+#define RIGID_MAX_ROTATION 2.0f /* of the numbers of a rotation */
 
 /* All but inverse masses that are too small; also what a body of its kind does not use. */
 static bool rigid_state_is_within(const pli_rigid_state* state) {
@@ -75,10 +70,9 @@ static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, c
                                  [PLI_RIGID_KINEMATIC] = RIGID_MOTION_FIELDS,
                                  [PLI_RIGID_DYNAMIC] = RIGID_FIELDS};
     PLII_TRY(plii_check_fields(context, state, counts[kind], rigid_fields, function));
-    if (plii_is_rotation(state->pose.rotation)) { return PLI_OK; }
-    return plii_fail(
-        context, PLI_ERROR_INVALID_VALUE, function,
-        "pose.rotation is scaled, sheared or mirrored: its rows need length 1 and right angles between them");
+    PLII_FAIL_IF(!plii_is_rotation(state->pose.rotation), context, PLI_ERROR_INVALID_VALUE, function,
+                 "pose.rotation is scaled, sheared or mirrored: its rows need length 1 and right angles between them");
+    return PLI_OK;
 }
 
 static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
@@ -121,9 +115,8 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
 
 static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
                                      const pli_transform* poses, const char* function) {
-    if (count < 0 || (count > 0 && shapes == NULL)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d shapes, but no array of them", count);
-    }
+    PLII_FAIL_IF(count < 0 || (count > 0 && shapes == NULL), context, PLI_ERROR_INVALID_VALUE, function,
+                 "%d shapes, but no array of them", count);
     for (int i = 0; i < count; ++i) {
         if (!plii_handle_is_alive(shapes[i], PLII_HANDLE_SHAPE)) {
             char name[32];
@@ -133,13 +126,10 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
         _Static_assert(offsetof(pli_rigid_state, pose) == 0, "a pose is where a state begins");
         if (poses == NULL) { continue; }
         const pli_status status = plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function);
-        if (status != PLI_OK) {
-            return plii_fail(context, status, function, "the pose of shape %d is beyond the limits or not finite", i);
-        }
-        if (!plii_is_rotation(poses[i].rotation)) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                             "the pose of shape %d is scaled, sheared or mirrored", i);
-        }
+        PLII_FAIL_IF(status != PLI_OK, context, status, function,
+                     "the pose of shape %d is beyond the limits or not finite", i);
+        PLII_FAIL_IF(!plii_is_rotation(poses[i].rotation), context, PLI_ERROR_INVALID_VALUE, function,
+                     "the pose of shape %d is scaled, sheared or mirrored", i);
     }
     return PLI_OK;
 }
@@ -258,10 +248,8 @@ pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
     return stays ? PLI_OK : rigid_change(rigid, rigid->kind, state, __func__);
 }
 
-pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->state
-                                                       : (pli_rigid_state){.pose = pli_transform_identity()};
-}
+PLII_DEFINE_GET(pli_rigid_state, pli_rigid_get_state, rigid, rigid->state,
+                (pli_rigid_state){.pose = pli_transform_identity()})
 
 pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
     PLII_TRY(rigid_check_change(rigid, __func__));
@@ -270,14 +258,12 @@ pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
     rigid->friction = friction;
     return PLI_OK;
 }
-
 pli_status pli_rigid_set_restitution(pli_rigid* rigid, float restitution) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(plii_check_between(rigid->context, restitution, 0.0f, PLI_MAX_FACTOR, "restitution", __func__));
     rigid->restitution = restitution;
     return PLI_OK;
 }
-
 pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(plii_check_vec3_within(rigid->context, linear_factor, PLI_MAX_FACTOR, "linear_factor", __func__));
@@ -290,9 +276,8 @@ pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_v
 pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
-    if (kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC) {
-        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "unknown kind %d", (int)kind);
-    }
+    PLII_FAIL_IF(kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC, rigid->context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "unknown kind %d", (int)kind);
     return rigid_change(rigid, kind, state, __func__);
 }
 
@@ -300,9 +285,8 @@ pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* co
                                 const pli_transform* shape_poses) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(rigid_check_shapes(rigid->context, shape_count, shapes, shape_poses, __func__));
-    if (!rigid_store_shapes(rigid, shape_count, shapes, shape_poses)) {
-        return PLII_FAIL(rigid->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", shape_count);
-    }
+    PLII_FAIL_IF(!rigid_store_shapes(rigid, shape_count, shapes, shape_poses), rigid->context, PLI_ERROR_OUT_OF_MEMORY,
+                 __func__, "no memory for %d shapes", shape_count);
     return PLI_OK;
 }
 
@@ -312,9 +296,7 @@ pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present) {
     rigid->is_absent = !is_present;
     return PLI_OK;
 }
-bool pli_rigid_is_present(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && !rigid->is_absent;
-}
+PLII_DEFINE_GET(bool, pli_rigid_is_present, rigid, !rigid->is_absent, false)
 
 pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
     PLII_TRY(rigid_check_change(rigid, __func__));
@@ -322,19 +304,10 @@ pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
     rigid->is_sensor = is_sensor;
     return PLI_OK;
 }
-
-bool pli_rigid_is_sensor(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->is_sensor;
-}
-pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
-}
-void* pli_rigid_get_user_data(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->user_data : NULL;
-}
-bool pli_rigid_was_touched(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
-}
+PLII_DEFINE_GET(bool, pli_rigid_is_sensor, rigid, rigid->is_sensor, false)
+PLII_DEFINE_GET(pli_rigid_kind, pli_rigid_get_kind, rigid, rigid->kind, PLI_RIGID_STATIC)
+PLII_DEFINE_GET(void*, pli_rigid_get_user_data, rigid, rigid->user_data, NULL)
+PLII_DEFINE_GET(bool, pli_rigid_was_touched, rigid, rigid->was_touched, false)
 
 /* Against other threads of a step, where there may be some. */
 static bool rigid_lock(const pli_rigid* rigid) {

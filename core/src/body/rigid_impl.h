@@ -89,15 +89,14 @@ struct pli_rigid {
 static inline pli_status plii_check_rigid(const pli_rigid* rigid, const char* function) {
     return plii_check_handle(rigid, PLII_HANDLE_RIGID, NULL, NULL, function);
 }
-/* World pose of shape `index`. */
+/* In the world: pose of shape `index`, and bounds over all. */
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
+pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 void plii_rigid_find_places(pli_rigid* rigid);
 /* To be called before pairs meet, which threads may do side by side: fills shape_places and bounds. */
 static inline void plii_rigid_place_shapes(pli_rigid* rigid) {
     if (!rigid->are_shapes_placed) { plii_rigid_find_places(rigid); }
 }
-/* World bounds over all shapes. */
-pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 /* Where velocities bring a body. */
 pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
 /* After the solve of a step: puts into the shift what else has changed its velocities. */

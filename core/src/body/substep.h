@@ -104,6 +104,3 @@ typedef struct plii_substep_kinds {
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations);
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
 void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep);
-
-/* A feature: to contacts with rigid bodies the step is one substep, each iteration a sweep, which has the last word. */
-extern const plii_feature_class plii_iterated_sweeps_class;

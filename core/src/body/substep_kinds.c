@@ -62,6 +62,7 @@ void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, c
     }
 }
 
+/* A feature: to contacts with rigid bodies the step is one substep, each iteration a sweep, which has the last word. */
 typedef struct iterated_sweeps {
     plii_substep substep;
     plii_substep_kinds kinds;

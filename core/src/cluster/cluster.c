@@ -5,7 +5,6 @@
 #include "body/substep.h"
 #include "cluster/cluster_impl.h"
 #include "math/bounds.h"
-#include "math/polar.h"
 #include "math/rotation_fit.h"
 #include "math/simd_float4.h"
 

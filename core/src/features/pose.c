@@ -4,7 +4,6 @@
 #include "pliant/pose.h"
 #include "body/pipeline.h"
 #include "math/dvec3.h"
-#include "math/polar.h"
 #include "math/rotation_fit.h"
 
 typedef struct pose_state {

@@ -86,7 +86,6 @@ void plii_file_copy_rigid(pli_rigid* to, const pli_rigid* from);
 pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body);
 /* What of it comes after its features. */
 void plii_file_body_end(plii_file* file, pli_body* body);
-/* Rigid bodies that it ignores. */
 void plii_file_ignored_rigids(plii_file* file, pli_body* body);
 
 /* Its features: which ones, and what they hold. Reading enables them. */

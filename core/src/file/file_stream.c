@@ -22,7 +22,6 @@ bool plii_file_is_made(plii_file* file, pli_status status, const char* problem) 
     if (status != PLI_OK) { plii_file_refuse(file, problem); }
     return status == PLI_OK;
 }
-
 void plii_file_begin_part(plii_file* file, const char* part) {
     file->what = part;
     if (file->begin_part != NULL) { file->begin_part(part, file->body_index, file->at, file->begin_user); }

@@ -311,8 +311,7 @@ static pli_status file_read_all(file_walk* walk, const void* buffer, size_t size
 
 pli_status pli_world_file_create(pli_context* context, const pli_world_file_def* def, const void* buffer, size_t size,
                                  pli_world** world) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
+    PLII_TRY(plii_check_create(context, world, "world", __func__));
     file_walk walk;
     PLII_TRY(file_begin(PLII_FILE_READ, def, NULL, context, __func__, &walk));
     PLII_TRY(file_read_all(&walk, buffer, size));

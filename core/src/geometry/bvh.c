@@ -10,7 +10,6 @@ static void bvh4_put(plii_vec3x4* corners, int lane, pli_vec3 corner) {
     corners->y[lane] = corner.y;
     corners->z[lane] = corner.z;
 }
-
 static void bvh4_set(plii_box4* group, int lane, pli_bounds box) {
     bvh4_put(&group->low, lane, box.min);
     bvh4_put(&group->high, lane, box.max);
@@ -86,7 +85,6 @@ PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, plii_float4 low, pl
     const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(low - value, value - high));
     return outside * outside;
 }
-
 PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const plii_box4* group) {
     return bvh4_outside(point.x, group->low.x, group->high.x) + bvh4_outside(point.y, group->low.y, group->high.y) +
            bvh4_outside(point.z, group->low.z, group->high.z);

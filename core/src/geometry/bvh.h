@@ -8,8 +8,7 @@
 
 #define PLII_BVH_FAN 4
 #define PLII_BVH_MAX_LEVELS 17
-/* Entries that a depth-first walk can have waiting. */
-#define PLII_BVH_STACK (PLII_BVH_MAX_LEVELS * PLII_BVH_FAN)
+#define PLII_BVH_STACK (PLII_BVH_MAX_LEVELS * PLII_BVH_FAN) /* entries that a depth-first walk can have waiting */
 
 /* Four boxes by components; those beyond the last one are empty: NaN, which no search finds. */
 typedef struct plii_box4 {

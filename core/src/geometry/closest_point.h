@@ -13,8 +13,7 @@ typedef enum plii_triangle_feature {
     PLII_TRIANGLE_FACE
 } plii_triangle_feature;
 
-/* Doubled area below this share of the longest edge squared counts as none. */
-#define PLII_TRIANGLE_MIN_SHAPE 1e-6f
+#define PLII_TRIANGLE_MIN_SHAPE 1e-6f /* of the longest edge squared: a doubled area below counts as none */
 
 /* How large a triangle is. */
 typedef struct plii_triangle_size {

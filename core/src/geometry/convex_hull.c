@@ -52,12 +52,10 @@ static plii_dvec3 hull_sub(pli_vec3 a, pli_vec3 b) {
 static pli_vec3 hull_corner(const hull_work* work, const hull_face* face, int corner) {
     return work->points[face->corners[corner]];
 }
-
 static bool hull_sees(const hull_work* work, int point, const hull_face* face) {
     return plii_orient3d(hull_corner(work, face, 0), hull_corner(work, face, 1), hull_corner(work, face, 2),
                          work->points[point]) > 0;
 }
-
 static plii_dvec3 hull_normal(const hull_work* work, const hull_face* face) {
     const pli_vec3 origin = hull_corner(work, face, 0);
     return plii_dvec3_cross(hull_sub(hull_corner(work, face, 1), origin), hull_sub(hull_corner(work, face, 2), origin));
@@ -344,9 +342,7 @@ static bool hull_is_superfluous(hull_work* work, int corner, int start) {
 /* Lets all points wait but the corners that are needed; false when all corners are. */
 static bool hull_mark_late(hull_work* work) {
     bool has_late_corner = false;
-    for (int i = 0; i < work->point_count; ++i) {
-        work->late[i] = true;
-    }
+    memset(work->late, true, (size_t)work->point_count * sizeof *work->late);
     for (int i = 0; i < work->face_count; ++i) {
         for (int k = 0; work->faces[i].is_alive && k < 3; ++k) {
             work->face_from[work->faces[i].corners[k]] = i;

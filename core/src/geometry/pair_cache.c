@@ -56,17 +56,14 @@ static int pair_find_before(const plii_pair_cache* cache, plii_pair_key key) {
     const int index = plii_key_table_find(&cache->table, plii_pair_key_hash(key));
     return index != PLI_NULL_INDEX && plii_pair_keys_equal(cache->before[index].key, key) ? index : PLI_NULL_INDEX;
 }
-
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {
     const int index = pair_find_before(cache, key);
     return index != PLI_NULL_INDEX ? &cache->before[index].cache : NULL;
 }
-
 void plii_pair_cache_clear(plii_pair_cache* cache) {
     cache->present_count = cache->before_count = 0;
     plii_key_table_clear(&cache->table);
 }
-
 void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const void* other) {
     const int count = cache->before_count;
     PLII_REMOVE_IF(plii_pair_record, record, cache->before, cache->before_count, record->key.other == other);

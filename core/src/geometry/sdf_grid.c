@@ -15,8 +15,7 @@
    using generalized winding numbers, 2013; far triangles are taken together as one dipole: Barill and others, Fast
    winding numbers for soups and clouds, 2018. */
 
-/* A cluster is far when it is this many of its radii away: errors of some hundredths. */
-#define WINDING_FAR 3.0f
+#define WINDING_FAR 3.0f           /* radii of a cluster, beyond which it is far: errors of some hundredths */
 #define WINDING_FULL 12.566370614f /* the solid angle of everything, 4 pi */
 
 /* What many triangles look like from afar. */
@@ -38,7 +37,6 @@ static void winding_finish(winding_cluster* cluster, pli_bounds box) {
     const pli_vec3 low = pli_vec3_sub(cluster->centre, box.min), high = pli_vec3_sub(box.max, cluster->centre);
     cluster->reach_squared = WINDING_FAR * WINDING_FAR * pli_vec3_length_squared(plii_vec3_max(low, high));
 }
-
 static void winding_add_weighted(winding_cluster* sum, pli_vec3 centre, pli_vec3 area_normal, float area) {
     sum->centre = pli_vec3_add(sum->centre, pli_vec3_scale(centre, area));
     sum->area_normal = pli_vec3_add(sum->area_normal, area_normal);
@@ -128,14 +126,11 @@ static float winding_at(const winding_field* winding, pli_vec3 point) {
 
 // --------------------------------------------------------------------------------------------------------- the samples
 
-/* Samples along the edge of a block. */
-#define SAMPLING_BLOCK 4
+#define SAMPLING_BLOCK 4 /* samples along the edge of a block */
 /* Cells: a block whose centre is farther from the surface lies on one side of it; its samples are within 2.6. */
 #define SAMPLING_NEAR 4.1f
-/* Winding numbers farther than this from one half hold for the whole of such a block. */
-#define SAMPLING_CLEAR 0.25f
-/* So far from a triangle its two sides are looked at, in cells. */
-#define SAMPLING_SIDE 0.05f
+#define SAMPLING_CLEAR 0.25f /* winding numbers farther than this from one half hold for the whole of such a block */
+#define SAMPLING_SIDE 0.05f  /* cells: so far from a triangle its two sides are looked at */
 /* Where no sample has a winding number above this the triangles are a sheet rather than a solid. */
 #define SAMPLING_ENCLOSED 0.75f
 /* Neighbours of different sign whose distances sum up to more cells than this have no surface between them. Exact

@@ -11,17 +11,14 @@ static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_ori
     if (!(cell > -1e9f)) { return -1000000000; } /* NaN too */
     return cell < 1e9f ? (int)cell : 1000000000; /* never negative but where something is not finite */
 }
-
 static plii_spatial_hash_cell spatial_hash_cell_of(const plii_spatial_hash* hash, pli_vec3 p) {
     return (plii_spatial_hash_cell){spatial_hash_coordinate(hash, p.x - hash->origin.x),
                                     spatial_hash_coordinate(hash, p.y - hash->origin.y),
                                     spatial_hash_coordinate(hash, p.z - hash->origin.z)};
 }
-
 static uint64_t spatial_hash_column_name(int x, int y) {
     return (uint64_t)(uint32_t)x << 32 | (uint32_t)y;
 }
-
 static bool spatial_hash_is_grid(const plii_spatial_hash* hash) {
     return hash->strides[0] != 0;
 }
@@ -39,9 +36,9 @@ static unsigned spatial_hash_bucket(const plii_spatial_hash* hash, plii_spatial_
 }
 
 /* Coordinates are rounded when cells are computed. So much larger, cells of points within the radius still touch. */
-static float spatial_hash_padded_size(float cell_size, pli_vec3 extent) {
-    const float largest = plii_max(extent.x, plii_max(extent.y, extent.z));
-    return cell_size + (cell_size + largest) * (4.0f * FLT_EPSILON);
+static float spatial_hash_pad(float size, pli_vec3 v) {
+    const float largest = plii_max(fabsf(v.x), plii_max(fabsf(v.y), fabsf(v.z)));
+    return size + (size + largest) * (4.0f * FLT_EPSILON);
 }
 
 /* Where the grid has at most `most` cells, it is the table. An empty cell is between rows. */
@@ -69,7 +66,7 @@ static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_
     }
     const pli_vec3 extent = pli_vec3_sub(high, low);
     const bool is_finite = plii_vec3_is_finite(extent) && plii_vec3_is_finite(low);
-    hash->cell_size = is_finite ? spatial_hash_padded_size(cell_size, extent) : cell_size;
+    hash->cell_size = is_finite ? spatial_hash_pad(cell_size, extent) : cell_size;
     hash->inverse_cell_size = 1.0f / hash->cell_size;
     hash->origin = is_finite ? pli_vec3_sub(low, pli_vec3_make(shift, shift, shift)) : pli_vec3_make(0, 0, 0);
     const pli_vec3 from_origin = pli_vec3_add(extent, pli_vec3_make(shift, shift, shift));
@@ -106,9 +103,7 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     hash->count = count;
     spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
     const unsigned size = hash->mask + 1;
-    for (unsigned i = 0; i <= size; ++i) {
-        hash->starts[i] = 0;
-    }
+    memset(hash->starts, 0, ((size_t)size + 1) * sizeof *hash->starts);
     for (int i = 0; i < count; ++i) {
         hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
         ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
@@ -243,20 +238,12 @@ bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_has
     return spatial_hash_append(&search, position, &run, 1);
 }
 
-/* A search from far away would go through more cells than there are nodes. */
-#define SPATIAL_HASH_MAX_CELLS 16.0f
-
-/* As in spatial_hash_padded_size. */
-static float spatial_hash_padded_radius(const plii_spatial_hash* hash, pli_vec3 point, float radius) {
-    const pli_vec3 from = pli_vec3_sub(point, hash->origin);
-    const float largest = plii_max(fabsf(from.x), plii_max(fabsf(from.y), fabsf(from.z)));
-    return radius + (radius + largest) * (4.0f * FLT_EPSILON);
-}
+#define SPATIAL_HASH_MAX_CELLS 16.0f /* a search from farther away would go through more than there are nodes */
 
 bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
                                  plii_node_pairs* pairs) {
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
-    const float padded = spatial_hash_padded_radius(hash, point, radius);
+    const float padded = spatial_hash_pad(radius, pli_vec3_sub(point, hash->origin));
     if (hash->count == 0) { return true; }
     if (!(padded <= SPATIAL_HASH_MAX_CELLS * hash->cell_size)) { return false; }
     const pli_vec3 reach = pli_vec3_make(padded, padded, padded);

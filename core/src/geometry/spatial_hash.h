@@ -36,8 +36,7 @@ typedef struct plii_spatial_hash {
 
 /* Of one node in one search: a body that has collapsed to a point must not ask for the square of its nodes. */
 #define PLII_NODE_PAIRS_MAX_ROW 512
-/* Room that a search of one node wants. */
-#define PLII_NODE_PAIRS_ROOM (PLII_NODE_PAIRS_MAX_ROW + 4)
+#define PLII_NODE_PAIRS_ROOM (PLII_NODE_PAIRS_MAX_ROW + 4) /* that a search of one node wants */
 
 typedef struct plii_node_pairs {
     plii_node_pair* pairs;

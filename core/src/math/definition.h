@@ -5,8 +5,6 @@
 
 #include "math/range.h"
 
-#include <stddef.h>
-
 typedef enum plii_field_type { PLII_FIELD_INT, PLII_FIELD_FLOAT, PLII_FIELD_VEC3 } plii_field_type;
 
 /* A number of a struct; lowest and highest are allowed, for each component of a vector. */

@@ -6,7 +6,6 @@
 #include "math/vec.h"
 #include "pliant/limits.h"
 
-#include <float.h>
 #include <limits.h>
 
 /* The lowest of what has to be above 0; not the smallest float of all, which is 0 where denormals are flushed. */

@@ -200,7 +200,6 @@ PLII_SIMD_INLINE float plii_lanes_dot(plii_float4 a, plii_float4 b) {
 PLII_SIMD_INLINE plii_mask4 plii_lanes_finite(plii_float4 a) {
     return a - a <= 0.0f;
 }
-
 /* x, y and z are finite. */
 PLII_SIMD_INLINE bool plii_lanes_xyz_finite(plii_float4 a) {
     return (plii_lanes_bits(plii_lanes_finite(a)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;

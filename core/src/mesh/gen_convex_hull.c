@@ -32,7 +32,7 @@ static pli_status hull_mesh_create(pli_context* context, int point_count, const 
 
 pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points,
                                        float tolerance_ratio, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     if (points == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the points are null"); }
     PLII_TRY(
         plii_check_between(context, tolerance_ratio, 0.0f, 1.0f - FLT_EPSILON / 2.0f, "the tolerance ratio", __func__));
@@ -66,14 +66,13 @@ static pli_vec3 ellipsoid_hammersley(int i, int count) {
 /* As btSoftBodyHelpers::CreateEllipsoid; of points that coincide up to rounding one becomes a node. */
 pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_vec3 radii, int point_count,
                                      pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     PLII_TRY(plii_check_vec3_within(context, center, PLI_MAX_COORDINATE, "the center", __func__));
     PLII_TRY(plii_check_vec3_between(context, radii, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radii", __func__));
     PLII_TRY(plii_check_int(context, point_count, 4, INT_MAX, "the number of points", __func__));
     pli_vec3* points = NULL;
-    if (!PLII_ALLOCATE(context, &points, point_count)) {
-        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d points", point_count);
-    }
+    PLII_FAIL_IF(!PLII_ALLOCATE(context, &points, point_count), context, PLI_ERROR_OUT_OF_MEMORY, __func__,
+                 "no memory for %d points", point_count);
     for (int i = 0; i < point_count; ++i) {
         points[i] = pli_vec3_add(pli_vec3_mul(ellipsoid_hammersley(i, point_count), radii), center);
     }

@@ -55,7 +55,7 @@ static void elements_push(pli_mesh* mesh, const element_list* list, plii_key_tab
 
 static pli_status elements_create(pli_context* context, const element_list* list, int point_count,
                                   const pli_vec3* points, const char* function, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, function));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", function));
     PLII_TRY(elements_check(context, list, point_count, points, function));
     const int64_t edge_count = (int64_t)list->edge_count * list->count;
     const bool are_tetras = list->corner_count == 4;

@@ -8,16 +8,14 @@
 #include <string.h>
 
 pli_patch_def pli_patch_def_default(void) {
-    return (pli_patch_def){
-        .corner_00 = {-1, 0, -1},
-        .corner_10 = {1, 0, -1},
-        .corner_01 = {-1, 0, 1},
-        .corner_11 = {1, 0, 1},
-        .columns = 16,
-        .rows = 16,
-        .diagonals = true,
-        .cookie = PLII_DEF_COOKIE,
-    };
+    return (pli_patch_def){.corner_00 = {-1, 0, -1},
+                           .corner_10 = {1, 0, -1},
+                           .corner_01 = {-1, 0, 1},
+                           .corner_11 = {1, 0, 1},
+                           .columns = 16,
+                           .rows = 16,
+                           .diagonals = true,
+                           .cookie = PLII_DEF_COOKIE};
 }
 
 static const plii_field patch_fields[] = {
@@ -36,15 +34,15 @@ static int patch_node(const pli_patch_def* def, int x, int y) {
 /* A mesh with the nodes of the patch, pinned by the bits that the generator knows, and room for links and faces. */
 static pli_status patch_begin(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function,
                               pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, function));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", function));
     PLII_TRY_DEF(context, pli_patch_def, def, patch_fields, function);
     PLII_FAIL_IF((def->pins & ~allowed_pins) != 0, context, PLI_ERROR_INVALID_VALUE, function,
                  "the pins 0x%x name nodes that this patch does not pin", (unsigned)(def->pins & ~allowed_pins));
     const int64_t columns = def->columns, rows = def->rows;
     const int64_t cells = (columns - 1) * (rows - 1);
     const int64_t links = columns * (rows - 1) + rows * (columns - 1) + (def->diagonals ? cells : 0);
-    pli_mesh* made = NULL;
-    PLII_TRY(plii_mesh_create_reserved(context, columns * rows, links, 2 * cells, 0, function, &made));
+    PLII_TRY(plii_mesh_create_reserved(context, columns * rows, links, 2 * cells, 0, function, mesh));
+    pli_mesh* made = *mesh;
     for (int y = 0; y < def->rows; ++y) {
         const float ty = (float)y / (float)(def->rows - 1);
         const pli_vec3 left = pli_vec3_lerp(def->corner_00, def->corner_01, ty);
@@ -71,7 +69,6 @@ static pli_status patch_begin(pli_context* context, const pli_patch_def* def, in
     for (size_t i = 0; i < sizeof pins / sizeof *pins; ++i) {
         if ((def->pins & pins[i].pin) != 0) { made->inverse_masses[patch_node(def, pins[i].x, pins[i].y)] = 0.0f; }
     }
-    *mesh = made;
     return PLI_OK;
 }
 

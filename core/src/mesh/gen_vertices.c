@@ -21,7 +21,7 @@ static pli_status vertices_check(pli_context* context, int vertex_count, const p
 
 pli_status pli_mesh_create_from_vertices(pli_context* context, int vertex_count, const pli_vec3* vertices,
                                          int triangle_count, const int* triangles, int* vertex_nodes, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     PLII_TRY(vertices_check(context, vertex_count, vertices, triangle_count, triangles, vertex_nodes, __func__));
     const size_t corner_count = 3 * (size_t)triangle_count;
     plii_scratch scratch = {.context = context};

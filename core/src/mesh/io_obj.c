@@ -149,7 +149,7 @@ void pli_triangles_destroy(pli_triangles* triangles) {
 }
 
 pli_status pli_mesh_read_obj(pli_context* context, const char* path, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     if (path == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the path is null"); }
     pli_triangles triangles = {0};
     PLII_TRY(obj_read(context, path, PLI_MAX_COORDINATE, __func__, &triangles));

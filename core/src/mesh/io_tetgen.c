@@ -73,7 +73,6 @@ static pli_status tetgen_end_file(tetgen_file* file) {
     if (!plii_text_find_content(&file->text)) { return PLI_OK; }
     return plii_text_fail(&file->text, "the file goes on after %d %s", file->record_count, file->what);
 }
-
 static pli_status tetgen_out_of_memory(const tetgen_file* file) {
     return plii_fail(file->text.context, PLI_ERROR_OUT_OF_MEMORY, file->text.function, "%s: no memory for %d %s",
                      file->path, file->record_count, file->what);
@@ -82,11 +81,10 @@ static pli_status tetgen_out_of_memory(const tetgen_file* file) {
 static pli_status tetgen_read_points(tetgen_file* file, tetgen_mesh* mesh) {
     int values[3] = {3, 0, 0}; /* dimensions, attributes, markers */
     PLII_TRY(tetgen_read_header(file, 3, values));
-    if (file->record_count == 0 || values[0] != 3 || values[1] < 0 || values[1] > 1000 || values[2] < 0 ||
-        values[2] > 1) {
-        return plii_text_fail(&file->text, "%d points of %d dimensions with %d attributes and %d markers",
-                              file->record_count, values[0], values[1], values[2]);
-    }
+    const bool is_odd = values[0] != 3 || values[1] < 0 || values[1] > 1000 || values[2] < 0 || values[2] > 1;
+    PLII_TEXT_FAIL_IF(file->record_count == 0 || is_odd, &file->text,
+                      "%d points of %d dimensions with %d attributes and %d markers", file->record_count, values[0],
+                      values[1], values[2]);
     file->trailing_count = values[1] + values[2];
     PLII_TRY(tetgen_begin_records(file, 4));
     if (!PLII_ALLOCATE(file->text.context, &mesh->points, file->record_count)) { return tetgen_out_of_memory(file); }
@@ -235,7 +233,7 @@ static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const cha
 }
 
 pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     if (base == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the base name is null"); }
     static const tetgen_part parts[3] = {{".node", "points", tetgen_read_points, false},
                                          {".ele", "tetrahedra", tetgen_read_tetras, false},

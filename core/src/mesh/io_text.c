@@ -189,7 +189,6 @@ static pli_status text_read(plii_text* text, const char* what, const char** word
     if (plii_text_read_word(text, word, length)) { return PLI_OK; }
     return plii_text_fail(text, "the line ends before %s", what);
 }
-
 static pli_status text_fail_number(const plii_text* text, const char* what, const char* word, int length) {
     return plii_text_fail(text, "%s is '%s', which is no usable number", what, plii_text_quote(word, length).text);
 }

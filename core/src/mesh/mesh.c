@@ -9,12 +9,10 @@
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
     return plii_check_handle(mesh, PLII_HANDLE_MESH, NULL, NULL, function);
 }
-
 pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
     PLII_TRY(plii_check_mesh(mesh, function));
     return plii_check_change(mesh->context, function);
 }
-
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function) {
     return plii_check_index(mesh->context, node, mesh->node_count, "node", "mesh", function);
 }
@@ -110,13 +108,8 @@ plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) 
     ARRAY(tetras, tetra_count, tetra_capacity)                                                                         \
     ARRAY(materials, material_count, material_capacity)
 
-pli_status plii_check_mesh_create(pli_context* context, pli_mesh** mesh, const char* function) {
-    PLII_TRY(plii_check_context_change(context, function));
-    return mesh != NULL ? PLI_OK : plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "mesh is null");
-}
-
 pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     pli_mesh* made = plii_handle_create(context, PLII_HANDLE_MESH, sizeof *made);
     if (made != NULL) {
         made->context = context;
@@ -133,7 +126,7 @@ pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
 
 pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
     PLII_TRY(plii_check_mesh_change(source, __func__));
-    PLII_TRY(plii_check_mesh_create(source->context, mesh, __func__));
+    PLII_TRY(plii_check_create(source->context, mesh, "mesh", __func__));
     pli_mesh* made = NULL;
     PLII_TRY(plii_mesh_create_reserved(source->context, source->node_count, source->link_count, source->face_count,
                                        source->tetra_count, __func__, &made));
@@ -190,7 +183,6 @@ void plii_mesh_push_node(pli_mesh* mesh, pli_vec3 position, float inverse_mass) 
     mesh->positions[mesh->node_count] = position;
     mesh->inverse_masses[mesh->node_count++] = inverse_mass;
 }
-
 void plii_mesh_push_link(pli_mesh* mesh, int a, int b) {
     mesh->links[mesh->link_count++] = (pli_link){.nodes = {a, b}};
 }

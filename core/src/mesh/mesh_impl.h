@@ -32,8 +32,6 @@ void plii_mesh_clear_topology(pli_mesh* mesh);
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function);
-/* The same for a call that makes a mesh: `mesh` must not be null. */
-pli_status plii_check_mesh_create(pli_context* context, pli_mesh** mesh, const char* function);
 /* PLI_OK, or the error of an index; messages name `function`. */
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function);
 pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function);

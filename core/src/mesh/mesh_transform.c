@@ -5,6 +5,7 @@
 
 /* Moves all nodes or, if one would be too far out, none. */
 static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const char* function) {
+    PLII_TRY(plii_check_mesh_change(mesh, function));
     PLII_FAIL_IF(!plii_transform_is_finite(transform), mesh->context, PLI_ERROR_NOT_FINITE, function,
                  "the transform is not finite");
     for (int i = 0; i < mesh->node_count; ++i) {
@@ -23,19 +24,14 @@ static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const
 }
 
 pli_status pli_mesh_transform(pli_mesh* mesh, pli_transform transform) {
-    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     return transform_apply(mesh, transform, __func__);
 }
-
 pli_status pli_mesh_translate(pli_mesh* mesh, pli_vec3 offset) {
-    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     pli_transform transform = pli_transform_identity();
     transform.origin = offset;
     return transform_apply(mesh, transform, __func__);
 }
-
 pli_status pli_mesh_rotate(pli_mesh* mesh, pli_quat rotation) {
-    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     return transform_apply(mesh, pli_transform_make(rotation, pli_vec3_make(0, 0, 0)), __func__);
 }
 

@@ -8,72 +8,54 @@ pli_shape_def pli_shape_def_default(void) {
     return (pli_shape_def){.cookie = PLII_DEF_COOKIE};
 }
 
-pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function) {
-    PLII_TRY(plii_check_context_change(context, function));
-    if (shape == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape is null"); }
-    return PLI_OK;
-}
-
-static pli_status shape_allocate(pli_context* context, const pli_shape_def* def, const char* function,
-                                 pli_shape** shape) {
-    pli_shape* made = plii_handle_create(context, PLII_HANDLE_SHAPE, sizeof *made);
-    if (made == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
-    made->reference_count = 1;
-    made->context = context;
-    made->def = *def;
-    *shape = made;
-    return PLI_OK;
-}
-
 pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
                                     const void* data, size_t size, const char* function, pli_shape** shape) {
     void* copy = plii_duplicate(context, data, size);
-    if (copy == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
-    const pli_status status = shape_allocate(context, def, function, shape);
-    if (status != PLI_OK) {
+    const bool has_data = copy != NULL || size == 0;
+    pli_shape* made = has_data ? plii_handle_create(context, PLII_HANDLE_SHAPE, sizeof *made) : NULL;
+    if (made == NULL) {
         plii_release(context, copy, size);
-        return status;
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape");
     }
-    (*shape)->kind = kind;
-    (*shape)->def.user = copy;
-    (*shape)->data_size = size;
+    made->kind = kind;
+    made->reference_count = 1;
+    made->context = context;
+    made->def = *def;
+    made->data_size = size;
+    if (size > 0) { made->def.user = copy; }
+    *shape = made;
     return PLI_OK;
 }
 
 pli_status plii_shape_check_triangles(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
                                       const int* triangles, const char* function) {
-    if (points == NULL || triangles == NULL) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
-    }
-    if (point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6) {
-        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count,
-                         triangle_count);
-    }
+    PLII_FAIL_IF(points == NULL || triangles == NULL, context, PLI_ERROR_NULL_ARGUMENT, function,
+                 "points or triangles is null");
+    PLII_FAIL_IF(point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6, context,
+                 PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count, triangle_count);
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
     for (int i = 0; i < 3 * triangle_count; ++i) {
-        if (triangles[i] < 0 || triangles[i] >= point_count) {
-            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                             "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
-        }
+        PLII_FAIL_IF(triangles[i] < 0 || triangles[i] >= point_count, context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
     }
     return PLI_OK;
 }
 
 pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(PLII_CHECK_MADE(context, pli_shape_def, def, __func__));
     if (def->distances == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->distances is null"); }
     if (def->bounds == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->bounds is null"); }
     PLII_TRY(plii_check_between(context, def->radius, 0.0f, PLI_MAX_COORDINATE, "def->radius", __func__));
-    return shape_allocate(context, def, __func__, shape);
+    return plii_shape_create_owning(context, PLII_SHAPE_OTHER, def, NULL, 0, __func__, shape);
 }
 
 /* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */
 static pli_status shape_check_count(const pli_shape* shape, const char* function) {
     PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
     const plii_walk* walk = plii_walk_find(shape->context);
-    if ((walk == NULL || walk->kind == PLII_WALK_RELEASE) && plii_shape_queries == 0) { return PLI_OK; }
-    return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
+    const bool is_free = (walk == NULL || walk->kind == PLII_WALK_RELEASE) && plii_shape_queries == 0;
+    return is_free ? PLI_OK : plii_refuse_change(shape->context, function);
 }
 
 void plii_shape_retain(pli_shape* shape) {

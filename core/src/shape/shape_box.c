@@ -38,7 +38,7 @@ static pli_vec3 box_support(const void* user, pli_vec3 direction) {
 }
 
 pli_status pli_shape_create_box(pli_context* context, pli_vec3 half_extents, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(
         plii_check_vec3_between(context, half_extents, PLII_ABOVE_0, PLI_MAX_COORDINATE, "half_extents", __func__));
     const pli_shape_def def = {.distances = box_distances, .bounds = box_bounds, .support = box_support};

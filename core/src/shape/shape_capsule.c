@@ -38,7 +38,7 @@ static pli_vec3 capsule_support(const void* user, pli_vec3 direction) {
 }
 
 pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment, float radius, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(plii_check_vec3_within(context, half_segment, PLI_MAX_COORDINATE, "half_segment", __func__));
     PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
     const float squared = pli_vec3_length_squared(half_segment);

@@ -7,8 +7,6 @@
 #include "math/range.h"
 #include "shape/shape_impl.h"
 
-#include <string.h>
-
 /* Doubled area, of the longest edge squared, below which the normal is too rough for its plane to hold all points. */
 #define HULL_ROUGH_TRIANGLE 1e-3f
 
@@ -164,7 +162,7 @@ static pli_status hull_create(pli_context* context, const plii_convex_hull* sour
 
 pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points, float radius,
                                         pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     if (points == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "points is null"); }
     PLII_TRY(plii_check_between(context, radius, 0.0f, PLI_MAX_COORDINATE, "radius", __func__));
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));

@@ -59,13 +59,12 @@ static pli_vec3 cylinder_support(const void* user, pli_vec3 direction) {
 }
 
 pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, float radius, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(plii_check_vec3_within(context, half_axis, PLI_MAX_COORDINATE, "half_axis", __func__));
     PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
     const float half_height = pli_vec3_length(half_axis);
-    if (!(half_height * half_height >= PLII_SHAPE_TINY_SQUARED)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the length of half_axis is %g", (double)half_height);
-    }
+    PLII_FAIL_IF(!(half_height * half_height >= PLII_SHAPE_TINY_SQUARED), context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "the length of half_axis is %g", (double)half_height);
     const pli_vec3 axis =
         pli_vec3_make(half_axis.x / half_height, half_axis.y / half_height, half_axis.z / half_height);
     const cylinder_data cylinder = {axis, half_height, radius, plii_shape_perpendicular(axis)};

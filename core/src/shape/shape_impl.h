@@ -35,11 +35,10 @@ struct pli_shape {
     size_t data_size;        /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
 };
 
-/* Owns a copy of `data`, which is floats but for PLII_SHAPE_OTHER; def->user is ignored. Messages name `function`. */
+/* Owns a copy of `data`, which is floats but for PLII_SHAPE_OTHER, and def->user is ignored; `size` 0: it owns none.
+   Messages name `function`. */
 pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
                                     const void* data, size_t size, const char* function, pli_shape** shape);
-/* The arguments that all creating functions share. */
-pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function);
 /* Points and triangles as a surface is made from. */
 pli_status plii_shape_check_triangles(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
                                       const int* triangles, const char* function);

@@ -15,8 +15,7 @@
 #define LATTICE_CELL_VOXELS 3
 #define LATTICE_CELL_POINTS (LATTICE_CELL_VOXELS + 1)
 #define LATTICE_SAMPLES (LATTICE_CELL_POINTS * LATTICE_CELL_POINTS * LATTICE_CELL_POINTS)
-/* 9 MB */
-#define LATTICE_MAX_CELLS 32768
+#define LATTICE_MAX_CELLS 32768 /* 9 MB */
 /* In voxels: cells up to here have a key, and their coordinates are exact in float. Farther points ask the source. */
 #define LATTICE_MAX_COORDINATE 3.1e6f
 
@@ -173,7 +172,7 @@ static void lattice_destroy(void* user) {
 }
 
 pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(plii_check_handle(source, PLII_HANDLE_SHAPE, context, NULL, __func__));
     /* The smallest normal number has a finite inverse. */
     PLII_TRY(plii_check_between(context, voxel_size, PLII_ABOVE_0, PLI_MAX_COORDINATE, "voxel_size", __func__));

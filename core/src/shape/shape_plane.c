@@ -32,14 +32,12 @@ static pli_bounds plane_bounds(const void* user) {
 }
 
 pli_status pli_shape_create_plane(pli_context* context, pli_vec3 normal, float offset, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    if (!plii_vec3_is_finite(normal) || !plii_is_finite(offset)) {
-        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "normal or offset is not finite");
-    }
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
+    PLII_FAIL_IF(!plii_vec3_is_finite(normal) || !plii_is_finite(offset), context, PLI_ERROR_NOT_FINITE, __func__,
+                 "normal or offset is not finite");
     const float length = pli_vec3_length(normal);
-    if (!(length * length > PLII_SHAPE_TINY_SQUARED) || !plii_is_finite(length)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the length of normal is %g", (double)length);
-    }
+    PLII_FAIL_IF(!(length * length > PLII_SHAPE_TINY_SQUARED) || !plii_is_finite(length), context,
+                 PLI_ERROR_INVALID_VALUE, __func__, "the length of normal is %g", (double)length);
     PLII_TRY(plii_check_between(context, offset, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE, "offset", __func__));
     const plane_data plane = {pli_vec3_make(normal.x / length, normal.y / length, normal.z / length), offset};
     const pli_shape_def def = {.distances = plane_distances, .bounds = plane_bounds};

@@ -105,11 +105,10 @@ static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, c
     mesh->cell_size = (float)cell_size;
     mesh->inverse_cell_size = 1.0f / mesh->cell_size;
     const float largest = plii_max(pli_vec3_length(plii_vec3_max(bounds.max, pli_vec3_neg(bounds.min))), 0.0f);
-    if (!(mesh->cell_size > FLT_EPSILON * 16.0f * largest) || !plii_is_finite(mesh->inverse_cell_size) ||
-        !plii_is_finite(mesh->cell_size)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                         "cells of %g m are too small for coordinates up to %g m", cell_size, (double)largest);
-    }
+    const bool is_finite = plii_is_finite(mesh->inverse_cell_size) && plii_is_finite(mesh->cell_size);
+    PLII_FAIL_IF(!is_finite || !(mesh->cell_size > FLT_EPSILON * 16.0f * largest), mesh->context,
+                 PLI_ERROR_INVALID_VALUE, function, "cells of %g m are too small for coordinates up to %g m", cell_size,
+                 (double)largest);
     double padding = def->padding > 0.0f ? (double)def->padding / cell_size : SAMPLED_MESH_PADDING;
     if (padding < SAMPLED_MESH_MIN_PADDING) { padding = SAMPLED_MESH_MIN_PADDING; }
     double counts[3], total = 1.0;
@@ -117,11 +116,9 @@ static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, c
         counts[axis] = ceil(extents[axis] / cell_size + 2.0 * padding) + 1.0;
         total *= counts[axis];
     }
-    if (!(total <= (double)PLI_SAMPLED_MESH_MAX_SAMPLES)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                         "cells of %g m and a padding of %g m need %.0f x %.0f x %.0f samples, more than %d", cell_size,
-                         padding * cell_size, counts[0], counts[1], counts[2], PLI_SAMPLED_MESH_MAX_SAMPLES);
-    }
+    PLII_FAIL_IF(!(total <= (double)PLI_SAMPLED_MESH_MAX_SAMPLES), mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                 "cells of %g m and a padding of %g m need %.0f x %.0f x %.0f samples, more than %d", cell_size,
+                 padding * cell_size, counts[0], counts[1], counts[2], PLI_SAMPLED_MESH_MAX_SAMPLES);
     for (int axis = 0; axis < 3; ++axis) {
         mesh->sampling.counts[axis] = (int)counts[axis];
     }
@@ -151,21 +148,18 @@ static pli_status sampled_mesh_sample(sampled_mesh* mesh, const pli_vec3* points
         status = plii_sdf_grid_run(&soup, &mesh->sampling);
     }
     plii_soup_free(&soup);
-    if (status == PLI_ERROR_OUT_OF_MEMORY) {
-        return plii_fail(mesh->context, status, function, "no memory for %d x %d x %d samples",
-                         mesh->sampling.counts[0], mesh->sampling.counts[1], mesh->sampling.counts[2]);
-    }
-    if (status != PLI_OK) {
-        return plii_fail(mesh->context, status, function, "the %d triangles enclose nothing that cells of %g m show",
-                         triangle_count, (double)mesh->cell_size);
-    }
+    PLII_FAIL_IF(status == PLI_ERROR_OUT_OF_MEMORY, mesh->context, status, function,
+                 "no memory for %d x %d x %d samples", mesh->sampling.counts[0], mesh->sampling.counts[1],
+                 mesh->sampling.counts[2]);
+    PLII_FAIL_IF(status != PLI_OK, mesh->context, status, function,
+                 "the %d triangles enclose nothing that cells of %g m show", triangle_count, (double)mesh->cell_size);
     return PLI_OK;
 }
 
 pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, const pli_vec3* points,
                                          int triangle_count, const int* triangles, const pli_sampled_mesh_def* def,
                                          pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     const pli_sampled_mesh_def used = def != NULL ? *def : pli_sampled_mesh_def_default();
     PLII_TRY_DEF(context, pli_sampled_mesh_def, &used, sampled_mesh_fields, __func__);
     PLII_TRY(plii_shape_check_triangles(context, point_count, points, triangle_count, triangles, __func__));

@@ -27,7 +27,7 @@ static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
 }
 
 pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
     const pli_shape_def def = {
         .distances = sphere_distances, .bounds = sphere_bounds, .support = sphere_support, .radius = radius};

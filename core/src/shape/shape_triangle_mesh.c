@@ -6,15 +6,12 @@
 
 #include "base/edge_map.h"
 #include "base/union_find.h"
-#include "geometry/bvh.h"
 #include "geometry/closest_point.h"
 #include "geometry/pair_cache.h"
 #include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"
-
-#include <string.h>
 
 /* Measuring that many one by one costs about as much as a walk through the tree. */
 #define SURFACE_MAX_CANDIDATES 12
@@ -58,7 +55,6 @@ static float surface_measure(int triangle, pli_vec3 p, const void* user) {
     plii_closest_feature closest;
     return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &closest)));
 }
-
 static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p) {
     const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, surface->bounds.min), surface->bounds.max);
     return pli_vec3_length(pli_vec3_sub(p, inside));
@@ -207,7 +203,6 @@ static pli_vec3 surface_unit_or(pli_vec3 v, pli_vec3 other) {
     const float length = pli_vec3_length(v);
     return length > 1e-6f ? plii_vec3_divide(v, length) : other;
 }
-
 static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     const pli_vec3 u = pli_vec3_sub(b, a), v = pli_vec3_sub(c, a);
     return atan2f(pli_vec3_length(pli_vec3_cross(u, v)), pli_vec3_dot(u, v));
@@ -359,7 +354,7 @@ static void surface_destroy(void* user) {
 pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count, const pli_vec3* points,
                                           int triangle_count, const int* triangles, float thickness,
                                           pli_shape** shape) {
-    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_create(context, shape, "shape", __func__));
     PLII_TRY(plii_shape_check_triangles(context, point_count, points, triangle_count, triangles, __func__));
     PLII_TRY(plii_check_between(context, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE, "thickness", __func__));
     surface_data surface = {.context = context,

@@ -180,7 +180,6 @@ void plii_groups_run(pli_world* world, plii_groups_fn* run) {
     (void)groups_run(&task, world->group_count, 0, GROUPS_SOLVE_NODES);
     world->are_groups_parted = task.alone == PLI_NULL_INDEX;
 }
-
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
     groups_task task = {.world = world, .run_body = run};
     return groups_run(&task, world->body_count, 2 * (int64_t)GROUPS_PREDICT_NODES, GROUPS_PREDICT_NODES);

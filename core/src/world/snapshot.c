@@ -341,31 +341,23 @@ static pli_status snapshot_restore(snapshot_subject subject, pli_context* contex
     return snapshot_run(&walk, subject);
 }
 
-size_t pli_world_snapshot_size(const pli_world* world) {
-    if (plii_check_world(world, __func__) != PLI_OK) { return 0; }
-    return snapshot_size((snapshot_subject){.world = world}, world->context, __func__);
-}
-
+PLII_DEFINE_GET(size_t, pli_world_snapshot_size, world,
+                snapshot_size((snapshot_subject){.world = world}, world->context, __func__), 0)
 pli_status pli_world_save(const pli_world* world, void* buffer, size_t capacity, size_t* size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     return snapshot_save((snapshot_subject){.world = world}, world->context, buffer, capacity, size, __func__);
 }
-
 pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     return snapshot_restore((snapshot_subject){.world = world}, world->context, buffer, size, __func__);
 }
 
-size_t pli_body_snapshot_size(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    return snapshot_size((snapshot_subject){.body = body}, body->context, __func__);
-}
-
+PLII_DEFINE_GET(size_t, pli_body_snapshot_size, body,
+                snapshot_size((snapshot_subject){.body = body}, body->context, __func__), 0)
 pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
     return snapshot_save((snapshot_subject){.body = body}, body->context, buffer, capacity, size, __func__);
 }
-
 pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
     return snapshot_restore((snapshot_subject){.body = body}, body->context, buffer, size, __func__);

@@ -41,7 +41,6 @@ static void update_intervals_take(pli_world* world, float dt) {
 void plii_world_use_update_intervals(pli_world* world) {
     world->take_update_intervals = update_intervals_take;
 }
-
 bool plii_update_interval_is_valid(const plii_update_interval* interval) {
     return interval->steps >= 1 && interval->steps <= UPDATE_INTERVAL_MOST && interval->first_steps >= 0 &&
            interval->first_steps <= UPDATE_INTERVAL_MOST && fabsf(interval->lead) <= PLI_MAX_TIME_STEP &&

@@ -12,14 +12,15 @@ pli_status plii_check_world_idle(const pli_world* world, const char* function) {
     if (!world->is_stepping) { return PLI_OK; }
     return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
 }
-
 pli_status plii_refuse_entered(const pli_world* world, const char* function) {
     return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "another thread steps the world");
 }
 
-/* False: another thread is in a step. */
-static bool world_enter(pli_world* world) {
-    return !__atomic_exchange_n(&world->is_entered, true, __ATOMIC_ACQUIRE);
+/* PLI_OK, or the error of a call of a step that may not be made now. */
+static pli_status world_enter(pli_world* world, const char* function) {
+    PLII_TRY(plii_check_world_change(world, function));
+    const bool is_entered = __atomic_exchange_n(&world->is_entered, true, __ATOMIC_ACQUIRE);
+    return is_entered ? plii_refuse_entered(world, function) : PLI_OK;
 }
 static pli_status world_leave(pli_world* world, pli_status status) {
     __atomic_store_n(&world->is_entered, false, __ATOMIC_RELEASE);
@@ -29,13 +30,11 @@ static pli_status world_leave(pli_world* world, pli_status status) {
 // ----------------------------------------------------------------------------------------------------- life
 
 pli_world_def pli_world_def_default(void) {
-    return (pli_world_def){
-        .gravity = {0, -10, 0},
-        .air_density = 1.2f,
-        .max_force_displacement = 1000.0f,
-        .preallocates = true,
-        .cookie = PLII_DEF_COOKIE,
-    };
+    return (pli_world_def){.gravity = {0, -10, 0},
+                           .air_density = 1.2f,
+                           .max_force_displacement = 1000.0f,
+                           .preallocates = true,
+                           .cookie = PLII_DEF_COOKIE};
 }
 
 static const plii_field world_fields[] = {
@@ -45,8 +44,7 @@ static const plii_field world_fields[] = {
 };
 
 pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
+    PLII_TRY(plii_check_create(context, world, "world", __func__));
     const pli_world_def used = def != NULL ? *def : pli_world_def_default();
     PLII_TRY_DEF(context, pli_world_def, &used, world_fields, __func__);
     pli_world* made = plii_handle_create(context, PLII_HANDLE_WORLD, sizeof *made);
@@ -94,7 +92,6 @@ pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     world->def.gravity = gravity;
     return PLI_OK;
 }
-
 pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void* user) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     world->profile = profile;
@@ -133,12 +130,7 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
                 feature->klass->on_rigid_removed(body, feature->state, rigid);
             }
         }
-        for (int k = 0; k < body->ignored_rigid_count; ++k) {
-            if (body->ignored_rigids[k] == rigid) {
-                body->ignored_rigids[k] = body->ignored_rigids[--body->ignored_rigid_count];
-                break;
-            }
-        }
+        plii_body_stop_ignoring(body, rigid);
     }
 }
 
@@ -292,18 +284,14 @@ void plii_world_note_frozen(pli_world* world) {
     if (!PLII_LOAD(&world->is_entered)) { world_tell_frozen(world); } /* by a call between steps */
 }
 
-/* What was added acts for a step of the world. A longer one of the body gets the same impulse. */
-static void world_spread_forces(pli_body* body, float share) {
-    for (int i = 0; i < body->node_count; ++i) {
-        body->forces[i] = pli_vec3_scale(body->forces[i], share);
-    }
-}
-
 static void world_predict_body(pli_body* body) {
     plii_world_begin_body(body);
     const pli_world* world = body->world;
     const float dt = world->take_update_intervals != NULL ? body->interval.step : world->dt;
-    if (dt != world->dt && body->forces != NULL) { world_spread_forces(body, world->dt / dt); }
+    /* What was added acts for a step of the world. A longer one of the body gets the same impulse. */
+    for (int i = 0; dt != world->dt && body->forces != NULL && i < body->node_count; ++i) {
+        body->forces[i] = pli_vec3_scale(body->forces[i], world->dt / dt);
+    }
     body->solver_class->predict(body, dt);
 }
 
@@ -340,8 +328,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
 }
 
 pli_status pli_world_predict(pli_world* world, float dt) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    PLII_TRY(world_enter(world, __func__));
     return world_leave(world, world_predict(world, dt, __func__));
 }
 
@@ -411,6 +398,7 @@ static void world_end_trouble(pli_world* world, int events_before) {
 }
 
 static pli_status world_solve(pli_world* world, const char* function) {
+    PLII_FAIL_IF(!world->is_stepping, world->context, PLI_ERROR_WRONG_STATE, function, "nothing was predicted");
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
     const int events_before = world->event_count;
@@ -437,9 +425,7 @@ static pli_status world_solve(pli_world* world, const char* function) {
 }
 
 pli_status pli_world_solve(pli_world* world) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
-    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    PLII_TRY(world_enter(world, __func__));
     return world_leave(world, world_solve(world, __func__));
 }
 
@@ -453,7 +439,6 @@ static pli_status world_step(pli_world* world, float dt, const char* function) {
 }
 
 pli_status pli_world_step(pli_world* world, float dt) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    PLII_TRY(world_enter(world, __func__));
     return world_leave(world, world_step(world, dt, __func__));
 }
