@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <new>
+#include <string>
 
 namespace pliant {
 
@@ -24,7 +25,12 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
         owns_context_ = status == PLI_OK;
     }
     const bool has_thickness = surface_thickness > 0.0f && surface_thickness <= PLI_MAX_COORDINATE;
-    if (status == PLI_OK && !has_thickness) { status = PLI_ERROR_INVALID_VALUE; }
+    if (status == PLI_OK && !has_thickness) {
+        status = fail(PLI_ERROR_INVALID_VALUE, "pliant::Bridge",
+                      ("surface_thickness is " + std::to_string(surface_thickness) +
+                       ", it has to be above 0 and at most PLI_MAX_COORDINATE")
+                          .c_str());
+    }
     pli_world_def world_def = def.world;
     world_def.gravity = def.gravity.value_or(to_pli(bullet_world.getGravity()));
     if (!def.gravity) { followed_gravity_ = world_def.gravity; }
@@ -94,7 +100,10 @@ void Bridge::Impl::leave_world() {
 
 pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group, int mask) {
     if (status != PLI_OK) { return status; }
-    if (bullet_world_ == nullptr || bullet_world_state() == WorldState::gone) { return PLI_ERROR_WRONG_STATE; }
+    const char* const function = "pliant::Bridge::add_body";
+    if (bullet_world_ == nullptr || bullet_world_state() == WorldState::gone) {
+        return fail(PLI_ERROR_WRONG_STATE, function, "the bridge has left its Bullet world, or that is gone");
+    }
     pli_body* made = nullptr;
     pli_status result = pli_body_create(world, mesh, def, body != nullptr ? &made : nullptr);
     if (result != PLI_OK) { return result; }
@@ -109,7 +118,7 @@ pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def,
         objects_.push_back(std::make_unique<SoftObject>(*this, made));
     } catch (const std::bad_alloc&) {
         pli_body_destroy(made);
-        return PLI_ERROR_OUT_OF_MEMORY;
+        return fail(PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a collision object");
     }
     bullet_world_->addCollisionObject(objects_.back().get(), group, mask);
     look_for_new_pinned();
@@ -119,10 +128,13 @@ pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def,
 
 pli_status Bridge::Impl::remove_body(pli_body* body) {
     if (status != PLI_OK || body == nullptr) { return status; }
-    if (is_stepping()) { return PLI_ERROR_WRONG_STATE; }
+    const char* const function = "pliant::Bridge::remove_body";
+    if (is_stepping()) { return fail(PLI_ERROR_WRONG_STATE, function, "not allowed inside of a step"); }
     const auto place =
         std::find_if(objects_.begin(), objects_.end(), [body](const auto& object) { return object->body() == body; });
-    if (place == objects_.end()) { return PLI_ERROR_INVALID_VALUE; }
+    if (place == objects_.end()) {
+        return fail(PLI_ERROR_INVALID_VALUE, function, "the body is not one of this bridge");
+    }
     const bool is_in_world = bullet_world_ != nullptr && (*place)->getBroadphaseHandle() != nullptr;
     if (is_in_world) { bullet_world_->removeCollisionObject(place->get()); }
     objects_.erase(place);

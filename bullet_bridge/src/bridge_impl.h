@@ -93,6 +93,15 @@ public:
     void restore_knowledge(const Knowledge& knowledge);
     /// While Bullet finds its pairs anew, which end and begin though no object has gone.
     void set_restoring(bool is_restoring) { is_restoring_ = is_restoring; }
+    /// For errors that the bridge finds itself: pli_context_fail.
+    pli_status fail(pli_status found, const char* function, const char* message) const {
+        return pli_context_fail(context, found, function, message);
+    }
+    /// Of calls that need bullet_world_between_steps().
+    pli_status fail_between_steps(const char* function) const {
+        return fail(PLI_ERROR_WRONG_STATE, function,
+                    "wanted is a bridge with bodies in a Bullet world that is not in a step");
+    }
 
     pli_status status = PLI_OK;
     pli_status step_status = PLI_OK;

@@ -133,9 +133,15 @@ void Bridge::Impl::refresh(const btCollisionObject& object) {
 
 pli_status Bridge::Impl::use_sampled_mesh(const btCollisionObject& object, const pli_sampled_mesh_def& def) {
     if (status != PLI_OK) { return status; }
-    if (bullet_world_ == nullptr || is_stepping()) { return PLI_ERROR_WRONG_STATE; }
+    const char* const function = "pliant::Bridge::use_sampled_mesh";
+    if (bullet_world_ == nullptr) {
+        return fail(PLI_ERROR_WRONG_STATE, function, "the bridge has left its Bullet world");
+    }
+    if (is_stepping()) { return fail(PLI_ERROR_WRONG_STATE, function, "not allowed inside of a step"); }
     const btCollisionShape* shape = object.getCollisionShape();
-    if (shape == nullptr || !has_triangles(*shape)) { return PLI_ERROR_INVALID_VALUE; }
+    if (shape == nullptr || !has_triangles(*shape)) {
+        return fail(PLI_ERROR_INVALID_VALUE, function, "the object has no shape of triangles");
+    }
     const std::unique_ptr<RigidProxy>& proxy = proxy_of(object);
     const bool was_known = proxy->rigid() != nullptr || proxy->is_needed();
     const ShapeOptions options{context, mode, surface_thickness, nullptr};

@@ -311,6 +311,8 @@ pli_status apply_features(pli_body* body, const ImportedBody& from) {
     return status;
 }
 
+constexpr char import_name[] = "pliant::import_soft_body";
+
 pli_status apply_joint(Bridge& bridge, pli_body* body, const ImportedJoint& from) {
     pli_joint_end other{};
     if (from.other_cluster != PLI_NULL_INDEX) {
@@ -318,7 +320,10 @@ pli_status apply_joint(Bridge& bridge, pli_body* body, const ImportedJoint& from
         other.cluster = from.other_cluster;
     } else if (from.object != nullptr) {
         other.rigid = bridge.rigid(*from.object);
-        if (other.rigid == nullptr) { return PLI_ERROR_WRONG_STATE; }
+        if (other.rigid == nullptr) {
+            return pli_context_fail(bridge.context(), PLI_ERROR_WRONG_STATE, import_name,
+                                    "the object at the other end of a joint cannot be met");
+        }
     }
     if (from.is_angular) {
         pli_angular_joint_def def = pli_angular_joint_def_default();
@@ -362,7 +367,7 @@ pli_status apply_rigid_relations(Bridge& bridge, pli_body* body, const ImportedB
 } // namespace
 
 pli_status import_soft_body(pli_context* context, const btSoftBody& soft, pli_mesh** mesh, ImportedBody* parameters) {
-    if (mesh == nullptr) { return PLI_ERROR_NULL_ARGUMENT; }
+    if (mesh == nullptr) { return pli_context_fail(context, PLI_ERROR_NULL_ARGUMENT, import_name, "mesh is null"); }
     pli_mesh* made = nullptr;
     pli_status status = pli_mesh_create(context, &made);
     if (status == PLI_OK) { status = append_elements(soft, made); }
@@ -377,7 +382,9 @@ pli_status import_soft_body(pli_context* context, const btSoftBody& soft, pli_me
 
 pli_status import_soft_body(Bridge& bridge, const btSoftBody& soft, pli_body** body, int group, int mask,
                             std::vector<std::string>* not_taken) {
-    if (body == nullptr) { return PLI_ERROR_NULL_ARGUMENT; }
+    if (body == nullptr) {
+        return pli_context_fail(bridge.context(), PLI_ERROR_NULL_ARGUMENT, import_name, "body is null");
+    }
     pli_mesh* mesh = nullptr;
     ImportedBody parameters{};
     pli_status status = import_soft_body(bridge.context(), soft, &mesh, &parameters);
@@ -385,7 +392,8 @@ pli_status import_soft_body(Bridge& bridge, const btSoftBody& soft, pli_body** b
     if (not_taken != nullptr) { *not_taken = parameters.not_taken; }
     if (!parameters.not_taken.empty()) {
         pli_mesh_destroy(mesh);
-        return PLI_ERROR_INVALID_VALUE;
+        const std::string message = "cannot be taken over: " + parameters.not_taken.front();
+        return pli_context_fail(bridge.context(), PLI_ERROR_INVALID_VALUE, import_name, message.c_str());
     }
     pli_body* made = nullptr;
     status = bridge.add_body(mesh, &parameters.def, &made, group, mask);

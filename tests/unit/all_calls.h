@@ -177,6 +177,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_anchor_count, BODY, READS, CALL_VALUE(pli_body_anchor_count(h->body) == 0))                             \
     X(pli_body_set_anchor_hardness, BODY, CHANGES, CALL_STATUS(pli_body_set_anchor_hardness(h->body, 0.5f)))           \
     X(pli_context_destroy, CONTEXT, CHANGES, CALL_STATUS(pli_context_destroy(h->context)))                             \
+    X(pli_context_fail, CONTEXT, READS, CALL_STATUS(pli_context_fail(h->context, PLI_OK, "call", "text")))             \
     X(pli_context_allocated_bytes, CONTEXT, READS, CALL_VALUE(pli_context_allocated_bytes(h->context) == 0))           \
     X(pli_context_allocation_count, CONTEXT, READS, CALL_VALUE(pli_context_allocation_count(h->context) == 0))         \
     X(pli_body_create, WORLD, CHANGES_IDLE,                                                                            \

@@ -7,6 +7,7 @@
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "check.h"
 #include "test_bridge_world.h"
@@ -136,6 +137,7 @@ static void test_the_rest_volume_comes_along(void**) {
     std::vector<std::string> not_taken;
     assert_int_equal(pliant::import_soft_body(bridge, *ball, &body, 1, -1, &not_taken), PLI_ERROR_INVALID_VALUE);
     assert_true(names(not_taken, "rest volume"));
+    assert_non_null(std::strstr(pli_last_error(bridge.context()), "import_soft_body: cannot be taken over: "));
 }
 
 // After so many steps of 1/60 s in a world of btSoftBody's own.

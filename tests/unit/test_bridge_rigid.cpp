@@ -854,6 +854,8 @@ static void test_use_of_sampled_meshes_is_refused_where_there_is_no_solid(void**
     btRigidBody& open = stock.add_body(new btBvhTriangleMeshShape(shred.mesh.get(), true), 0, btVector3(6, 0, 0));
     pliant::Bridge bridge(*stock.world);
     assert_int_equal(bridge.use_sampled_mesh(box), PLI_ERROR_INVALID_VALUE);
+    assert_string_equal(pli_last_error(bridge.context()),
+                        "pliant::Bridge::use_sampled_mesh: the object has no shape of triangles");
     assert_int_equal(bridge.use_sampled_mesh(open), PLI_ERROR_INVALID_MESH);
     assert_non_null(bridge.rigid(open)); // as it was
     pli_sampled_mesh_def tiny = pli_sampled_mesh_def_default();
@@ -864,6 +866,8 @@ static void test_use_of_sampled_meshes_is_refused_where_there_is_no_solid(void**
     bridge.forget(closed);
     bridge.detach();
     assert_int_equal(bridge.use_sampled_mesh(closed), PLI_ERROR_WRONG_STATE);
+    assert_string_equal(pli_last_error(bridge.context()),
+                        "pliant::Bridge::use_sampled_mesh: the bridge has left its Bullet world");
 }
 
 /// Contacts press through the centre of a ball, however it has turned since they were found.

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstring>
+#include <string>
 
 using bridge_test::make_sheet;
 using bridge_test::StockWorld;
@@ -111,12 +112,18 @@ static void the_same_with_trees_where_nothing_sleeps(void**) {
     go_back_and_forward(scene);
 }
 
+static void expect_error(const pliant::Bridge& bridge, const char* end) {
+    const std::string wanted = std::string("pliant::BridgeSnapshot::") + end;
+    assert_string_equal(pli_last_error(bridge.context()), wanted.c_str());
+}
+
 static void what_the_game_has_changed_comes_back(void**) {
     Scene scene;
     scene.stock.step(50);
     BridgeSnapshot snapshot;
     assert_int_equal(snapshot.bytes(), 0);
-    assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE); // empty
+    assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);
+    expect_error(*scene.bridge, "restore: the snapshot is empty");
     assert_int_equal(snapshot.save(*scene.bridge), PLI_OK);
     assert_true(snapshot.bytes() > 225 * 48);
     scene.stock.step(30);
@@ -170,14 +177,25 @@ static void files_that_are_wrong_are_refused(void**) {
     for (std::size_t size = 0; size < bytes.size(); size += size < 100 ? 1 : 997) {
         assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, bytes.data(), size), PLI_ERROR_FILE_FORMAT);
     }
+    assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, bytes.data(), 200), PLI_ERROR_FILE_FORMAT);
+    expect_error(*scene.bridge, "read_file: it is cut short");
+    assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, nullptr, 100), PLI_ERROR_NULL_ARGUMENT);
+    expect_error(*scene.bridge, "read_file: bytes is null");
     for (std::size_t at = 0; at < bytes.size(); at += at < 100 ? 1 : 997) {
         bytes[at] ^= 4;
         const pli_status status = BridgeSnapshot::read_file(*scene.bridge, bytes.data(), bytes.size());
         assert_true(status == PLI_ERROR_FILE_FORMAT || status == PLI_ERROR_INVALID_VALUE);
         bytes[at] ^= 4;
+        if (at == 0) { expect_error(*scene.bridge, "read_file: it is no file of a bridge"); }
+        if (at == 8) { expect_error(*scene.bridge, "read_file: it has the format of another version"); }
     }
+    bytes.back() ^= 4;
+    assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, bytes.data(), bytes.size()), PLI_ERROR_FILE_FORMAT);
+    expect_error(*scene.bridge, "read_file: its checksum is wrong, it is cut short or damaged");
+    bytes.back() ^= 4;
     scene.stock.world->removeRigidBody(scene.boxes[5]);
     assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, bytes.data(), bytes.size()), PLI_ERROR_INVALID_VALUE);
+    expect_error(*scene.bridge, "read_file: the Bullet world has other objects");
     assert_true(scene.state() == before);
     scene.stock.world->addRigidBody(scene.boxes[5]);
 }
@@ -237,6 +255,7 @@ static void other_objects_are_refused(void**) {
     scene.stock.world->removeRigidBody(scene.boxes[5]);
     const Scene::State before = scene.state();
     assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);
+    expect_error(*scene.bridge, "restore: the Bullet world has other objects");
     assert_true(scene.state() == before);
     scene.stock.world->addRigidBody(scene.boxes[5]); // another to the broad phase
     assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);

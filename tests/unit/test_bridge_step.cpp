@@ -174,6 +174,8 @@ static void test_two_bridges_share_a_world(void**) {
     assert_ptr_equal(first->body(first->object(a)), a);
     assert_ptr_equal(pliant::Bridge::from_object(first->object(a)), a);
     assert_int_equal(second.remove_body(a), PLI_ERROR_INVALID_VALUE);
+    assert_string_equal(pli_last_error(second.context()),
+                        "pliant::Bridge::remove_body: the body is not one of this bridge");
     first.reset();
     stock.step(60);
     check_near(lowest(b), 0.1, 0.01);
@@ -194,6 +196,8 @@ static void test_the_before_solve_hook_sees_contacts_and_end_of_step_poses(void*
         pli_mesh* mesh = make_sheet(bridge.context(), 1, 0, 3);
         added = bridge.add_body(mesh, nullptr, &body);
         removed = bridge.remove_body(sheet);
+        assert_string_equal(pli_last_error(bridge.context()),
+                            "pliant::Bridge::remove_body: not allowed inside of a step");
         pli_mesh_destroy(mesh);
     });
     stock.step(3);
@@ -241,6 +245,8 @@ static void test_errors_are_reported_and_leave_nothing_behind(void**) {
 
     bridge.detach();
     assert_int_equal(bridge.add_body(mesh, nullptr, &body), PLI_ERROR_WRONG_STATE);
+    assert_string_equal(pli_last_error(bridge.context()),
+                        "pliant::Bridge::add_body: the bridge has left its Bullet world, or that is gone");
     pli_mesh_destroy(mesh);
     stock.step(1);
 }
@@ -277,7 +283,9 @@ static void test_a_bridge_with_a_bad_definition_answers_every_call(void**) {
     def = pliant::BridgeDef();
     for (const float thickness : {-1.0f, 0.0f, 2 * PLI_MAX_COORDINATE, INFINITY, NAN}) {
         def.surface_thickness = thickness;
-        assert_int_equal(pliant::Bridge(*stock.world, def).status(), PLI_ERROR_INVALID_VALUE);
+        const pliant::Bridge refused(*stock.world, def);
+        assert_int_equal(refused.status(), PLI_ERROR_INVALID_VALUE);
+        assert_non_null(std::strstr(pli_last_error(refused.context()), "surface_thickness is "));
     }
 }
 

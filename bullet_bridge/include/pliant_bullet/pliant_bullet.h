@@ -56,7 +56,7 @@ public:
     Bridge& operator=(const Bridge&) = delete;
 
     /// PLI_OK, or why the constructor could not make its context or world. A failed bridge answers every call with
-    /// this status or null.
+    /// this status or null. The message of this, and of any call that fails, is pli_last_error(context()).
     pli_status status() const;
     /// Of the last step: PLI_OK, or the first error. The message is pli_last_error(context()). After
     /// PLI_ERROR_OUT_OF_MEMORY the step was done without what it is about (see pli_world_step); shapes that there was

@@ -144,7 +144,9 @@ void surface_destroy(void* user) {
 
 pli_status make_surface_shape(pli_context* context, const btConcaveShape& shape, float thickness, ShapePart& part) {
     auto* surface = new (std::nothrow) SurfaceShape(shape, thickness);
-    if (surface == nullptr) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (surface == nullptr) {
+        return pli_context_fail(context, PLI_ERROR_OUT_OF_MEMORY, "pliant::Bridge", "no memory for a concave shape");
+    }
     pli_shape_def def = pli_shape_def_default();
     def.user = surface;
     def.distances = surface_distances;

@@ -72,7 +72,9 @@ void gjk_destroy(void* user) {
 
 // Takes `gjk`, which may be null.
 pli_status make_shape_of(pli_context* context, GjkShape* gjk, ShapePointer& result) {
-    if (gjk == nullptr) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (gjk == nullptr) {
+        return pli_context_fail(context, PLI_ERROR_OUT_OF_MEMORY, "pliant::Bridge", "no memory for a convex shape");
+    }
     pli_shape_def def = pli_shape_def_default();
     def.user = gjk;
     def.distances = gjk_distances;

@@ -60,7 +60,10 @@ pli_status make_sampled_shape(const btCollisionShape& shape, const ShapeOptions&
         shape.getAabb(btTransform::getIdentity(), low, high);
         static_cast<const btConcaveShape&>(shape).processAllTriangles(&copy, low, high);
     }
-    if (!copy.is_complete() || copy.triangles.empty()) { return PLI_ERROR_INVALID_MESH; }
+    if (!copy.is_complete() || copy.triangles.empty()) {
+        return pli_context_fail(options.context, PLI_ERROR_INVALID_MESH, "pliant::Bridge::use_sampled_mesh",
+                                copy.is_complete() ? "a mesh has no triangles" : "a mesh has too many triangles");
+    }
     pli_shape* made = nullptr;
     const pli_status status = pli_shape_create_sampled_mesh(
         options.context, static_cast<int>(copy.points.size()), copy.points.data(),

@@ -130,7 +130,7 @@ struct BridgeSnapshot::Naming {
 pli_status BridgeSnapshot::write_file(const Bridge& bridge, std::vector<unsigned char>& bytes) {
     bytes.clear();
     btDiscreteDynamicsWorld* world = bridge.impl_->bullet_world_between_steps();
-    if (world == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    if (world == nullptr) { return bridge.impl_->fail_between_steps("pliant::BridgeSnapshot::write_file"); }
     Moment moment;
     bridge.impl_->save_knowledge(moment.bridge);
     moment.take(*world);
@@ -180,37 +180,43 @@ pli_status BridgeSnapshot::write_file(const Bridge& bridge, std::vector<unsigned
 
 namespace {
 
-pli_status check_header(const unsigned char* bytes, std::size_t size, Header& header) {
-    if (bytes == nullptr) { return PLI_ERROR_NULL_ARGUMENT; }
-    if (size < sizeof header) { return PLI_ERROR_FILE_FORMAT; }
+// Null when it is sound.
+const char* find_fault_of_header(const unsigned char* bytes, std::size_t size, Header& header) {
+    if (size < sizeof header) { return "it is shorter than its header"; }
     std::memcpy(&header, bytes, sizeof header);
-    const bool is_ours = std::memcmp(header.magic, file_magic, sizeof file_magic) == 0 &&
-                         header.version == file_version && header.scalar_size == sizeof(btScalar) &&
-                         header.point_size == sizeof(btManifoldPoint) && header.core_size <= size - sizeof header &&
-                         header.checksum == checksum_of(bytes + sizeof header + header.core_size,
-                                                        size - sizeof header - header.core_size);
-    return is_ours ? PLI_OK : PLI_ERROR_FILE_FORMAT;
+    if (std::memcmp(header.magic, file_magic, sizeof file_magic) != 0) { return "it is no file of a bridge"; }
+    if (header.version != file_version) { return "it has the format of another version"; }
+    if (header.scalar_size != sizeof(btScalar) || header.point_size != sizeof(btManifoldPoint)) {
+        return "it is of a Bullet in another precision or version";
+    }
+    if (header.core_size > size - sizeof header) { return "it is cut short"; }
+    const unsigned char* after_core = bytes + sizeof header + header.core_size;
+    const std::size_t size_after_core = size - sizeof header - header.core_size;
+    const bool is_whole = header.checksum == checksum_of(after_core, size_after_core);
+    return is_whole ? nullptr : "its checksum is wrong, it is cut short or damaged";
 }
+
+constexpr char fault_of_lists[] = "a list in it is cut short or out of range";
+constexpr char fault_of_objects[] = "the Bullet world has other objects";
 
 } // namespace
 
 // Of Bullet's side; the objects are those of now.
-pli_status BridgeSnapshot::Moment::read(const btCollisionObjectArray& array, std::size_t activation_count,
-                                        const unsigned char* bytes, std::size_t size) {
+const char* BridgeSnapshot::Moment::read(const btCollisionObjectArray& array, std::size_t activation_count,
+                                         const unsigned char* bytes, std::size_t size) {
     Header header{};
-    const pli_status status = check_header(bytes, size, header);
-    if (status != PLI_OK) { return status; }
+    if (const char* fault = find_fault_of_header(bytes, size, header)) { return fault; }
     Reader reader(bytes + sizeof header + header.core_size, size - sizeof header - header.core_size);
     if (header.object_count != static_cast<std::uint32_t>(array.size()) ||
         header.activation_count != activation_count) {
-        return PLI_ERROR_INVALID_VALUE;
+        return fault_of_objects;
     }
     for (int i = 0; i < array.size(); ++i) {
         ObjectState state(*array[i]);
         const FollowedObject now = state.identity;
         object_state([&](auto& value) { reader.get(value); }, state);
-        if (reader.is_short()) { return PLI_ERROR_FILE_FORMAT; }
-        if (!(state.identity == now)) { return PLI_ERROR_INVALID_VALUE; }
+        if (reader.is_short()) { return fault_of_lists; }
+        if (!(state.identity == now)) { return fault_of_objects; }
         objects.push_back(state);
     }
     for (std::uint32_t i = 0; i < header.contact_count && !reader.is_short(); ++i) {
@@ -218,7 +224,7 @@ pli_status BridgeSnapshot::Moment::read(const btCollisionObjectArray& array, std
         reader.get(places);
         const bool is_sound = places[0] >= 0 && places[0] < array.size() && places[1] >= 0 &&
                               places[1] < array.size() && places[2] > 0 && places[2] <= MANIFOLD_CACHE_SIZE;
-        if (!is_sound) { return PLI_ERROR_FILE_FORMAT; }
+        if (!is_sound) { return fault_of_lists; }
         Points& points = contacts.emplace_back();
         points.bodies[0] = array[places[0]];
         points.bodies[1] = array[places[1]];
@@ -243,23 +249,27 @@ pli_status BridgeSnapshot::Moment::read(const btCollisionObjectArray& array, std
     reader.get(read_seed);
     if (has_gravity != 0) { bridge.followed_gravity = followed; }
     this->seed = static_cast<unsigned long>(read_seed);
-    return reader.is_at_end() ? PLI_OK : PLI_ERROR_FILE_FORMAT;
+    return reader.is_at_end() ? nullptr : fault_of_lists;
 }
 
 pli_status BridgeSnapshot::read_file(Bridge& bridge, const unsigned char* bytes, std::size_t size) {
     btDiscreteDynamicsWorld* world = bridge.impl_->bullet_world_between_steps();
-    if (world == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    const char* const function = "pliant::BridgeSnapshot::read_file";
+    if (world == nullptr) { return bridge.impl_->fail_between_steps(function); }
+    if (bytes == nullptr) { return bridge.impl_->fail(PLI_ERROR_NULL_ARGUMENT, function, "bytes is null"); }
     Bridge::Impl::Knowledge now;
     bridge.impl_->save_knowledge(now); // makes the proxies that the file names
     const btCollisionObjectArray& array = world->getCollisionObjectArray();
     Moment moment;
-    pli_status status = moment.read(array, now.activations.size(), bytes, size);
-    if (status != PLI_OK) { return status; }
+    if (const char* fault = moment.read(array, now.activations.size(), bytes, size)) {
+        const bool is_other_world = fault == fault_of_objects;
+        return bridge.impl_->fail(is_other_world ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_FILE_FORMAT, function, fault);
+    }
     Header header{};
     std::memcpy(&header, bytes, sizeof header);
     Naming naming{*bridge.impl_, array};
     const pli_world_file_def def = naming.def();
-    status = pli_world_file_restore(bridge.world(), &def, bytes + sizeof header, header.core_size);
+    const pli_status status = pli_world_file_restore(bridge.world(), &def, bytes + sizeof header, header.core_size);
     if (status != PLI_OK) { return status; }
     restore_bullet(bridge, *world, moment, true);
     return PLI_OK;

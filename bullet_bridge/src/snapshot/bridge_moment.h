@@ -88,8 +88,9 @@ struct BridgeSnapshot::Moment {
     bool is_empty = true;
 
     /// Of a file (bridge_file.cpp), for the objects of now.
-    pli_status read(const btCollisionObjectArray& array, std::size_t activation_count, const unsigned char* bytes,
-                    std::size_t size);
+    /// Null, or what is wrong.
+    const char* read(const btCollisionObjectArray& array, std::size_t activation_count, const unsigned char* bytes,
+                     std::size_t size);
     void take(btDiscreteDynamicsWorld& world);
     void take_contacts(const btDispatcher& dispatcher);
     bool fits(const btDiscreteDynamicsWorld& world) const;

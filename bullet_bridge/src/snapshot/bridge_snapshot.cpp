@@ -168,7 +168,7 @@ BridgeSnapshot& BridgeSnapshot::operator=(BridgeSnapshot&&) noexcept = default;
 pli_status BridgeSnapshot::save(const Bridge& bridge) {
     moment_->is_empty = true;
     btDiscreteDynamicsWorld* bullet_world = bridge.impl_->bullet_world_between_steps();
-    if (bullet_world == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    if (bullet_world == nullptr) { return bridge.impl_->fail_between_steps("pliant::BridgeSnapshot::save"); }
     bridge.impl_->save_knowledge(moment_->bridge);
     moment_->soft.resize(pli_world_snapshot_size(bridge.world()));
     const pli_status status = pli_world_save(bridge.world(), moment_->soft.data(), moment_->soft.size(), nullptr);
@@ -180,8 +180,12 @@ pli_status BridgeSnapshot::save(const Bridge& bridge) {
 
 pli_status BridgeSnapshot::restore(Bridge& bridge) const {
     btDiscreteDynamicsWorld* bullet_world = bridge.impl_->bullet_world_between_steps();
-    if (bullet_world == nullptr) { return PLI_ERROR_WRONG_STATE; }
-    if (moment_->is_empty || !moment_->fits(*bullet_world)) { return PLI_ERROR_INVALID_VALUE; }
+    const char* const function = "pliant::BridgeSnapshot::restore";
+    if (bullet_world == nullptr) { return bridge.impl_->fail_between_steps(function); }
+    if (moment_->is_empty) { return bridge.impl_->fail(PLI_ERROR_INVALID_VALUE, function, "the snapshot is empty"); }
+    if (!moment_->fits(*bullet_world)) {
+        return bridge.impl_->fail(PLI_ERROR_INVALID_VALUE, function, "the Bullet world has other objects");
+    }
     const pli_status status = pli_world_restore(bridge.world(), moment_->soft.data(), moment_->soft.size());
     if (status != PLI_OK) { return status; }
     restore_bullet(bridge, *bullet_world, *moment_, false);

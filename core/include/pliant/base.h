@@ -167,6 +167,13 @@ PLI_API pli_status pli_context_destroy(pli_context* context);
 /// message, since its handle was null or unknown or its context is gone; in other builds empty.
 PLI_API const char* pli_last_error(const pli_context* context);
 
+/// Of calls that are built on the library, as the bridge is, and find an error themselves: makes "function: message"
+/// the text of pli_last_error and tells the log function. Allowed in callbacks. Nothing for PLI_OK.
+/// @param function name of the call that has failed
+/// @param message  what is wrong, in one line
+/// @return `status`, for the caller to return
+PLI_API pli_status pli_context_fail(pli_context* context, pli_status status, const char* function, const char* message);
+
 /// Bytes that the context holds through its allocator at the moment.
 PLI_API size_t pli_context_allocated_bytes(const pli_context* context);
 

@@ -86,6 +86,12 @@ pli_status pli_context_destroy(pli_context* context) {
 const char* pli_last_error(const pli_context* context) {
     return plii_handle_is_alive(context, PLII_HANDLE_CONTEXT) ? context->last_error : plii_lost_error();
 }
+pli_status pli_context_fail(pli_context* context, pli_status status, const char* function, const char* message) {
+    PLII_TRY(plii_check_context(context, __func__));
+    if (status == PLI_OK) { return PLI_OK; }
+    if (function == NULL || message == NULL) { return PLII_FAIL(context, status, "no function or message is given"); }
+    return plii_fail(context, status, function, "%s", message);
+}
 PLII_DEFINE_GET(size_t, pli_context_allocated_bytes, context, PLII_LOAD(&context->allocated_bytes), 0)
 PLII_DEFINE_GET(uint64_t, pli_context_allocation_count, context, PLII_LOAD(&context->allocation_count), 0)
 
