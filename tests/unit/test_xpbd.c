@@ -255,6 +255,42 @@ static void test_bending_gives_no_energy(void** unused) {
     }
 }
 
+/* How far down a strip of 1 m gets that is held level at one end, by rigid angles. */
+static double hang_of_strip(int substeps) {
+    pli_patch_def patch = pli_patch_def_default();
+    patch.corner_00 = pli_vec3_make(0, 0, 0);
+    patch.corner_10 = pli_vec3_make(1, 0, 0);
+    patch.corner_01 = pli_vec3_make(0, 0, 3.0f / 11.0f);
+    patch.corner_11 = pli_vec3_make(1, 0, 3.0f / 11.0f);
+    patch.columns = 12;
+    patch.rows = 4;
+    patch.diagonals = true;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+    for (int i = 0; i < 48; ++i) {
+        if (i % 12 < 2) { CHECK_OK(pli_mesh_set_node_mass(mesh, i, 0)); }
+    }
+    pli_body* body = make_body(mesh, substeps, 1);
+    pli_solver_settings settings = pli_body_get_solver_settings(body);
+    settings.velocity_damping = 0.02f;
+    CHECK_OK(pli_body_set_solver_settings(body, &settings));
+    enable_links(body, 0, 0);
+    CHECK_OK(pli_body_enable_xpbd_bending(body, NULL));
+    step_many(600, 1.0 / 60.0);
+    const double hang = -(double)pli_body_get_view(body).positions[11].y;
+    print_message("%d substeps: %.3f m, %.4f J\n", substeps, hang, (double)pli_body_kinetic_energy(body));
+    check_at_most(pli_body_kinetic_energy(body), 1e-3);
+    pli_body_destroy(body);
+    return hang;
+}
+
+static void test_angles_are_stiffer_with_substeps(void** unused) {
+    (void)unused;
+    check_at_most(hang_of_strip(10), 0.56);
+    check_at_most(hang_of_strip(40), 0.06);
+}
+
 /* A kilometre from the origin floats are 0.06 mm apart. */
 static void test_angles_and_volumes_are_as_calm_far_away(void** unused) {
     (void)unused;
@@ -1076,6 +1112,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_closed_surfaces_get_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_balloons_get_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bending_gives_no_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_angles_are_stiffer_with_substeps, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_angles_and_volumes_are_as_calm_far_away, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup_world,

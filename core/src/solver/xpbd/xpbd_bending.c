@@ -66,7 +66,7 @@ static float xpbd_hinge_difference(float angle, float rest) {
 
 /* Of hinges, see plii_xpbd_multiplier. Angles at the edges of a face share its nodes, and there are nearly as many of
    them as nodes can move in directions: with more than half of their error in a sweep, errors that the colours push
-   around grow from sweep to sweep, as on closed surfaces those of links do. At half of it they hardly do. */
+   around grow from sweep to sweep, as on closed surfaces those of links do. At two fifths they do not. */
 #define XPBD_BENDING_SOFTENING 1.5f
 
 /* From the position of the first corner: far from the origin a sum of position and displacement is too coarse. */
