@@ -53,6 +53,7 @@ struct pli_body {
     bool is_asleep;            /* features/sleep.c */
     bool was_frozen;           /* just now, at `lost_node`: the event comes when all bodies are through */
     bool collides_with_bodies; /* a feature has collide_body */
+    bool may_be_joined;        /* a feature has visit_joined */
     int world_index;           /* in the world's list */
     pli_bounds bounds;         /* of the nodes, grown by the margin; in a step see sweeping_features */
     pli_world* world;
@@ -130,14 +131,15 @@ struct pli_body {
 /* The services that forces on the surface need. */
 extern const plii_feature_class* const plii_surface_force_needs[];
 
-/* Of each node, the sum of the cross products of its faces; valid until the next call or step. Needs normals. */
+/* Of each node, the sum of the cross products of its faces, six times the gradient of the volume; valid until the next
+   call or step. Needs normals. */
 const pli_vec4* plii_normals_crosses(const pli_body* body);
 
 /* Adds what a pressure on the faces does to the forces on the nodes that are not pinned: the gradient of the volume, so
-   that it moves and turns nothing as a whole; normal * area, as btSoftBody, in reference mode. */
-void plii_pressure_apply(pli_body* body, float pressure);
+   that it moves and turns nothing as a whole. Without the cross products normal * area, as btSoftBody. */
+void plii_pressure_apply(pli_body* body, const pli_vec4* crosses, float pressure);
 /* m^3/Pa: change of the volume in a step by such a pressure. Steps add dt^2 w times the force to positions. */
-float plii_pressure_response(const pli_body* body);
+float plii_pressure_response(const pli_body* body, const pli_vec4* crosses);
 
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);

@@ -11,9 +11,7 @@ const plii_feature_class plii_forces_class = {
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("3f")})};
 
-/* Six times the gradient of the volume is at each node the sum of the cross products of its faces. */
-float plii_pressure_response(const pli_body* body) {
-    const pli_vec4* crosses = plii_normals_crosses(body);
+float plii_pressure_response(const pli_body* body, const pli_vec4* crosses) {
     float sum = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
         sum += body->positions[i].w * pli_vec3_length_squared(plii_xyz(crosses[i]));
@@ -21,13 +19,11 @@ float plii_pressure_response(const pli_body* body) {
     return body->step.dt * body->step.dt * sum / 36.0f;
 }
 
-void plii_pressure_apply(pli_body* body, float pressure) {
-    const bool is_of_bullet = body->world->def.reference_mode;
-    const pli_vec4* crosses = is_of_bullet ? NULL : plii_normals_crosses(body);
+void plii_pressure_apply(pli_body* body, const pli_vec4* crosses, float pressure) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
-        const pli_vec3 force = is_of_bullet ? pli_vec3_scale(body->normals[i], body->areas[i] * pressure)
-                                            : pli_vec3_scale(plii_xyz(crosses[i]), pressure / 6.0f);
+        const pli_vec3 force = crosses != NULL ? pli_vec3_scale(plii_xyz(crosses[i]), pressure / 6.0f)
+                                               : pli_vec3_scale(body->normals[i], body->areas[i] * pressure);
         body->forces[i] = pli_vec3_add(body->forces[i], force);
     }
 }

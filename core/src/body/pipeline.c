@@ -36,12 +36,13 @@ static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
     plii_pipeline_entry* entries = pipeline->entries;
     int count = 0;
-    body->collides_with_bodies = false;
+    body->collides_with_bodies = body->may_be_joined = false;
     for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
         pipeline->begin[stage] = count;
         for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
             const plii_feature_class* klass = feature->klass;
             body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
+            body->may_be_joined = body->may_be_joined || klass->visit_joined != NULL;
             if (klass->stages[stage].run == NULL) { continue; }
             int at = count++;
             for (;
@@ -183,6 +184,7 @@ void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
 }
 
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {
+    if (!body->may_be_joined) { return; }
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_joined != NULL) { feature->klass->visit_joined(feature->state, visit, user); }
     }

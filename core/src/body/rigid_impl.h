@@ -167,12 +167,12 @@ static inline pli_vec3 plii_rigid_spin_of(const pli_rigid* rigid, pli_vec3 direc
     const pli_vec3 torque = pli_vec3_cross(offset, pli_vec3_mul(direction, rigid->linear_factor));
     return pli_vec3_mul(pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque), rigid->angular_factor);
 }
-/* The velocity along a direction of any length but zero that a unit impulse along it brings to the centre; 1/kg. */
+/* The velocity along a unit vector that a unit impulse along it brings to the centre, 1/kg; along another one times its
+   squared length. */
 static inline float plii_rigid_linear_response(const pli_rigid* rigid, pli_vec3 direction) {
-    const float along = pli_vec3_dot(direction, pli_vec3_mul(direction, rigid->linear_factor));
-    return rigid->state.inverse_mass * (along / pli_vec3_length_squared(direction));
+    return rigid->state.inverse_mass * pli_vec3_dot(direction, pli_vec3_mul(direction, rigid->linear_factor));
 }
-/* plii_rigid_apply_impulse along such a direction. */
+/* plii_rigid_apply_impulse along a direction. */
 static inline void plii_rigid_apply_along(pli_rigid* rigid, pli_vec3 direction, pli_vec3 spin, float impulse) {
     const float change = rigid->state.inverse_mass * impulse;
     if (change == 0.0f) { return; }

@@ -66,7 +66,7 @@ static inline void plii_substep_rigid_point_shift(const plii_substep_rigid_point
     path->moved.linear = pli_vec3_add(path->moved.linear, shift);
     path->is_pushed = true;
 }
-/* Inverse of the mass that the point shows along a unit vector, 1/kg. */
+/* Inverse of the mass that the point shows along a unit vector, 1/kg; along another one times its squared length. */
 static inline float plii_substep_rigid_point_weight(const plii_substep_rigid_point* point, pli_vec3 direction) {
     const pli_vec3 arm = pli_vec3_cross(point->offset, direction);
     const pli_vec3 spin = plii_rigid_spin_of(point->rigid, direction, point->offset);

@@ -32,9 +32,9 @@ static inline float plii_contact_multiplier(float gap, float weight, float alpha
     const float change = (-gap - alpha * multiplier) / (weight + alpha);
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }
-/* The new sum of friction of a contact: what would stop the sliding, but not above Coulomb's limit. */
-static inline pli_vec3 plii_contact_friction(pli_vec3 friction, pli_vec3 sliding, float weight, float limit) {
-    const pli_vec3 wanted = pli_vec3_sub(friction, pli_vec3_scale(sliding, 1.0f / weight));
+/* The new sum of friction of a contact: what would stop the sliding of a mass, kg, but not above Coulomb's limit. */
+static inline pli_vec3 plii_contact_friction(pli_vec3 friction, pli_vec3 sliding, float mass, float limit) {
+    const pli_vec3 wanted = pli_vec3_sub(friction, pli_vec3_scale(sliding, mass));
     const float length = pli_vec3_length(wanted);
     return length > limit ? pli_vec3_scale(wanted, limit / length) : wanted;
 }

@@ -338,16 +338,16 @@ static void faces_begin(pli_body* body, void* data) {
     rigid_faces_settle(body, state);
     state->substeps.count = 0;
     for (PLII_EACH(const plii_rigid_face_contact, from, state->contacts, state->count)) {
-        const plii_point_contact contact = {
-            .normal = from->normal,
-            .offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start),
-            .surface = {from->rigid, from->arm},
-            .node_count = 3,
-            .nodes = {from->nodes[0], from->nodes[1], from->nodes[2]},
-            .weights = {from->weights.x, from->weights.y, from->weights.z},
-            .coefficient = state->def.friction * from->rigid->friction,
-        };
-        if (!plii_point_contacts_add(body, &state->substeps, &contact)) { return; } /* left out in this step */
+        plii_point_contact* contact = plii_point_contacts_add(body, &state->substeps);
+        if (contact == NULL) { return; } /* left out in this step */
+        contact->normal = from->normal;
+        contact->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
+        contact->surface = (plii_substep_rigid_point){from->rigid, from->arm};
+        contact->node_count = 3;
+        memcpy(contact->nodes, from->nodes, sizeof contact->nodes);
+        memcpy(contact->weights, &from->weights, sizeof contact->weights);
+        contact->coefficient = state->def.friction * from->rigid->friction;
+        plii_point_contact_prepare(body, contact);
     }
 }
 

@@ -37,7 +37,8 @@ typedef struct rigid_contacts_candidate {
     int shape;
     bool is_fixed, is_still; /* see plii_rigid_contact */
     bool is_swept;           /* as a substep: see plii_substep_class */
-    bool is_moving;          /* as `motion` tells, m and rad, from its pose to where it ends up in the step */
+    bool is_as_in_bullet;
+    bool is_moving; /* as `motion` tells, m and rad, from its pose to where it ends up in the step */
     plii_twist motion;
     float reach;             /* m, beyond the margin */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
@@ -50,10 +51,6 @@ typedef struct rigid_contacts_gathered {
     pli_vec3 points[RIGID_CONTACTS_BATCH]; /* of the shape */
     pli_vec3 shifts[RIGID_CONTACTS_BATCH]; /* that the points are behind; see rigid_contacts_shift */
 } rigid_contacts_gathered;
-
-static bool rigid_contacts_is_as_in_bullet(const rigid_contacts_candidate* candidate) {
-    return !candidate->is_swept && !candidate->body->solver_class->solves_constraints;
-}
 
 /* Response to impulses and friction. */
 static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, plii_rigid_contact* contact, pli_vec3 x) {
@@ -69,29 +66,30 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     contact->slip = plii_contact_slip(motion, plii_xyz(contact->normal), state->def.friction * rigid->friction);
 }
 
-static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
-    return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
+static inline plii_float4 rigid_contacts_motion(const pli_body* body, int node) {
+    return plii_float4_from(&body->positions[node]) - plii_float4_from(&body->previous[node]);
 }
 
 /* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: so
    far back it is looked at from where the rigid body is now. Zero for others, which go past, meet it or lie still. */
-static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
+static inline plii_float4 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
     const pli_body* body = candidate->body;
-    const pli_vec3 none = pli_vec3_make(0, 0, 0);
+    const plii_float4 none = plii_float4_all(0.0f);
     if (!candidate->is_moving) { return none; }
-    const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[node]), candidate->rigid->state.pose.origin);
-    const pli_vec3 shift = pli_vec3_add(candidate->motion.linear, pli_vec3_cross(candidate->motion.angular, offset));
-    const pli_vec3 motion = rigid_contacts_motion(body, node);
-    const float way = pli_vec3_length_squared(motion);
-    const float beside = pli_vec3_length_squared(pli_vec3_sub(motion, shift));
+    const plii_float4 motion = rigid_contacts_motion(body, node);
+    const plii_float4 offset =
+        plii_float4_from(&body->positions[node]) - plii_lanes_from_vec3(&candidate->rigid->state.pose.origin);
+    const plii_float4 shift = plii_lanes_from_vec3(&candidate->motion.linear) +
+                              plii_lanes_cross(plii_lanes_from_vec3(&candidate->motion.angular), offset);
+    const float way = plii_lanes_dot(motion, motion), beside = plii_lanes_dot(motion - shift, motion - shift);
     const float half = 0.5f * candidate->rigid->shape_places[candidate->shape].least_extent;
     const float most = plii_min(RIGID_CONTACTS_ALONG * RIGID_CONTACTS_ALONG * way, half * half);
     return beside < way && beside < plii_max(body->collision_margin * body->collision_margin, most) ? shift : none;
 }
 
 /* One node closer than the margin, `shift` behind where it is. */
-static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, pli_vec3 normal,
-                                     float distance, pli_vec3 shift) {
+static inline pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
+                                            float distance, plii_float4 shift) {
     const pli_body* body = candidate->body;
     plii_rigid_contacts* state = candidate->state;
     pli_rigid* rigid = candidate->rigid;
@@ -107,16 +105,16 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     contact->shape = candidate->shape;
     contact->is_fixed = candidate->is_fixed;
     contact->is_still = candidate->is_still;
-    const pli_vec3 x = pli_vec3_sub(plii_xyz(body->positions[node]), shift);
-    const pli_vec3 surface = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
-    contact->normal = (pli_vec4){normal.x, normal.y, normal.z, -pli_vec3_dot(normal, surface)};
+    const plii_float4 x = plii_float4_from(&body->positions[node]) - shift;
+    plii_float4_to(&contact->normal, normal);
+    contact->normal.w = -plii_lanes_dot(normal, x - normal * distance);
     contact->distance = distance;
     contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
-    if (rigid_contacts_is_as_in_bullet(candidate)) {
-        rigid_contacts_prepare(candidate, contact, x);
+    if (candidate->is_as_in_bullet) {
+        rigid_contacts_prepare(candidate, contact, plii_lanes_vec3(x));
     } else {
-        contact->goes_along = !plii_vec3_is_zero(shift);
-        contact->offset = pli_vec3_sub(x, rigid->state.pose.origin);
+        contact->goes_along = (plii_lanes_bits(shift != 0.0f) & PLII_LANES_XYZ) != 0;
+        plii_lanes_to_vec3(&contact->offset, x - plii_lanes_from_vec3(&rigid->state.pose.origin));
         contact->squeeze = 0.0f;
         contact->before = PLI_NULL_INDEX;
     }
@@ -125,12 +123,12 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
 
 /* Where the step leads, the nearest surface may be one that the node did not come through, as the side at the edge of a
    box, which would push it out sideways. Then that which was nearest at the start is taken, if it was farther away. */
-static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, pli_vec3 shift,
-                                     pli_vec3* normal, float* distance) {
+static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, int node, plii_float4 shift,
+                                     plii_float4* normal, float* distance) {
     const pli_body* body = candidate->body;
     const pli_vec3 start = plii_xyz(body->previous[node]);
-    const pli_vec3 motion = pli_vec3_sub(rigid_contacts_motion(body, node), shift);
-    const float before = *distance - pli_vec3_dot(motion, *normal);
+    const plii_float4 motion = rigid_contacts_motion(body, node) - shift;
+    const float before = *distance - plii_lanes_dot(motion, *normal);
     if (!(before < -RIGID_CONTACTS_BEHIND * body->collision_margin)) { return; }
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const pli_transform pose = candidate->rigid->shape_places[candidate->shape].pose;
@@ -142,8 +140,9 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
     if (!(first > before) || !plii_is_within(first, RIGID_CONTACTS_MAX_DEPTH) || !plii_vec3_is_finite(first_normal)) {
         return;
     }
-    *normal = pli_mat3_mul_vec3(pose.rotation, first_normal);
-    *distance = first + pli_vec3_dot(motion, *normal);
+    first_normal = pli_mat3_mul_vec3(pose.rotation, first_normal);
+    *normal = plii_lanes_from_vec3(&first_normal);
+    *distance = first + plii_lanes_dot(motion, *normal);
 }
 
 /* Distances of gathered nodes, and contacts from those below the margin and `reach`. With `is_departing` the points are
@@ -153,7 +152,10 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin;
-    const pli_mat3 rotation = candidate->rigid->shape_places[candidate->shape].pose.rotation;
+    const pli_vec3* rows = candidate->rigid->shape_places[candidate->shape].pose.rotation.rows;
+    plii_float4 columns[4] = {plii_lanes_from_vec3(&rows[0]), plii_lanes_from_vec3(&rows[1]),
+                              plii_lanes_from_vec3(&rows[2]), plii_float4_all(0.0f)};
+    plii_float4_transpose(columns);
     const int count = gathered->count;
     if (count == 0) { return PLI_OK; }
     gathered->count = 0;
@@ -163,12 +165,14 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     for (int i = 0; i < count; ++i) {
         float distance = distances[i] - margin;
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
-        if (!plii_vec3_is_finite(normals[i])) { continue; }
+        const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
+        if (!plii_lanes_xyz_finite(local)) { continue; }
         const int node = gathered->nodes[i];
-        const pli_vec3 shift = gathered->shifts[i];
-        pli_vec3 normal = pli_mat3_mul_vec3(rotation, normals[i]);
+        const plii_float4 shift = plii_lanes_from_vec3(&gathered->shifts[i]);
+        plii_float4 normal = columns[0] * plii_lanes_all_x(local) + columns[1] * plii_lanes_all_y(local) +
+                             columns[2] * plii_lanes_all_z(local);
         if (is_departing) {
-            distance += pli_vec3_dot(pli_vec3_sub(rigid_contacts_motion(body, node), shift), normal);
+            distance += plii_lanes_dot(rigid_contacts_motion(body, node) - shift, normal);
         } else if (body->solver_class->solves_constraints) {
             rigid_contacts_look_back(candidate, node, shift, &normal, &distance);
         }
@@ -177,18 +181,34 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     return PLI_OK;
 }
 
-static inline pli_status rigid_contacts_gather(const rigid_contacts_candidate* candidate,
-                                               rigid_contacts_gathered* gathered, int node, pli_vec3 point,
-                                               pli_vec3 shift, float reach, bool is_departing) {
-    gathered->nodes[gathered->count] = node;
-    gathered->points[gathered->count] = point;
-    gathered->shifts[gathered->count++] = shift;
+/* The pose of a shape, in registers. */
+typedef struct rigid_contacts_frame {
+    plii_float4 origin, rows[3];
+} rigid_contacts_frame;
+
+static inline rigid_contacts_frame rigid_contacts_frame_of(const rigid_contacts_candidate* candidate) {
+    const pli_transform* pose = &candidate->rigid->shape_places[candidate->shape].pose;
+    const pli_vec3* rows = pose->rotation.rows;
+    return (rigid_contacts_frame){
+        plii_lanes_from_vec3(&pose->origin),
+        {plii_lanes_from_vec3(&rows[0]), plii_lanes_from_vec3(&rows[1]), plii_lanes_from_vec3(&rows[2])}};
+}
+
+/* A node that is at x, but for the shift. */
+static inline pli_status rigid_contacts_gather(const rigid_contacts_candidate* candidate, rigid_contacts_frame frame,
+                                               rigid_contacts_gathered* gathered, int node, plii_float4 x,
+                                               plii_float4 shift, float reach, bool is_departing) {
+    const plii_float4 offset = x - frame.origin;
+    const plii_float4 point = frame.rows[0] * plii_lanes_all_x(offset) + frame.rows[1] * plii_lanes_all_y(offset) +
+                              frame.rows[2] * plii_lanes_all_z(offset);
+    plii_lanes_to_vec3(&gathered->points[gathered->count], point);
+    plii_lanes_to_vec3(&gathered->shifts[gathered->count], shift);
+    gathered->nodes[gathered->count++] = node;
     return gathered->count < RIGID_CONTACTS_BATCH ? PLI_OK
                                                   : rigid_contacts_batch(candidate, gathered, reach, is_departing);
 }
 
-static inline bool rigid_contacts_is_within(const pli_vec4* position, plii_float4 low, plii_float4 high) {
-    const plii_float4 x = plii_float4_from(position);
+static inline bool rigid_contacts_is_between(plii_float4 x, plii_float4 low, plii_float4 high) {
     return (plii_lanes_bits((low <= x) & (x <= high)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
@@ -199,23 +219,24 @@ static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* 
     const plii_rigid_contacts* state = candidate->state;
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
     const float touching = RIGID_CONTACTS_TOUCHING * body->collision_margin;
-    const plii_float4 reach = plii_float4_all(body->collision_margin + touching);
+    const plii_float4 margin = plii_float4_all(body->collision_margin), reach = margin + touching;
     const plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
     const int end = state->count;
+    const rigid_contacts_frame frame = rigid_contacts_frame_of(candidate);
     rigid_contacts_gathered gathered;
     gathered.count = 0;
     for (int i = 0; i < body->node_count; ++i) {
-        if (!rigid_contacts_is_within(&body->previous[i], low, high)) { continue; }
+        if (!rigid_contacts_is_between(plii_float4_from(&body->previous[i]), low, high)) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         while (first < end && state->contacts[first].node < i) {
             ++first;
         }
         if (first < end && state->contacts[first].node == i) { continue; }
-        const pli_vec3 shift = rigid_contacts_shift(candidate, i);
-        const pli_vec3 apart = pli_vec3_sub(rigid_contacts_motion(body, i), shift);
-        if (plii_vec3_is_within(apart, body->collision_margin)) { continue; }
-        const pli_vec3 point = pli_transform_inverse_point(place->pose, plii_xyz(body->previous[i]));
-        PLII_TRY(rigid_contacts_gather(candidate, &gathered, i, point, shift, touching, true));
+        const plii_float4 shift = rigid_contacts_shift(candidate, i);
+        const plii_float4 apart = rigid_contacts_motion(body, i) - shift;
+        if (rigid_contacts_is_between(apart, -margin, margin)) { continue; }
+        const plii_float4 x = plii_float4_from(&body->previous[i]);
+        PLII_TRY(rigid_contacts_gather(candidate, frame, &gathered, i, x, shift, touching, true));
     }
     return rigid_contacts_batch(candidate, &gathered, touching, true);
 }
@@ -269,7 +290,7 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     candidate->reach = rigid_contacts_reach(candidate, place);
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
     plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
-    const pli_bounds near = {plii_lanes_vec3(low), plii_lanes_vec3(high)};
+    const plii_float4 near_low = low, near_high = high;
     if (candidate->is_moving) { rigid_contacts_move_along(candidate, place, &low, &high); }
     const plii_mask4 overlaps =
         (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
@@ -278,19 +299,15 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     const uint8_t* restrict anchored = body->anchored;
     const int node_count = body->node_count;
     const int first = candidate->state->count;
+    const rigid_contacts_frame frame = rigid_contacts_frame_of(candidate);
     rigid_contacts_gathered gathered;
     gathered.count = 0;
     for (int i = 0; i < node_count; ++i) {
-        if (!rigid_contacts_is_within(&positions[i], low, high)) { continue; }
+        if (!rigid_contacts_is_between(plii_float4_from(&positions[i]), low, high)) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
-        pli_vec3 x = plii_xyz(positions[i]), shift = pli_vec3_make(0, 0, 0);
-        if (candidate->is_moving) {
-            shift = rigid_contacts_shift(candidate, i);
-            x = pli_vec3_sub(x, shift);
-            if (!plii_bounds_overlap(near, (pli_bounds){x, x})) { continue; }
-        }
-        const pli_vec3 point = pli_transform_inverse_point(place->pose, x);
-        PLII_TRY(rigid_contacts_gather(candidate, &gathered, i, point, shift, candidate->reach, false));
+        const plii_float4 shift = rigid_contacts_shift(candidate, i), x = plii_float4_from(&positions[i]) - shift;
+        if (candidate->is_moving && !rigid_contacts_is_between(x, near_low, near_high)) { continue; }
+        PLII_TRY(rigid_contacts_gather(candidate, frame, &gathered, i, x, shift, candidate->reach, false));
     }
     PLII_TRY(rigid_contacts_batch(candidate, &gathered, candidate->reach, false));
     return body->leaps ? rigid_contacts_keep_departing(candidate, first) : PLI_OK;
@@ -309,8 +326,9 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     candidate.is_still =
         candidate.is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
     candidate.is_swept = plii_follows_rigids(body);
+    candidate.is_as_in_bullet = !candidate.is_swept && !body->solver_class->solves_constraints;
     const bool may_move = rigid->kind != PLI_RIGID_STATIC && candidate.boxes == NULL;
-    if (may_move && !rigid_contacts_is_as_in_bullet(&candidate)) {
+    if (may_move && !candidate.is_as_in_bullet) {
         plii_rigid_begin_path(rigid);
         candidate.motion = plii_twist_scale(plii_rigid_end_velocity(rigid, body->step.dt), body->step.dt);
     }
@@ -324,7 +342,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     }
     if (status != PLI_OK) { state->count = before; }
     if (state->count > before) {
-        if (!rigid_contacts_is_as_in_bullet(&candidate)) { plii_rigid_contacts_squeeze(body, state); }
+        if (!candidate.is_as_in_bullet) { plii_rigid_contacts_squeeze(body, state); }
         plii_rigid_touch(rigid);
         body->has_swept_contacts = body->has_swept_contacts || candidate.is_swept;
     }

@@ -51,6 +51,11 @@ static void rigid_groups_put(float* components, int lane, pli_vec3 value) {
     components[lane + 2 * PLII_RIGID_GROUP_SIZE] = value.z;
 }
 
+static pli_vec3 rigid_groups_get(const float* components, int lane) {
+    return pli_vec3_make(components[lane], components[lane + PLII_RIGID_GROUP_SIZE],
+                         components[lane + 2 * PLII_RIGID_GROUP_SIZE]);
+}
+
 static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid_contact* contact) {
     if (groups->count == 0 || groups->filled == PLII_RIGID_GROUP_SIZE) { return false; }
     const plii_rigid_group* group = &groups->groups[groups->count - 1];
@@ -58,9 +63,27 @@ static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid
            (group->surface == PLI_NULL_INDEX) == contact->is_still;
 }
 
+/* The last group gets its first contact in the lanes that are left. */
+static void rigid_groups_fill_up(plii_rigid_groups* groups) {
+    if (groups->count == 0) { return; }
+    plii_rigid_group* group = &groups->groups[groups->count - 1];
+    for (; groups->filled < PLII_RIGID_GROUP_SIZE; ++groups->filled) {
+        const int lane = rigid_groups_lane(groups->filled);
+        rigid_groups_put(group->normal, lane, rigid_groups_get(group->normal, 0));
+        group->offset[lane] = group->offset[0];
+        group->friction[lane] = group->friction[0];
+        group->squeeze[lane] = group->squeeze[0];
+        group->scaled_indices[groups->filled] = group->scaled_indices[0];
+        if (group->surface == PLI_NULL_INDEX) { continue; }
+        float* velocity = groups->surfaces[group->surface].velocity;
+        rigid_groups_put(velocity, lane, rigid_groups_get(velocity, 0));
+    }
+}
+
 /* False without memory. */
 static bool rigid_groups_open(pli_body* body, plii_rigid_groups* groups, bool is_still) {
     const int surfaces = groups->surface_count + !is_still;
+    rigid_groups_fill_up(groups);
     if (!rigid_groups_reserve(body, groups, groups->count + 1, surfaces)) { return false; }
     groups->groups[groups->count++].surface = is_still ? PLI_NULL_INDEX : groups->surface_count;
     groups->surface_count = surfaces;
@@ -74,21 +97,19 @@ static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pli
         return PLI_NULL_INDEX;
     }
     plii_rigid_group* group = &groups->groups[groups->count - 1];
-    const int first = groups->filled++;
-    for (int record = first; record < (first == 0 ? PLII_RIGID_GROUP_SIZE : first + 1); ++record) {
-        const int lane = rigid_groups_lane(record);
-        rigid_groups_put(group->normal, lane, plii_xyz(from->normal));
-        group->offset[lane] = from->normal.w;
-        group->friction[lane] = friction;
-        group->squeeze[lane] = from->squeeze;
-        group->scaled_indices[record] = plii_scaled_index(from->node);
-        if (from->is_still) { continue; }
+    const int record = groups->filled++, lane = rigid_groups_lane(record);
+    rigid_groups_put(group->normal, lane, plii_xyz(from->normal));
+    group->offset[lane] = from->normal.w;
+    group->friction[lane] = friction;
+    group->squeeze[lane] = from->squeeze;
+    group->scaled_indices[record] = plii_scaled_index(from->node);
+    if (!from->is_still) {
         const pli_rigid* rigid = from->rigid;
         const pli_vec3 x = plii_xyz(body->positions[from->node]);
         const pli_vec3 offset = from->goes_along ? from->offset : pli_vec3_sub(x, rigid->state.pose.origin);
         rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_velocity_at(rigid, offset));
     }
-    return (groups->count - 1) * PLII_RIGID_GROUP_SIZE + first;
+    return (groups->count - 1) * PLII_RIGID_GROUP_SIZE + record;
 }
 
 // ----------------------------------------------------------------------------------------------------------- sweeps
@@ -97,14 +118,17 @@ static int rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, cons
                              float friction) {
     const pli_vec3 x = plii_xyz(body->positions[from->node]);
     const pli_vec3 arm = from->goes_along ? from->offset : pli_vec3_sub(x, from->rigid->path.begin.origin);
-    const plii_point_contact contact = {.normal = plii_xyz(from->normal),
-                                        .offset = from->normal.w,
-                                        .surface = {from->rigid, arm},
-                                        .node_count = 1,
-                                        .nodes = {from->node},
-                                        .weights = {1.0f},
-                                        .coefficient = friction};
-    return plii_point_contacts_add(body, &substeps->contacts, &contact) ? substeps->contacts.count - 1 : PLI_NULL_INDEX;
+    plii_point_contact* contact = plii_point_contacts_add(body, &substeps->contacts);
+    if (contact == NULL) { return PLI_NULL_INDEX; }
+    contact->normal = plii_xyz(from->normal);
+    contact->offset = from->normal.w;
+    contact->surface = (plii_substep_rigid_point){from->rigid, arm};
+    contact->node_count = 1;
+    contact->nodes[0] = from->node;
+    contact->weights[0] = 1.0f;
+    contact->coefficient = friction;
+    plii_point_contact_prepare(body, contact);
+    return substeps->contacts.count - 1;
 }
 
 static void rigid_substep_restart(pli_body* body, void* data, const plii_substep* substep) {
@@ -152,12 +176,8 @@ static void rigid_substep_begin(pli_body* body, void* data) {
                                                : rigid_substep_add(body, substeps, contact, friction);
         }
     }
+    rigid_groups_fill_up(&substeps->groups);
     substeps->has_fixed_nodes = has_fixed && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
-}
-
-static pli_vec3 rigid_groups_get(const float* components, int lane) {
-    return pli_vec3_make(components[lane], components[lane + PLII_RIGID_GROUP_SIZE],
-                         components[lane + 2 * PLII_RIGID_GROUP_SIZE]);
 }
 
 /* m/s, of the surface of a contact with a body that nothing moves. */

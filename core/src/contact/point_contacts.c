@@ -11,18 +11,19 @@ static float point_inverse_mass(const pli_body* body, const plii_point_contact* 
     return sum;
 }
 
-bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* given) {
-    if (!PLII_GROW(body->context, &contacts->items, &contacts->capacity, contacts->count)) { return false; }
-    plii_point_contact* contact = &contacts->items[contacts->count++];
-    const plii_substep_rigid_point* surface = &given->surface;
-    *contact = *given;
+plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts) {
+    if (!PLII_GROW(body->context, &contacts->items, &contacts->capacity, contacts->count)) { return NULL; }
+    return &contacts->items[contacts->count++];
+}
+
+void plii_point_contact_prepare(pli_body* body, plii_point_contact* contact) {
+    const plii_substep_rigid_point* surface = &contact->surface;
     plii_substep_follow_rigid(body, surface->rigid);
     contact->turn = pli_vec3_cross(surface->offset, contact->normal);
     contact->spin = plii_rigid_spin_of(surface->rigid, contact->normal, surface->offset);
     contact->point_weight = point_inverse_mass(body, contact);
     contact->surface_weight =
         plii_rigid_linear_response(surface->rigid, contact->normal) + pli_vec3_dot(contact->turn, contact->spin);
-    return true;
 }
 
 static inline float point_height(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,
@@ -135,11 +136,11 @@ static void point_hold_across(const plii_substep* substep, plii_point_contact* c
     const pli_vec3 n = contact->normal, motion = plii_substep_rigid_point_motion(&contact->surface, substep);
     const pli_vec3 apart = pli_vec3_sub(contact->carried, motion);
     const pli_vec3 sliding = pli_vec3_sub(apart, pli_vec3_scale(n, pli_vec3_dot(apart, n)));
-    const float length = pli_vec3_length(sliding);
-    if (!(length > 0.0f)) { return; }
-    const float weight = plii_substep_rigid_point_weight(&contact->surface, pli_vec3_scale(sliding, 1.0f / length));
+    const float squared = pli_vec3_length_squared(sliding);
+    if (!(squared > 0.0f)) { return; }
+    const float mass = squared / plii_substep_rigid_point_weight(&contact->surface, sliding);
     const pli_vec3 friction =
-        plii_contact_friction(contact->held_friction, sliding, weight, contact->coefficient * contact->held_push);
+        plii_contact_friction(contact->held_friction, sliding, mass, contact->coefficient * contact->held_push);
     if (!plii_vec3_is_finite(friction)) { return; }
     plii_substep_rigid_point_push(&contact->surface, pli_vec3_sub(contact->held_friction, friction), substep);
     contact->held_friction = friction;
@@ -188,11 +189,11 @@ static void point_rub(const plii_substep* substep, plii_point_contact* contact) 
     const pli_vec3 motion =
         pli_vec3_sub(point_motion(substep, contact), plii_substep_rigid_point_motion(&contact->surface, substep));
     const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
-    const float length = pli_vec3_length(sliding);
-    if (!(length > 0.0f) || !(contact->point_weight + contact->surface_weight > 0.0f)) { return; }
-    const pli_vec3 along = pli_vec3_scale(sliding, 1.0f / length);
-    const float weight = contact->point_weight + plii_substep_rigid_point_weight(&contact->surface, along);
-    const pli_vec3 friction = plii_contact_friction(before, sliding, weight, contact->coefficient * contact->push);
+    const float squared = pli_vec3_length_squared(sliding);
+    if (!(squared > 0.0f) || !(contact->point_weight + contact->surface_weight > 0.0f)) { return; }
+    const float response = plii_substep_rigid_point_weight(&contact->surface, sliding);
+    const float mass = squared / (contact->point_weight * squared + response);
+    const pli_vec3 friction = plii_contact_friction(before, sliding, mass, contact->coefficient * contact->push);
     if (!plii_vec3_is_finite(friction)) { return; }
     const pli_vec3 push = pli_vec3_sub(friction, before);
     point_push(substep, contact, push);

@@ -36,8 +36,9 @@ static inline pli_vec3 plii_point_contact_impulse(const plii_point_contact* cont
     const pli_vec3 across = pli_vec3_add(contact->friction, contact->held_friction);
     return pli_vec3_scale(pli_vec3_add(along, across), substep->inverse_dt);
 }
-/* Adds one, given by what does not follow from the rest; false without memory. */
-bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* given);
+/* One more, to be filled in down to the coefficient and then prepared for the step; NULL without memory. */
+plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts);
+void plii_point_contact_prepare(pli_body* body, plii_point_contact* contact);
 /* Hooks of substeps. `recovery_speed`: m/s, `compliance`: m/N */
 void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
                                  float recovery_speed);

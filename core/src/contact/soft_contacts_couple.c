@@ -192,8 +192,8 @@ static void couple_solve(const couple_pair* pair, const plii_soft_contacts_state
     const float wanted =
         plii_contact_multiplier(gap - plii_min(gap - along, 0.0f), contact->weight, alpha, contact->multiplier);
     const float multiplier = plii_max(0.0f, contact->multiplier + contact->hardness * wanted);
-    const pli_vec3 friction = plii_contact_friction(contact->friction_push, plii_lanes_vec3(sliding), contact->weight,
-                                                    contact->friction * multiplier);
+    const pli_vec3 friction = plii_contact_friction(contact->friction_push, plii_lanes_vec3(sliding),
+                                                    1.0f / contact->weight, contact->friction * multiplier);
     const plii_float4 push = n * (multiplier - contact->multiplier) +
                              (plii_lanes_from_vec3(&friction) - plii_lanes_from_vec3(&contact->friction_push)) + shift;
     if (!plii_lanes_xyz_finite(push)) {

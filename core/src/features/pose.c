@@ -5,6 +5,7 @@
 #include "body/pipeline.h"
 #include "math/dvec3.h"
 #include "math/rotation_fit.h"
+#include "math/simd_float4.h"
 
 typedef struct pose_state {
     float matching;
@@ -38,14 +39,19 @@ static pli_vec3 pose_offset(const pli_body* body, const pose_state* pose) {
 }
 
 static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_vec3 origin, pli_mat3 covariance) {
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
-        const pli_vec3 now = pli_vec3_scale(arm, pose->weights[i]), rest = pose->rest[i];
-        covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
-        covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
-        covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(rest, now.z));
+    const plii_float4 from = plii_lanes_from_vec3(&origin);
+    plii_float4 rows[3];
+    for (int k = 0; k < 3; ++k) {
+        rows[k] = plii_lanes_from_vec3(&covariance.rows[k]);
     }
-    return covariance;
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 now = (plii_float4_from(&body->positions[i]) - from) * pose->weights[i];
+        const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
+        rows[0] += rest * plii_lanes_all_x(now);
+        rows[1] += rest * plii_lanes_all_y(now);
+        rows[2] += rest * plii_lanes_all_z(now);
+    }
+    return (pli_mat3){{plii_lanes_vec3(rows[0]), plii_lanes_vec3(rows[1]), plii_lanes_vec3(rows[2])}};
 }
 
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */

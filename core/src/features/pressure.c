@@ -17,11 +17,12 @@ static void pressure_run(pli_body* body, void* state) {
     float scale = 1.0f / volume * pressure->coefficient;
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
-    if (!body->world->def.reference_mode) {
-        const float limit = PLII_MAX_VOLUME_CHANGE * volume / plii_pressure_response(body);
+    const pli_vec4* crosses = body->world->def.reference_mode ? NULL : plii_normals_crosses(body);
+    if (crosses != NULL) {
+        const float limit = PLII_MAX_VOLUME_CHANGE * volume / plii_pressure_response(body, crosses);
         scale = plii_clamp(scale, -limit, limit);
     }
-    plii_pressure_apply(body, scale);
+    plii_pressure_apply(body, crosses, scale);
 }
 
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */

@@ -14,13 +14,14 @@ static void volume_run(pli_body* body, void* state) {
     const volume_state* volume = state;
     const float missing = volume->rest_volume - plii_body_volume(body);
     float pressure = missing * volume->coefficient;
-    if (!body->world->def.reference_mode) {
-        const float response = plii_pressure_response(body);
+    const pli_vec4* crosses = body->world->def.reference_mode ? NULL : plii_normals_crosses(body);
+    if (crosses != NULL) {
+        const float response = plii_pressure_response(body, crosses);
         const float limit = PLII_MAX_VOLUME_CHANGE * fabsf(volume->rest_volume) / response;
         if (response * volume->coefficient > 2.0f) { pressure = missing * (2.0f / response); }
         pressure = plii_clamp(pressure, -limit, limit);
     }
-    plii_pressure_apply(body, pressure);
+    plii_pressure_apply(body, crosses, pressure);
 }
 
 static pli_status volume_enable(pli_body* body, void* state) {
