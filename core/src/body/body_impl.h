@@ -132,12 +132,14 @@ struct pli_body {
 extern const plii_feature_class* const plii_surface_force_needs[];
 
 /* Of each node, the sum of the cross products of its faces, six times the gradient of the volume; valid until the next
-   call or step. Needs normals. */
+   call or step. Needs normals. NULL in reference mode. */
 const pli_vec4* plii_normals_crosses(const pli_body* body);
 
 /* Adds what a pressure on the faces does to the forces on the nodes that are not pinned: the gradient of the volume, so
    that it moves and turns nothing as a whole. Without the cross products normal * area, as btSoftBody. */
 void plii_pressure_apply(pli_body* body, const pli_vec4* crosses, float pressure);
+/* m^3, signed; without the cross products in Bullet's order. */
+float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses);
 /* m^3/Pa: change of the volume in a step by such a pressure. Steps add dt^2 w times the force to positions. */
 float plii_pressure_response(const pli_body* body, const pli_vec4* crosses);
 

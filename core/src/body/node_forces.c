@@ -1,6 +1,7 @@
 /* Service: the force accumulator of the nodes. Bodies that feel nothing but gravity do without it. */
 
 #include "body/world_state.h"
+#include "math/simd_float4.h"
 
 const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,
                                                               &plii_areas_class, NULL};
@@ -10,6 +11,16 @@ const plii_feature_class plii_forces_class = {
     .is_made_by_calls = true,
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("3f")})};
+
+float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses) {
+    if (crosses == NULL) { return plii_body_volume(body); }
+    const plii_float4 origin = plii_float4_from(&body->positions[0]);
+    float sum = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        sum += plii_lanes_dot(plii_float4_from(&body->positions[i]) - origin, plii_float4_from(&crosses[i]));
+    }
+    return sum / 18.0f;
+}
 
 float plii_pressure_response(const pli_body* body, const pli_vec4* crosses) {
     float sum = 0.0f;

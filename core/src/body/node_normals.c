@@ -27,6 +27,7 @@ static void normals_gather(const pli_body* body, pli_vec4* restrict sums) {
 }
 
 const pli_vec4* plii_normals_crosses(const pli_body* body) {
+    if (body->world->def.reference_mode) { return NULL; }
     normals_state* state = plii_feature_state(body, &plii_normals_class);
     normals_gather(body, state->sums);
     return state->sums;

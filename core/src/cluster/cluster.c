@@ -56,11 +56,13 @@ static void cluster_update_inertia(plii_cluster* cluster) {
 
 static void cluster_match(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_lanes_mat3 columns = plii_lanes_columns(&cluster->frame.rotation);
+    const plii_float4 origin = plii_lanes_from_vec3(&cluster->frame.origin);
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = members[i].node;
         if (!(body->positions[node].w > 0.0f) && !clusters->def.reference_mode) { continue; }
-        const pli_vec3 goal = pli_transform_point(cluster->frame, plii_xyz(members[i].rest));
-        plii_body_pull_predicted(body, node, goal, cluster->settings.matching);
+        const plii_float4 goal = plii_lanes_combine(columns, plii_float4_from(&members[i].rest)) + origin;
+        plii_body_pull_predicted(body, node, plii_lanes_vec3(goal), cluster->settings.matching);
     }
 }
 
@@ -262,15 +264,18 @@ static void clusters_begin_substeps(pli_body* body, void* state) {
 
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const pli_vec3 linear = plii_xyz(cluster->linear_velocity), angular = plii_xyz(cluster->angular_velocity);
+    const plii_float4 linear = plii_float4_from(&cluster->linear_velocity);
+    const plii_float4 angular = plii_float4_from(&cluster->angular_velocity);
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
+    const float damping = cluster->settings.node_damping;
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = members[i].node;
         if (!(body->positions[node].w > 0.0f)) { continue; }
-        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->previous[node]), cluster->frame.origin);
-        const pli_vec3 rigid = pli_vec3_add(linear, pli_vec3_cross(angular, arm)),
-                       velocity = plii_xyz(body->velocities[node]);
-        if (!(pli_vec3_length_squared(rigid) <= pli_vec3_length_squared(velocity))) { continue; }
-        plii_set_xyz(&body->velocities[node], pli_vec3_lerp(velocity, rigid, cluster->settings.node_damping));
+        const plii_float4 arm = plii_float4_from(&body->previous[node]) - centre;
+        const plii_float4 rigid = linear + plii_lanes_cross(angular, arm);
+        const plii_float4 velocity = plii_float4_from(&body->velocities[node]);
+        if (!(plii_lanes_dot(rigid, rigid) <= plii_lanes_dot(velocity, velocity))) { continue; }
+        plii_float4_to(&body->velocities[node], plii_lanes_xyz(velocity + (rigid - velocity) * damping));
     }
 }
 

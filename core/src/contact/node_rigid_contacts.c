@@ -152,10 +152,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin;
-    const pli_vec3* rows = candidate->rigid->shape_places[candidate->shape].pose.rotation.rows;
-    plii_float4 columns[4] = {plii_lanes_from_vec3(&rows[0]), plii_lanes_from_vec3(&rows[1]),
-                              plii_lanes_from_vec3(&rows[2]), plii_float4_all(0.0f)};
-    plii_float4_transpose(columns);
+    const plii_lanes_mat3 columns = plii_lanes_columns(&candidate->rigid->shape_places[candidate->shape].pose.rotation);
     const int count = gathered->count;
     if (count == 0) { return PLI_OK; }
     gathered->count = 0;
@@ -169,8 +166,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
         if (!plii_lanes_xyz_finite(local)) { continue; }
         const int node = gathered->nodes[i];
         const plii_float4 shift = plii_lanes_from_vec3(&gathered->shifts[i]);
-        plii_float4 normal = columns[0] * plii_lanes_all_x(local) + columns[1] * plii_lanes_all_y(local) +
-                             columns[2] * plii_lanes_all_z(local);
+        plii_float4 normal = plii_lanes_combine(columns, local);
         if (is_departing) {
             distance += plii_lanes_dot(rigid_contacts_motion(body, node) - shift, normal);
         } else if (body->solver_class->solves_constraints) {
@@ -181,26 +177,22 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     return PLI_OK;
 }
 
-/* The pose of a shape, in registers. */
+/* Points of a shape of those in the world, in registers. */
 typedef struct rigid_contacts_frame {
-    plii_float4 origin, rows[3];
+    plii_float4 origin;
+    plii_lanes_mat3 rows;
 } rigid_contacts_frame;
 
 static inline rigid_contacts_frame rigid_contacts_frame_of(const rigid_contacts_candidate* candidate) {
     const pli_transform* pose = &candidate->rigid->shape_places[candidate->shape].pose;
-    const pli_vec3* rows = pose->rotation.rows;
-    return (rigid_contacts_frame){
-        plii_lanes_from_vec3(&pose->origin),
-        {plii_lanes_from_vec3(&rows[0]), plii_lanes_from_vec3(&rows[1]), plii_lanes_from_vec3(&rows[2])}};
+    return (rigid_contacts_frame){plii_lanes_from_vec3(&pose->origin), plii_lanes_rows(&pose->rotation)};
 }
 
 /* A node that is at x, but for the shift. */
 static inline pli_status rigid_contacts_gather(const rigid_contacts_candidate* candidate, rigid_contacts_frame frame,
                                                rigid_contacts_gathered* gathered, int node, plii_float4 x,
                                                plii_float4 shift, float reach, bool is_departing) {
-    const plii_float4 offset = x - frame.origin;
-    const plii_float4 point = frame.rows[0] * plii_lanes_all_x(offset) + frame.rows[1] * plii_lanes_all_y(offset) +
-                              frame.rows[2] * plii_lanes_all_z(offset);
+    const plii_float4 point = plii_lanes_combine(frame.rows, x - frame.origin);
     plii_lanes_to_vec3(&gathered->points[gathered->count], point);
     plii_lanes_to_vec3(&gathered->shifts[gathered->count], shift);
     gathered->nodes[gathered->count++] = node;

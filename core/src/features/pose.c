@@ -128,13 +128,15 @@ static void pose_run(pli_body* body, void* state) {
     const pli_vec3 origin = plii_xyz(body->positions[0]), offset = pose_offset(body, pose);
     pose->centre = pli_vec3_add(origin, offset);
     pose_fit(body, pose, origin, offset);
-    const pli_transform frame = {pose->rotation,
-                                 pli_vec3_sub(offset, pli_mat3_mul_vec3(pose->rotation, pose->rest_centre))};
-    for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
+    const pli_vec3 start = pli_vec3_sub(offset, pli_mat3_mul_vec3(pose->rotation, pose->rest_centre));
+    const plii_float4 from = plii_lanes_from_vec3(&origin), frame_origin = plii_lanes_from_vec3(&start);
+    const plii_lanes_mat3 columns = plii_lanes_columns(&pose->rotation);
+    const float matching = pose->matching;
+    for (int i = 0; i < body->node_count && matching > 0.0f; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
-        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
-        const pli_vec3 way = pli_vec3_sub(pli_transform_point(frame, pose->rest[i]), arm);
-        plii_body_push_predicted(body, i, pli_vec3_scale(way, pose->matching));
+        const plii_float4 goal = plii_lanes_combine(columns, plii_lanes_from_vec3(&pose->rest[i])) + frame_origin;
+        const plii_float4 arm = plii_float4_from(&body->positions[i]) - from;
+        plii_body_push_predicted(body, i, plii_lanes_vec3((goal - arm) * matching));
     }
 }
 

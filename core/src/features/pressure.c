@@ -13,11 +13,11 @@ static void pressure_run(pli_body* body, void* state) {
         *body->gas = pressure->coefficient;
         return;
     }
-    const float volume = fabsf(plii_body_volume(body));
+    const pli_vec4* crosses = plii_normals_crosses(body);
+    const float volume = fabsf(plii_pressure_volume(body, crosses));
     float scale = 1.0f / volume * pressure->coefficient;
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
-    const pli_vec4* crosses = body->world->def.reference_mode ? NULL : plii_normals_crosses(body);
     if (crosses != NULL) {
         const float limit = PLII_MAX_VOLUME_CHANGE * volume / plii_pressure_response(body, crosses);
         scale = plii_clamp(scale, -limit, limit);

@@ -12,9 +12,9 @@ typedef struct volume_state {
    overshoot more than the one before; btSoftBody explodes there. */
 static void volume_run(pli_body* body, void* state) {
     const volume_state* volume = state;
-    const float missing = volume->rest_volume - plii_body_volume(body);
+    const pli_vec4* crosses = plii_normals_crosses(body);
+    const float missing = volume->rest_volume - plii_pressure_volume(body, crosses);
     float pressure = missing * volume->coefficient;
-    const pli_vec4* crosses = body->world->def.reference_mode ? NULL : plii_normals_crosses(body);
     if (crosses != NULL) {
         const float response = plii_pressure_response(body, crosses);
         const float limit = PLII_MAX_VOLUME_CHANGE * fabsf(volume->rest_volume) / response;
@@ -25,7 +25,7 @@ static void volume_run(pli_body* body, void* state) {
 }
 
 static pli_status volume_enable(pli_body* body, void* state) {
-    ((volume_state*)state)->rest_volume = plii_body_volume(body);
+    ((volume_state*)state)->rest_volume = plii_pressure_volume(body, plii_normals_crosses(body));
     return PLI_OK;
 }
 

@@ -196,6 +196,24 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_cross(plii_float4 a, plii_float4 b) {
 PLII_SIMD_INLINE float plii_lanes_dot(plii_float4 a, plii_float4 b) {
     return plii_lanes_sum(a * b);
 }
+/* The rows of a matrix, or its columns, w: 0; and their sum by the components of a vector: transpose(matrix) * v of
+   rows, matrix * v of columns, with the same bits as in math.h. */
+typedef struct plii_lanes_mat3 {
+    plii_float4 at[4];
+} plii_lanes_mat3;
+
+PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_rows(const pli_mat3* m) {
+    return (plii_lanes_mat3){{plii_lanes_from_vec3(&m->rows[0]), plii_lanes_from_vec3(&m->rows[1]),
+                              plii_lanes_from_vec3(&m->rows[2]), plii_float4_all(0.0f)}};
+}
+PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_columns(const pli_mat3* m) {
+    plii_lanes_mat3 columns = plii_lanes_rows(m);
+    plii_float4_transpose(columns.at);
+    return columns;
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_combine(plii_lanes_mat3 m, plii_float4 v) {
+    return m.at[0] * plii_lanes_all_x(v) + m.at[1] * plii_lanes_all_y(v) + m.at[2] * plii_lanes_all_z(v);
+}
 /* Lanes in which all bits are set where `a` is finite: a - a is 0 there, else NaN. */
 PLII_SIMD_INLINE plii_mask4 plii_lanes_finite(plii_float4 a) {
     return a - a <= 0.0f;
