@@ -11,11 +11,14 @@
 #include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/range.h"
+#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 /* Measuring that many one by one costs about as much as a walk through the tree. */
 #define SURFACE_MAX_CANDIDATES 12
 #define SURFACE_BOX_REACH 1.01f /* more than the reach, as planes of boxes are rounded */
+/* Of the squared distance to the nearest triangle until now: other triangles of its plane are not looked at. */
+#define SURFACE_SAME_PLANE 0.9999f
 
 typedef struct surface_triangle {
     int vertices[3];
@@ -67,6 +70,8 @@ typedef struct surface_candidates {
     float reach;           /* what is farther from all of them is left out */
     int count;             /* more than there is room for: the tree has to be asked */
     int triangles[SURFACE_MAX_CANDIDATES];
+    /* Planes of four at a time: unit normals, and offsets so that dot(normal, p - middle) - offset is the height. */
+    float normals[3][SURFACE_MAX_CANDIDATES], offsets[SURFACE_MAX_CANDIDATES];
 } surface_candidates;
 
 static void surface_add_candidate(int triangle, void* user) {
@@ -78,8 +83,13 @@ static void surface_add_candidate(int triangle, void* user) {
     const float spread = pli_vec3_dot(candidates->half, pli_vec3_make(fabsf(n.x), fabsf(n.y), fabsf(n.z)));
     /* The whole box lies on one side of the triangle's plane. */
     if (fabsf(height) - spread > candidates->reach) { return; }
-    if (candidates->count < SURFACE_MAX_CANDIDATES) { candidates->triangles[candidates->count] = triangle; }
-    candidates->count += 1;
+    const int place = candidates->count++;
+    if (place >= SURFACE_MAX_CANDIDATES) { return; }
+    candidates->triangles[place] = triangle;
+    candidates->normals[0][place] = n.x;
+    candidates->normals[1][place] = n.y;
+    candidates->normals[2][place] = n.z;
+    candidates->offsets[place] = -height;
 }
 
 static surface_candidates surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points,
@@ -91,24 +101,32 @@ static surface_candidates surface_find_candidates(const surface_data* surface, i
     candidates.half = pli_vec3_sub(near.max, candidates.middle);
     candidates.reach = SURFACE_BOX_REACH * reach;
     candidates.count = 0;
+    memset(candidates.normals, 0, sizeof candidates.normals);
+    for (int i = 0; i < SURFACE_MAX_CANDIDATES; ++i) {
+        candidates.offsets[i] = INFINITY;
+    }
     plii_bvh_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
     return candidates;
 }
 
 static int surface_nearest_candidate(const surface_candidates* candidates, pli_vec3 p, float max_squared) {
-    const surface_data* surface = candidates->surface;
-    const float far_squared = 1.001f * max_squared;
+    const plii_vec3x4 q = plii_vec3x4_all(pli_vec3_sub(p, candidates->middle));
+    float plane_squared = 1.001f * max_squared; /* triangles whose planes are farther are not nearer */
     int nearest = PLI_NULL_INDEX;
-    for (int i = 0; i < candidates->count; ++i) {
-        /* Most points are far from the planes of most triangles. */
-        const surface_triangle* triangle = &surface->triangles[candidates->triangles[i]];
-        const pli_vec3 corner = surface->vertices[triangle->vertices[0]].position;
-        const float height = pli_vec3_dot(pli_vec3_sub(p, corner), triangle->normal);
-        if (height * height > far_squared) { continue; }
-        const float squared = surface_measure(candidates->triangles[i], p, surface);
-        if (squared < max_squared) {
-            nearest = candidates->triangles[i];
+    for (int i = 0; i < candidates->count; i += PLII_LANES) {
+        const plii_vec3x4 normals = {plii_float4_load(&candidates->normals[0][i]),
+                                     plii_float4_load(&candidates->normals[1][i]),
+                                     plii_float4_load(&candidates->normals[2][i])};
+        const plii_float4 heights = plii_vec3x4_dot(normals, q) - plii_float4_load(&candidates->offsets[i]);
+        const plii_float4 squares = heights * heights;
+        for (int near = plii_lanes_bits(squares < plane_squared); near != 0; near &= near - 1) {
+            const int lane = __builtin_ctz((unsigned)near), triangle = candidates->triangles[i + lane];
+            if (squares[lane] >= plane_squared) { continue; }
+            const float squared = surface_measure(triangle, p, candidates->surface);
+            if (!(squared < max_squared)) { continue; }
+            nearest = triangle;
             max_squared = squared;
+            plane_squared = SURFACE_SAME_PLANE * squared;
         }
     }
     return nearest;
