@@ -165,7 +165,7 @@ pli_mat3 plii_rotation_fit_warm(const pli_mat3* matrix, pli_quat* quaternion) {
     for (int k = 0; k < 3; ++k) {
         a.rows[k] = pli_vec3_scale(matrix->rows[k], scale);
     }
-    pli_quat q = follow_normalize(*quaternion);
+    pli_quat q = *quaternion;
     for (int step = 0; step < FOLLOW_MOST_STEPS; ++step) {
         bool is_sound;
         const pli_vec3 rotation = follow_step(follow_matrix(q), a, &is_sound);
