@@ -259,7 +259,7 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
         manifold_update(body, info, terms, shape, &state->manifolds[record->slot - 1], state)) {
         return PLI_OK;
     }
-    plii_pair_context pair = {.body = body, .state = state};
+    plii_pair_context pair = plii_pair_context_of(body, state);
     const int first = state->count;
     PLII_TRY(measure(&pair, *info, terms, record != NULL ? &record->cache : NULL));
     if (is_followed && record != NULL) { cluster_contacts_keep(body, state, record, first, shape, terms[0].margin); }

@@ -74,6 +74,14 @@ typedef struct plii_pair_context {
     bool has_sides;
 } plii_pair_context;
 
+static inline plii_pair_context plii_pair_context_of(pli_body* body, plii_cluster_contacts* state) {
+    plii_pair_context pair; /* most pairs find nothing and have no sides: these are not set to zero */
+    pair.body = body;
+    pair.state = state;
+    pair.has_sides = false;
+    return pair;
+}
+
 /* Measures the pair that `info` names, with what its cache knows, which may be NULL, and adds its contacts. terms[0] is
    that of the nearest points, terms[1] that of nodes and corners. */
 typedef pli_status plii_measure_pair_fn(plii_pair_context* pair, pli_cluster_contact info,

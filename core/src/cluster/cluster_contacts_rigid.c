@@ -134,7 +134,7 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
                             (plii_near_node){plii_xyz(body->positions[node]), surface->normal, surface->distance});
     }
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
-    plii_pair_context touched = {.body = body, .state = state};
+    plii_pair_context touched = plii_pair_context_of(body, state);
     return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
 

@@ -61,7 +61,10 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     const plii_float8 squeeze = plii_float8_load(group->squeeze);
     if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero) |
                            plii_float8_less_bits(zero, squeeze)) == 0) {
-        if (!pass->is_last) { group->sum = (plii_rigid_sum){0}; }
+        if (!pass->is_last) {
+            plii_float8_store(group->sum.push, zero);
+            groups_store(group->sum.friction, (plii_vec3x8){zero, zero, zero});
+        }
         return;
     }
 

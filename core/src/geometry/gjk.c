@@ -213,7 +213,13 @@ static void gjk_write_cache(const gjk_state* state, plii_convex_relation relatio
 }
 
 void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result) {
-    gjk_state state = {.query = query, .lower_bound = -HUGE_VAL, .is_finite = true};
+    gjk_state state; /* but for the simplex, of which `count` vertices count */
+    state.query = query;
+    state.count = state.support_calls = 0;
+    state.lower_bound = -HUGE_VAL;
+    state.bound_direction = pli_vec3_make(0, 0, 0);
+    state.reach_squared = 0.0;
+    state.is_finite = true;
     gjk_start(&state, cache);
     gjk_nearest nearest = gjk_find_nearest(state.simplex, state.count);
     gjk_reduce(&state, &nearest);

@@ -101,11 +101,11 @@ static surface_candidates surface_find_candidates(const surface_data* surface, i
     candidates.half = pli_vec3_sub(near.max, candidates.middle);
     candidates.reach = SURFACE_BOX_REACH * reach;
     candidates.count = 0;
-    memset(candidates.normals, 0, sizeof candidates.normals);
-    for (int i = 0; i < SURFACE_MAX_CANDIDATES; ++i) {
+    plii_bvh_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
+    for (int i = candidates.count; i < SURFACE_MAX_CANDIDATES && i % PLII_LANES != 0; ++i) { /* nowhere near */
+        candidates.normals[0][i] = candidates.normals[1][i] = candidates.normals[2][i] = 0.0f;
         candidates.offsets[i] = INFINITY;
     }
-    plii_bvh_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
     return candidates;
 }
 
@@ -167,7 +167,8 @@ static void surface_distances(const void* user, int count, const pli_vec3* point
     /* The inside of a closed part may be far from its surface. */
     const bool has_reach = !surface->has_closed_part;
     const float reach = has_reach ? 1.001f * plii_max(max_distance, surface->thickness) : INFINITY;
-    surface_candidates candidates = {.count = SURFACE_MAX_CANDIDATES + 1};
+    surface_candidates candidates;
+    candidates.count = SURFACE_MAX_CANDIDATES + 1;
     if (has_reach && count > 0) { candidates = surface_find_candidates(surface, count, points, reach); }
     for (int i = 0; i < count; ++i) {
         const pli_vec3 p = points[i];
