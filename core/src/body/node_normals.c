@@ -36,7 +36,14 @@ const pli_vec4* plii_normals_crosses(const pli_body* body) {
 static void normals_refresh(pli_body* body, void* data) {
     pli_vec4* sums = ((normals_state*)data)->sums;
     normals_gather(body, sums);
-    for (int i = 0; i < body->node_count; ++i) {
+    int i = 0;
+    for (; i + PLII_LANES <= body->node_count; i += PLII_LANES) {
+        const plii_vec3x4 sum = plii_vec3x4_from_vec4s(&sums[i]);
+        const plii_float4 length = plii_float4_sqrt(plii_vec3x4_dot(sum, sum));
+        const plii_vec3x4 normals = plii_vec3x4_scale(sum, 1.0f / length);
+        plii_vec3x4_to(&body->normals[i], plii_vec3x4_select(length > PLII_EPSILON, normals, sum));
+    }
+    for (; i < body->node_count; ++i) {
         const pli_vec3 sum = plii_xyz(sums[i]);
         const float length = pli_vec3_length(sum);
         /* Those without faces keep their zero. */
