@@ -34,7 +34,9 @@ def array_pointer(kind, value, kept):
     """A pointer to the values of something like an array."""
     item = kind.item
     layout = array_type(item)
-    if layout is None:
+    if item.cname == "void":
+        memory = ffi.from_buffer(value)
+    elif layout is None:
         values = [value_of(item, each, kept) for each in value]
         memory = ffi.new(ffi.typeof(f"{item.cname}[]"), values)
     else:

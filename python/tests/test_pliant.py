@@ -316,3 +316,18 @@ def test_the_program_of_the_readme_runs(capsys):
     program = re.search(r"```python\n(.*?)```", readme, re.S)[1]
     exec(compile(program, "README.md", "exec"), {})
     assert re.fullmatch(r"lowest node: -?0\.\d+ m\n", capsys.readouterr().out)
+
+
+def test_memory_of_the_caller(context):
+    world = pliant.World(context)
+    cloth = make_cloth(world)
+    cloth.enable_normals()
+    vertices = np.zeros((121, 6), np.float32)
+    world.step(1 / 60)
+    cloth.write_vertices({"vertices": vertices, "vertex_count": 121}, 1.0)
+    np.testing.assert_array_equal(vertices[:, :3], cloth.positions)
+    np.testing.assert_allclose(vertices[:, 3:], cloth.normals, atol=1e-6)
+    file = bytearray(world.file_size())
+    assert world.file_write(file, len(file)) == len(file)
+    again = pliant.World.file_create(context, bytes(file), len(file))
+    assert again.bodies[0].state_hash() == cloth.state_hash()
