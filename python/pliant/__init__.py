@@ -180,9 +180,9 @@ class Body(_Member):
 
     @property
     def inverse_masses(self):
-        """[nodes, 1] 1/kg, 0 where a node is pinned"""
+        """[nodes] 1/kg, 0 where a node is pinned"""
         view = lib.pli_body_get_view(self.pointer)
-        return self._array(ffi.cast("float*", view.positions) + 3, view.node_count, 1, 4)
+        return self._array(ffi.cast("float*", view.positions) + 3, view.node_count, 1, 4)[:, 0]
 
     @property
     def normals(self):

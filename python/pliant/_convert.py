@@ -34,7 +34,9 @@ def array_pointer(kind, value, kept):
     """A pointer to the values of something like an array."""
     item = kind.item
     layout = array_type(item)
-    if layout is None:
+    if item.cname == "void":
+        memory = ffi.from_buffer(value)
+    elif layout is None:
         values = [value_of(item, each, kept) for each in value]
         memory = ffi.new(ffi.typeof(f"{item.cname}[]"), values)
     else:
@@ -91,6 +93,8 @@ def value_of(kind, value, kept):
     """The C value of that type. `kept`: what has to live until the call is over."""
     if isinstance(value, ffi.CData):
         return value
+    if kind.kind == "array":
+        return np.asarray(value).tolist()
     if kind.kind == "pointer":
         if value is None:
             return ffi.NULL
@@ -124,8 +128,12 @@ def value_of(kind, value, kept):
 
 def to_nested(kind, value):
     """Numbers in the nesting of the structure: a matrix is rows of vectors."""
+    if kind.cname == "pli_mat3":
+        return [np.asarray(value, dtype=float).reshape(3, 3).tolist()]
     if kind.kind == "struct":
-        return [to_nested(field.type, each) for (_, field), each in zip(kind.fields, value, strict=True)]
+        if not hasattr(value, "__len__") or len(value) != len(kind.fields):
+            raise ValueError(f"{kind.cname} has {', '.join(name for name, _ in kind.fields)}, given was {value!r}")
+        return [to_nested(field.type, each) for (_, field), each in zip(kind.fields, value)]
     if kind.kind == "array":
         return [to_nested(kind.item, each) for each in value]
     return float(value)

@@ -64,7 +64,41 @@ def test_arrays_show_memory(context):
     assert positions[0, 1] < before[0, 1]
     assert not positions.flags.writeable and not positions.flags.owndata
     assert cloth.links.min() == 0 and cloth.links.max() == 120
-    assert cloth.faces.shape[1] == 3 and cloth.inverse_masses[0, 0] == pytest.approx(121, rel=1e-3)
+    assert cloth.faces.shape[1] == 3 and cloth.inverse_masses[0] == pytest.approx(121, rel=1e-3)
+
+
+def test_energy_of_a_falling_cloth(context):
+    world = pliant.World(context)
+    cloth = make_cloth(world, height=1.0)
+    masses = 1 / cloth.inverse_masses  # one for each node, so that products with columns are of nodes
+    assert masses.shape == (121,) and masses.sum() == pytest.approx(1, rel=1e-5)
+    for _ in range(30):
+        world.step(1 / 60)
+    kinetic = 0.5 * (masses * (cloth.velocities**2).sum(axis=1)).sum()
+    assert kinetic == pytest.approx(cloth.kinetic_energy(), rel=1e-5)
+    potential = (masses * 10 * cloth.positions[:, 1]).sum()
+    assert kinetic + potential == pytest.approx(10 - 10**2 * 0.5 / 60 / 2, rel=1e-4)  # g^2 t dt / 2 goes with the steps
+    inverse_masses = cloth.inverse_masses
+    with pytest.raises(BufferError):
+        cloth.destroy()
+    assert inverse_masses[0] > 0
+
+
+def test_matrices_and_vectors(context):
+    world = pliant.World(context)
+    turn = np.array([(0, 0, 1), (0, 1, 0), (-1, 0, 0)])
+    for rotation in (turn, turn.tolist(), {"rows": turn}, {"rows": turn.tolist()}):
+        state = {"pose": {"rotation": rotation}, "inverse_mass": 0.5, "inverse_inertia_world": np.eye(3)}
+        rigid = pliant.Rigid.create(world, kind="dynamic", state=state)
+        np.testing.assert_array_equal(rigid.get_state()["pose"]["rotation"]["rows"], turn)
+        rigid.set_state(rigid.get_state())
+    cloth = make_cloth(world)
+    cloth.transform((turn, (1, 2, 3)))
+    np.testing.assert_allclose(cloth.positions[0], (0, 3, 4), atol=1e-6)
+    with pytest.raises(ValueError, match=r"pli_vec3 has x, y, z, given was \(1, 2\)"):
+        cloth.add_force((1, 2))
+    with pytest.raises(ValueError, match="pli_vec3 has x, y, z, given was -9.81"):
+        pliant.World(context, gravity=-9.81)
 
 
 def test_arrays_keep_what_they_show(context):
@@ -282,3 +316,18 @@ def test_the_program_of_the_readme_runs(capsys):
     program = re.search(r"```python\n(.*?)```", readme, re.S)[1]
     exec(compile(program, "README.md", "exec"), {})
     assert re.fullmatch(r"lowest node: -?0\.\d+ m\n", capsys.readouterr().out)
+
+
+def test_memory_of_the_caller(context):
+    world = pliant.World(context)
+    cloth = make_cloth(world)
+    cloth.enable_normals()
+    vertices = np.zeros((121, 6), np.float32)
+    world.step(1 / 60)
+    cloth.write_vertices({"vertices": vertices, "vertex_count": 121}, 1.0)
+    np.testing.assert_array_equal(vertices[:, :3], cloth.positions)
+    np.testing.assert_allclose(vertices[:, 3:], cloth.normals, atol=1e-6)
+    file = bytearray(world.file_size())
+    assert world.file_write(file, len(file)) == len(file)
+    again = pliant.World.file_create(context, bytes(file), len(file))
+    assert again.bodies[0].state_hash() == cloth.state_hash()

@@ -19,10 +19,12 @@ typedef struct pli_body pli_body;
 typedef struct pli_solver_settings {
     int velocity_iterations; ///< >= 0, default 0; see pli_body_enable_velocity_links. Bullet name: viterations
     int position_iterations; ///< >= 0, default 1; anchors, contacts, links. Bullet name: piterations
-    int drift_iterations;    ///< >= 0, default 0; Bullet name: diterations
-    float drift_correction;  ///< default 1, up to PLI_MAX_FACTOR of either sign: share of the drift solve that enters
-                             ///< the velocity. Bullet name: kVCF
-    float velocity_damping;  ///< [0, 1], default 0: share of the velocity lost per step. Bullet name: kDP
+    /// >= 0, default 0; links on positions once more at the end of a step, with pli_body_enable_velocity_links. Nothing
+    /// else holds nodes there: contacts, anchors, targets and tethers give way, as in Bullet. Bullet name: diterations
+    int drift_iterations;
+    float drift_correction; ///< default 1, up to PLI_MAX_FACTOR of either sign: share of the drift solve that enters
+                            ///< the velocity. Bullet name: kVCF
+    float velocity_damping; ///< [0, 1], default 0: share of the velocity lost per step. Bullet name: kDP
     /// PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale. Rigid bodies keep
     /// their own time: what touches or holds dynamic ones is to keep 1, as far below it both get energy from nothing.
     float time_scale;

@@ -56,7 +56,8 @@ PLI_API pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_jo
 typedef struct pli_joint_controller {
     /// Before each step: the axis in the frame of this body's cluster, given the present one.
     pli_vec3 (*steer)(pli_vec3 local_axis, void* user);
-    /// Wanted relative speed about the axis, rad/s, given the present one; NULL: turns freely.
+    /// Wanted speed about the axis of this body's cluster against the other end, rad/s, given the present one; NULL:
+    /// turns freely.
     float (*speed)(float present, void* user);
     void* user; ///< handed to both
 } pli_joint_controller;

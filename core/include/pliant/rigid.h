@@ -3,7 +3,7 @@
 
 /// Rigid bodies as the soft bodies see them: pose, velocities, mass, friction and shapes. The core does not move them
 /// on its own account; the host (a rigid-body engine, or the caller) owns their motion, and reads back the velocities
-/// that contacts and anchors have changed.
+/// that contacts and anchors have changed. Rigid bodies do not collide with each other here: that is the engine's.
 
 #include "shape.h"
 

@@ -37,10 +37,10 @@ PLI_API pli_targets_def pli_targets_def_default(void);
 /// (pli_body_set_node_mass: tethers start from them, links see them as infinitely heavy), and have their masses again
 /// when they get another distance or none; they are at their targets at the end of each step. Other nodes are let go no
 /// further than their distance, and then out of the backstop, after all other constraints of an iteration or substep;
-/// only self-collision of faces comes later. Under the implicit solver what they carry reaches their neighbours a step
-/// late: pin some (distance 0) where the whole body hangs on its targets. A new node of a cut gets what lies between
-/// the targets of its parents. A node that is too far now is put where it may be. Enable, or give other targets when
-/// enabled.
+/// only self-collision of faces and drift_iterations come later. Under the implicit solver what they carry reaches
+/// their neighbours a step late: pin some (distance 0) where the whole body hangs on its targets. A new node of a cut
+/// gets what lies between the targets of its parents. A node that is too far now is put where it may be. Enable, or
+/// give other targets when enabled.
 /// @param def copied with its arrays
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (also for a node twice, a normal of length 0,
 ///         missing normals), PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_NOT_FINITE, PLI_ERROR_WRONG_STATE while stepping,

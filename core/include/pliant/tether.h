@@ -48,8 +48,8 @@ typedef struct pli_tether {
     float length; ///< m, without slack
 } pli_tether;
 
-/// The tether of one node to the nearest origin; none where the node is not held, is none itself, or tethers are not
-/// enabled.
+/// The tether of one node to the nearest origin, which for an origin is itself at length 0; none where the node is not
+/// held, or tethers are not enabled.
 PLI_API pli_tether pli_body_get_tether(const pli_body* body, int node);
 
 #ifdef __cplusplus

@@ -139,8 +139,8 @@ PLI_API pli_rigid* pli_world_get_rigid(const pli_world* world, int index);
 
 /// What has happened.
 typedef enum pli_event_kind {
-    /// A node came to be NaN, beyond PLI_MAX_COORDINATE or faster than PLI_MAX_SPEED; the body was put back to the
-    /// start of the step and frozen.
+    /// A node came to be NaN, beyond PLI_MAX_COORDINATE or faster than PLI_MAX_SPEED; all nodes were put
+    /// back to where they were at the start of the step, at rest, and the body was frozen.
     PLI_EVENT_BODY_FROZEN = 1,
     /// Anchors or joints of the body have gone with the rigid body that they held to: pli_rigid_destroy, and what the
     /// bridge to Bullet does when an object is no longer there. One for a body, however many have gone.

@@ -103,9 +103,10 @@ static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, in
     }
 }
 
-/* What a frame and its motion are made of, about the first member. */
+/* What a frame and its motion are made of, about where the centre is by the first member and the rotation of before:
+   sums of large numbers round to one side, by which matching would pull what rests in every step. */
 typedef struct cluster_sums {
-    plii_float4 first, moment, momentum, spin; /* w of each is of no use */
+    plii_float4 about, moment, momentum, spin; /* w of each is of no use */
     plii_float4 rest, products[3];             /* rest positions, and these by each coordinate of the present ones */
 } cluster_sums;
 
@@ -113,11 +114,12 @@ typedef struct cluster_sums {
 static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     const plii_float4 zero = plii_float4_all(0.0f);
-    cluster_sums sums = {
-        plii_float4_from(&body->positions[members[0].node]), zero, zero, zero, zero, {zero, zero, zero}};
+    const pli_vec3 arm = pli_mat3_mul_vec3(cluster->frame.rotation, plii_xyz(members[0].rest));
+    const plii_float4 about = plii_float4_from(&body->positions[members[0].node]) - plii_lanes_from_vec3(&arm);
+    cluster_sums sums = {about, zero, zero, zero, zero, {zero, zero, zero}};
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 rest = plii_float4_from(&members[i].rest), mass = plii_lanes_all_w(rest);
-        const plii_float4 now = plii_float4_from(&body->positions[members[i].node]) - sums.first;
+        const plii_float4 now = plii_float4_from(&body->positions[members[i].node]) - about;
         const plii_float4 share = plii_float4_from(&body->velocities[members[i].node]) * mass;
         sums.moment += now * mass;
         sums.momentum += share;
@@ -134,7 +136,7 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
 static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sums) {
     const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
     const plii_float4 centre = sums->moment * inverse_mass;
-    plii_lanes_to_vec3(&cluster->frame.origin, sums->first + centre);
+    plii_lanes_to_vec3(&cluster->frame.origin, sums->about + centre);
     const plii_float4 spin = sums->spin - plii_lanes_cross(centre, sums->momentum);
     const plii_float4 left = plii_float4_all(1.0f - cluster->settings.linear_damping);
     plii_float4_to(&cluster->linear_velocity, plii_lanes_xyz(sums->momentum * inverse_mass * left));

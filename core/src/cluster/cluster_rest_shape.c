@@ -1,6 +1,7 @@
 /* Masses, rest shape and inertia of clusters. Bullet: initializeClusters, in its order of operations. */
 
 #include "cluster/cluster_impl.h"
+#include "math/dvec3.h"
 #include "math/rotation_fit.h"
 
 /* Mass of a pinned node: in reference mode an absolute one, else this many times all other masses of the cluster. Where
@@ -96,13 +97,32 @@ static void cluster_update_rest_inertia(const pli_body* body, const plii_cluster
     cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
 }
 
+/* Puts the rest shape about its centre of mass, in double, and returns where that was: by what it is off matching moves
+   the body in each step, for ever. */
+static pli_vec3 cluster_centre_rest_shape(const plii_clusters* clusters, const plii_cluster* cluster) {
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    plii_dvec3 moment = {0.0, 0.0, 0.0};
+    double total = 0.0;
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const double mass = (double)members[i].rest.w;
+        moment = plii_dvec3_add_scaled(moment, plii_dvec3_from(plii_xyz(members[i].rest)), mass);
+        total += mass;
+    }
+    const pli_vec3 centre = plii_dvec3_to_float(plii_dvec3_scale(moment, 1.0 / total));
+    for (int i = 0; i < cluster->member_count; ++i) {
+        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), centre));
+    }
+    return centre;
+}
+
 void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     cluster_update_masses(body, clusters, cluster);
     plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const pli_vec3 centre = plii_cluster_centre(body, clusters, cluster);
+    pli_vec3 centre = plii_cluster_centre(body, clusters, cluster);
     for (int i = 0; i < cluster->member_count; ++i) {
         plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre));
     }
+    if (!clusters->def.reference_mode) { centre = pli_vec3_add(centre, cluster_centre_rest_shape(clusters, cluster)); }
     cluster_update_rest_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
     cluster->frame = (pli_transform){pli_mat3_identity(), centre};
@@ -113,15 +133,7 @@ void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clus
 
 void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     cluster_update_masses(body, clusters, cluster);
-    plii_cluster_member* members = &clusters->members[cluster->first_member];
-    pli_vec3 shift = pli_vec3_make(0, 0, 0);
-    for (int i = 0; i < cluster->member_count; ++i) {
-        shift =
-            pli_vec3_add(shift, pli_vec3_scale(plii_xyz(members[i].rest), members[i].rest.w * cluster->inverse_mass));
-    }
-    for (int i = 0; i < cluster->member_count; ++i) {
-        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), shift));
-    }
+    const pli_vec3 shift = cluster_centre_rest_shape(clusters, cluster);
     cluster_update_rest_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
     cluster->has_bounds = false;
