@@ -54,6 +54,7 @@ struct pli_body {
     bool was_frozen;           /* just now, at `lost_node`: the event comes when all bodies are through */
     bool collides_with_bodies; /* a feature has collide_body */
     bool may_be_joined;        /* a feature has visit_joined */
+    bool has_crosses;          /* plii_normals_crosses are those of the positions */
     int world_index;           /* in the world's list */
     pli_bounds bounds;         /* of the nodes, grown by the margin; in a step see sweeping_features */
     pli_world* world;
@@ -133,7 +134,7 @@ extern const plii_feature_class* const plii_surface_force_needs[];
 
 /* Of each node, the sum of the cross products of its faces, six times the gradient of the volume; valid until the next
    call or step. Needs normals. NULL in reference mode. */
-const pli_vec4* plii_normals_crosses(const pli_body* body);
+const pli_vec4* plii_normals_crosses(pli_body* body);
 
 /* Adds what a pressure on the faces does to the forces on the nodes that are not pinned: the gradient of the volume, so
    that it moves and turns nothing as a whole. Without the cross products normal * area, as btSoftBody. */
@@ -250,7 +251,7 @@ static inline bool plii_body_is_idle(const pli_body* body) {
 /* Wakes what is asleep. */
 static inline void plii_body_note_change(pli_body* body) {
     body->is_woken = true;
-    body->is_resting = false;
+    body->is_resting = body->has_crosses = false;
 }
 
 /* PLI_OK, or the error of a call while another thread steps the world. */

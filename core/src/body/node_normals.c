@@ -12,7 +12,7 @@ typedef struct normals_state {
     pli_vec4* sums; /* [node_count] of the cross products of the faces around */
 } normals_state;
 
-static void normals_gather(const pli_body* body, pli_vec4* restrict sums) {
+static void normals_gather(pli_body* body, pli_vec4* restrict sums) {
     const pli_vec4* restrict positions = body->positions;
     const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
     const int count = body->node_count, face_count = body->topology->face_count;
@@ -24,12 +24,13 @@ static void normals_gather(const pli_body* body, pli_vec4* restrict sums) {
         plii_float4_to(b, plii_float4_from(b) + cross);
         plii_float4_to(c, plii_float4_from(c) + cross);
     }
+    body->has_crosses = true;
 }
 
-const pli_vec4* plii_normals_crosses(const pli_body* body) {
+const pli_vec4* plii_normals_crosses(pli_body* body) {
     if (body->world->def.reference_mode) { return NULL; }
     normals_state* state = plii_feature_state(body, &plii_normals_class);
-    normals_gather(body, state->sums);
+    if (!body->has_crosses) { normals_gather(body, state->sums); }
     return state->sums;
 }
 
@@ -51,6 +52,10 @@ static void normals_refresh(pli_body* body, void* data) {
     }
 }
 
+static void normals_on_restored(pli_body* body, void* state) {
+    body->has_crosses = false;
+}
+
 const plii_feature_class plii_normals_class = {
     .name = "normals",
     .state_size = sizeof(normals_state),
@@ -58,6 +63,7 @@ const plii_feature_class plii_normals_class = {
     .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, PLII_SAVED_AS("3f")},
                           {PLII_MEMBER(normals_state, sums), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
+    .on_restored = normals_on_restored,
 };
 
 static void face_normals_refresh(pli_body* body, void* state) {

@@ -293,6 +293,7 @@ static void world_predict_body(pli_body* body) {
         body->forces[i] = pli_vec3_scale(body->forces[i], world->dt / dt);
     }
     body->solver_class->predict(body, dt);
+    body->has_crosses = false; /* nodes have moved */
 }
 
 static pli_status world_predict(pli_world* world, float dt, const char* function) {
