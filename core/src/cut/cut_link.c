@@ -114,5 +114,5 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
         status = PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_edge_map_free(&cut.edges);
-    return plii_edit_end(&cut.edit, status);
+    return plii_body_changed(body, plii_edit_end(&cut.edit, status));
 }

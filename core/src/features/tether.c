@@ -539,7 +539,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to measure the body");
     }
     state->def = used;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_DISABLE(pli_body_disable_tethers, plii_check_body_idle, plii_tether_class)
 
