@@ -94,6 +94,7 @@ pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count
         if (!were_there) { plii_feature_disable(body, &plii_clusters_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a cluster of %d nodes", node_count);
     }
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when contacts that need them go */
     plii_clusters_settle(body, clusters, clusters->count - 1);
     if (cluster != NULL) { *cluster = clusters->count - 1; }
     return plii_body_changed(body, PLI_OK);

@@ -199,6 +199,7 @@ static pli_status generate_replace(pli_body* body, int count, int max_iterations
         return plii_fail(body->context, status, function, "no memory for the clusters of %d nodes", body->node_count);
     }
     PLII_TRY(pli_body_remove_clusters(body));
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when contacts that need them go */
     *clusters = fresh;
     plii_clusters_settle(body, clusters, 0);
     if (made != NULL) { *made = clusters->count; }
