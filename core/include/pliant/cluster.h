@@ -91,8 +91,8 @@ typedef struct pli_cluster_view {
     int node_count;   ///< >= 1
     const int* nodes; ///< node i at nodes[i * node_stride], valid until the clusters of the body change
     int node_stride;  ///< in numbers, from a node to the next
-    /// Of the step in progress, or of the last one, where the cluster has contacts or joints; else of the nodes as they
-    /// are now. Origin = centre of mass.
+    /// Of the step in progress, or of the last one, where the cluster has contacts, joints, matching or node damping,
+    /// and always in reference mode; else of the nodes as they are now. Origin = centre of mass.
     pli_transform frame;
     float inverse_mass;             ///< 1/kg
     pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), in world axes
