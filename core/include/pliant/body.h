@@ -148,7 +148,8 @@ PLI_API pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3
 /// Cost: 28 B per node that is led.
 PLI_API pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position);
 
-/// Changes the mass of one node. Rest lengths stay. Bullet name: setMass
+/// Changes the mass of one node. Rest lengths stay, and its velocity, with which a node that is pinned in flight goes
+/// on as after pli_body_set_node_velocity: set that to zero for one that is to stay where it is. Bullet name: setMass
 /// @param mass kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_mass(pli_body* body, int node, float mass);

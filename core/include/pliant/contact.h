@@ -2,7 +2,7 @@
 #define PLIANT_CONTACT_H
 
 /// Contacts of nodes and faces with rigid bodies and of nodes with the faces of other soft bodies. They live for one
-/// step.
+/// step; of a body that is frozen or asleep those of the last step that it took part in can still be read.
 
 #include "body.h"
 #include "rigid.h"
@@ -110,13 +110,10 @@ PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity,
 /// rigid bodies, with any solver. Without it they take the speed away, as in btSoftBody. Source: Müller and others,
 /// "Detailed Rigid Body Simulation with Extended Position Based Dynamics", section 3.6.
 /// @param restitution 0 to 1
-/// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_NOT_FINITE, PLI_ERROR_WRONG_STATE while stepping,
-///         PLI_ERROR_OUT_OF_MEMORY
 /// Cost: two passes over the contacts in a step, 4 B per contact.
 PLI_API pli_status pli_body_enable_restitution(pli_body* body, float restitution);
 
 /// Contacts take the speed away again. Nothing when not enabled.
-/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_restitution(pli_body* body);
 
 // ----------------------------------------------------------------- nodes against faces of other soft bodies
