@@ -368,6 +368,25 @@ static void test_a_box_passes_on_who_is_awake(void** unused) {
     assert_true(pli_body_is_asleep(left) && pli_body_is_asleep(right) && pli_rigid_is_asleep(bridge));
 }
 
+/* Nor one that has just been made: it was nowhere before, and not at the origin, where the rope sleeps. */
+static void test_a_rigid_body_made_far_away_wakes_nothing(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    CHECK_OK(pli_mesh_create_rope(context, pli_vec3_make(-1, -1, 0), pli_vec3_make(1, 1, 0), 5, 3, &mesh));
+    CHECK_OK(pli_body_create(world, mesh, NULL, &rope));
+    pli_mesh_destroy(mesh);
+    CHECK_OK(pli_body_enable_rigid_contacts(rope, NULL));
+    CHECK_OK(pli_body_enable_sleep(rope, NULL));
+    step(1);
+    for (int i = 0; i < 2; ++i) {
+        CHECK_OK(pli_body_set_asleep(rope, true));
+        (void)make_ball(i == 0 ? 30.0f : 0.0f, 1);
+        step(1);
+        assert_true(pli_body_is_asleep(rope) == (i == 0)); /* the other one is made in its bounds */
+    }
+}
+
 static void test_a_ball_far_away_wakes_nothing(void** unused) {
     (void)unused;
     const resting_pair pair = make_resting_pair();
@@ -571,6 +590,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_what_touches_nothing_rests_too, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_nothing_rests_before_its_time, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_box_passes_on_who_is_awake, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_rigid_body_made_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_falling_body_wakes_what_it_meets, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_without_sleep_keeps_others_awake, setup_world, teardown_world),
