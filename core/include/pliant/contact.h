@@ -42,13 +42,15 @@ PLI_API pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigi
 /// Ends contacts of nodes with rigid bodies, also those of the step in progress. Nothing when not enabled.
 PLI_API pli_status pli_body_disable_rigid_contacts(pli_body* body);
 
-/// A node that touches a rigid body.
+/// A node that touches a rigid body, or may come to touch it in the step. contact_events.h tells of what pushes.
 typedef struct pli_rigid_contact {
     int node;         ///< of the body
     pli_rigid* rigid; ///< what it touches
     int shape;        ///< index in the rigid body's shapes
     pli_vec3 normal;  ///< unit, world, out of the rigid body
-    float distance;   ///< m, minus the collision margin, at the predicted position; < 0, under XPBD < the margin
+    /// m, minus the collision margin, at the predicted position. < 0 by the position-based solver in reference mode;
+    /// else up to the margin, and to twice that where the rigid body may move
+    float distance;
 } pli_rigid_contact;
 
 /// Contacts of the step in progress, or of the last one, in the order of solving.
