@@ -17,7 +17,7 @@ pli_status Bridge::status() const {
     return impl_->status;
 }
 pli_status Bridge::step_status() const {
-    return impl_->step_status;
+    return impl_->status != PLI_OK ? impl_->status : impl_->step_status;
 }
 pli_context* Bridge::context() const {
     return impl_->context;

@@ -92,8 +92,15 @@ pli_rigid* Bridge::Impl::known_rigid(const btCollisionObject& object) const {
 }
 
 pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
-    if (status != PLI_OK || bullet_world_ == nullptr || is_stepping()) { return nullptr; }
-    if (object.getCollisionShape() == nullptr) { return nullptr; }
+    if (status != PLI_OK) { return nullptr; }
+    const char* const refusal = bullet_world_ == nullptr                ? "the bridge has left its Bullet world"
+                                : is_stepping()                         ? "not allowed inside of a step"
+                                : object.getCollisionShape() == nullptr ? "the object has no shape"
+                                                                        : nullptr;
+    if (refusal != nullptr) {
+        (void)fail(PLI_ERROR_WRONG_STATE, "pliant::Bridge::rigid", refusal);
+        return nullptr;
+    }
     const std::unique_ptr<RigidProxy>& proxy = proxy_of(object);
     if (proxy->prepare({context, mode, surface_thickness, nullptr}, world) != PLI_OK && proxy->rigid() == nullptr) {
         if (!proxy->is_needed()) { proxies_.erase(&object); }

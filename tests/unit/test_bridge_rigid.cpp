@@ -870,6 +870,25 @@ static void test_use_of_sampled_meshes_is_refused_where_there_is_no_solid(void**
                         "pliant::Bridge::use_sampled_mesh: the bridge has left its Bullet world");
 }
 
+static void test_a_proxy_that_is_refused_has_a_reason(void**) {
+    StockWorld stock;
+    btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    (void)add_sheet(bridge, 1, 5, 3);
+    btCollisionObject shapeless;
+    assert_null(bridge.rigid(shapeless));
+    assert_string_equal(pli_last_error(bridge.context()), "pliant::Bridge::rigid: the object has no shape");
+    bridge.set_before_solve([&] {
+        assert_null(bridge.rigid(box));
+        assert_string_equal(pli_last_error(bridge.context()), "pliant::Bridge::rigid: not allowed inside of a step");
+    });
+    stock.step(1);
+    bridge.detach();
+    assert_null(bridge.rigid(box));
+    assert_string_equal(pli_last_error(bridge.context()),
+                        "pliant::Bridge::rigid: the bridge has left its Bullet world");
+}
+
 /// Contacts press through the centre of a ball, however it has turned since they were found.
 static void test_a_turning_ball_on_a_sheet_keeps_its_spin(void**) {
     StockWorld stock;
@@ -923,6 +942,7 @@ int main() {
         cmocka_unit_test(test_a_sheet_falls_on_a_kinematic_sampled_mesh),
         cmocka_unit_test(test_momentum_is_conserved_when_a_sampled_mesh_hits_a_free_sheet),
         cmocka_unit_test(test_use_of_sampled_meshes_is_refused_where_there_is_no_solid),
+        cmocka_unit_test(test_a_proxy_that_is_refused_has_a_reason),
         cmocka_unit_test(test_a_turning_ball_on_a_sheet_keeps_its_spin),
     };
 

@@ -275,6 +275,7 @@ static void test_a_bridge_with_a_bad_definition_answers_every_call(void**) {
     pli_body* body = nullptr;
     assert_int_equal(bridge.add_body(nullptr, nullptr, &body), PLI_ERROR_NOT_FINITE);
     assert_int_equal(bridge.remove_body(nullptr), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(bridge.step_status(), PLI_ERROR_NOT_FINITE);
     btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 0, 0));
     assert_null(bridge.rigid(box));
     bridge.forget(box);

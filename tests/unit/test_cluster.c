@@ -165,6 +165,22 @@ static void test_frame_follows_a_rigid_motion(void** unused) {
 }
 
 /* The clusters of a body that is turned inside out have rotations, and matching turns it back. */
+/* Before the first step, too, when they have just been made or reset. */
+static void test_a_frame_is_where_the_nodes_are(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 0, 0), 0.1f);
+    const pli_transform up = {pli_mat3_identity(), pli_vec3_make(0, 3, 0)};
+    generate(body, 1);
+    const float first = cluster_of(body, 0).frame.origin.y;
+    for (int i = 1; i <= 3; ++i) {
+        assert_int_equal(pli_body_transform(body, up), PLI_OK);
+        check_near(cluster_of(body, 0).frame.origin.y, first + 3 * (float)i, 1e-5);
+        if (i == 1) { assert_int_equal(pli_body_reset_clusters(body), PLI_OK); }
+        if (i == 2) { assert_int_equal(pli_body_add_velocity(body, pli_vec3_make(0, 1, 0)), PLI_OK); }
+    }
+    check_near(cluster_of(body, 0).linear_velocity.y, 1, 1e-5);
+}
+
 static void test_inverted_body_recovers(void** unused) {
     (void)unused;
     pli_body* body = make_ball(pli_vec3_make(1, 2, 1.5f), pli_vec3_make(0, 0, 0), 0.1f);
@@ -542,6 +558,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_clusters_are_replaced_and_removed, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_enabling_again_keeps_clusters, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_frame_follows_a_rigid_motion, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_frame_is_where_the_nodes_are, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_inverted_body_recovers, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_way, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_matching_moves_no_body_at_rest, setup_weightless_world, teardown_world),

@@ -489,6 +489,28 @@ static void test_contacts_go_with_what_they_name(void** unused) {
     assert_int_equal(pli_body_get_cluster_contacts(body, 0, NULL), 0);
 }
 
+/* Of a call that makes clusters after those of before have been disabled, while contacts are on. */
+static void test_clusters_stay_when_contacts_end(void** unused) {
+    (void)unused;
+    const int nodes[] = {3, 4, 5, 6, 7, 8};
+    for (int way = 0; way < 3; ++way) {
+        pli_body* body = make_ball(pli_vec3_make(0, 2, 0), pli_vec3_make(0, 0, 0), 0.1f);
+        assert_int_equal(pli_body_enable_cluster_contacts(body, NULL), PLI_OK);
+        assert_int_equal(pli_body_disable_clusters(body), PLI_OK);
+        if (way == 0) { assert_int_equal(pli_body_add_cluster(body, nodes, 6, NULL), PLI_OK); }
+        if (way == 1) { assert_int_equal(pli_body_generate_clusters(body, 8, 100, NULL), PLI_OK); }
+        if (way == 2) { assert_int_equal(pli_body_generate_clusters_from_elements(body, NULL), PLI_OK); }
+        const int made = pli_body_cluster_count(body);
+        assert_true(made > 0);
+        assert_int_equal(pli_body_disable_cluster_contacts(body), PLI_OK);
+        assert_int_equal(pli_body_cluster_count(body), made);
+        assert_int_equal(pli_body_disable_clusters(body), PLI_OK);
+        assert_int_equal(pli_body_cluster_count(body), 0);
+        assert_int_equal(pli_body_get_features(body, 0, NULL), 1); /* links */
+        pli_body_destroy(body);
+    }
+}
+
 static void test_switched_off_kinds_make_no_contacts(void** unused) {
     (void)unused;
     pli_body* body = make_solid(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 0, 0), 1);
@@ -691,6 +713,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pinned_clusters_meet_dynamic_bodies_only, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_go_with_what_they_name, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_clusters_stay_when_contacts_end, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_switched_off_kinds_make_no_contacts, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_useless_distances_are_harmless, setup_weightless_world, teardown_world),

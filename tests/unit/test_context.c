@@ -188,6 +188,13 @@ static void test_context_needs_both_memory_hooks(void** unused) {
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(&def, &context), PLI_ERROR_INVALID_VALUE);
     assert_int_equal(pli_context_create(&def, NULL), PLI_ERROR_NULL_ARGUMENT);
+    /* The C library's, which the default has, does not go with one of the user. */
+    def = pli_context_def_default();
+    def.allocator.allocate = counting_allocate;
+    assert_int_equal(pli_context_create(&def, &context), PLI_ERROR_INVALID_VALUE);
+    def = pli_context_def_default();
+    def.allocator.release = counting_release;
+    assert_int_equal(pli_context_create(&def, &context), PLI_ERROR_INVALID_VALUE);
     assert_null(context);
 }
 

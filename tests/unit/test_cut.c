@@ -499,7 +499,8 @@ static void test_bad_input_changes_nothing(void** state) {
     assert_non_null(strstr(pli_last_error(f->context), "no link joins nodes 0 and 35"));
     assert_int_equal(pli_body_cut_link(body, 0, 1, 0.0f), PLI_ERROR_INVALID_VALUE);
     assert_int_equal(pli_body_cut_link(body, 0, 1, 1.0f), PLI_ERROR_INVALID_VALUE);
-    assert_int_equal(pli_body_cut_link(body, 0, 1, NAN), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_cut_link(body, 0, 1, NAN), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(pli_body_cut_link(body, 0, 1, INFINITY), PLI_ERROR_NOT_FINITE);
 
     const pli_vec3 zero = {0, 0, 0}, far = {0, INFINITY, 0};
     assert_int_equal(pli_body_cut_swept(NULL, zero, zero, zero, zero, NULL), PLI_ERROR_NULL_ARGUMENT);

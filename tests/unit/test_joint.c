@@ -422,9 +422,8 @@ static void test_joints_go_with_what_they_hold(void** unused) {
     assert_true(is_finite_body(a) && is_finite_body(c));
 }
 
-/* A cluster that is added leaves the joints of the others alone. */
-/* Cluster contacts keep what was disabled, until they go too. */
-static void test_joints_go_with_clusters_that_only_contacts_kept(void** unused) {
+/* Clusters that are made while only contacts need them stay when contacts end, with their joints. */
+static void test_joints_go_with_clusters_not_with_contacts(void** unused) {
     (void)unused;
     pli_body* body = make_ball(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 0, 0), 0.1f);
     pli_body* other = make_solid(pli_vec3_make(3, 0, 0));
@@ -436,12 +435,18 @@ static void test_joints_go_with_clusters_that_only_contacts_kept(void** unused) 
     add_linear(other, end_of_body(body), pli_vec3_make(1.5f, 0, 0), 1);
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
     assert_int_equal(pli_body_disable_cluster_contacts(body), PLI_OK);
+    assert_int_equal(pli_body_cluster_count(body), 1);
+    assert_int_equal(pli_body_joint_count(body), 1);
+    assert_int_equal(pli_body_joint_count(other), 1);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_int_equal(pli_body_disable_clusters(body), PLI_OK);
     assert_int_equal(pli_body_cluster_count(body), 0);
     assert_int_equal(pli_body_joint_count(body), 0);
     assert_int_equal(pli_body_joint_count(other), 0);
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
 }
 
+/* A cluster that is added leaves the joints of the others alone. */
 static void test_added_clusters_keep_joints(void** unused) {
     (void)unused;
     pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
@@ -601,8 +606,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_frozen_body_takes_no_impulses, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_ids_become_stale, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joints_go_with_what_they_hold, setup_weightless_world, teardown_world),
-        cmocka_unit_test_setup_teardown(test_joints_go_with_clusters_that_only_contacts_kept, setup_world,
-                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_joints_go_with_clusters_not_with_contacts, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_added_clusters_keep_joints, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_out_of_memory_leaves_joints_as_they_were, setup_weightless_world,

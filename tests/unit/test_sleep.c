@@ -1,5 +1,6 @@
 /* Sleep: what falls asleep, with whom, what wakes it, energy, snapshots, bad input. */
 
+#include "all_calls.h"
 #include "heavy_bodies.h"
 #include "solver_choice.h"
 
@@ -367,6 +368,25 @@ static void test_a_box_passes_on_who_is_awake(void** unused) {
     assert_true(pli_body_is_asleep(left) && pli_body_is_asleep(right) && pli_rigid_is_asleep(bridge));
 }
 
+/* Nor one that has just been made: it was nowhere before, and not at the origin, where the rope sleeps. */
+static void test_a_rigid_body_made_far_away_wakes_nothing(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    CHECK_OK(pli_mesh_create_rope(context, pli_vec3_make(-1, -1, 0), pli_vec3_make(1, 1, 0), 5, 3, &mesh));
+    CHECK_OK(pli_body_create(world, mesh, NULL, &rope));
+    pli_mesh_destroy(mesh);
+    CHECK_OK(pli_body_enable_rigid_contacts(rope, NULL));
+    CHECK_OK(pli_body_enable_sleep(rope, NULL));
+    step(1);
+    for (int i = 0; i < 2; ++i) {
+        CHECK_OK(pli_body_set_asleep(rope, true));
+        (void)make_ball(i == 0 ? 30.0f : 0.0f, 1);
+        step(1);
+        assert_true(pli_body_is_asleep(rope) == (i == 0)); /* the other one is made in its bounds */
+    }
+}
+
 static void test_a_ball_far_away_wakes_nothing(void** unused) {
     (void)unused;
     const resting_pair pair = make_resting_pair();
@@ -489,6 +509,75 @@ static void test_bad_input_is_refused(void** unused) {
     assert_false(pli_body_is_asleep(sheet));
 }
 
+/* In steps on, too. */
+static void check_sleeps(pli_body* body, const char* call) {
+    if (!pli_body_is_asleep(body)) { fail_msg("%s woke it", call); }
+    step(1);
+    assert_true(pli_body_is_asleep(body));
+}
+
+static pli_body* make_body_put_to_sleep(void) {
+    const pli_solver_settings settings = damped();
+    pli_body* body = make_sheet(SHEET_LOOSE, &settings, true, false);
+    CHECK_OK(pli_body_enable_sleep(body, NULL));
+    step(1);
+    CHECK_OK(pli_body_set_asleep(body, true));
+    return body;
+}
+
+/* Of a body on which little is enabled some calls are refused; all that change it wake it. */
+static void test_calls_wake_where_they_change_something(void** unused) {
+    (void)unused;
+    pli_rigid* ground = make_ground();
+    int refused = 0, done = 0;
+    for (int i = 0; i < CALL_COUNT; ++i) {
+        const call_row* row = &call_rows[i];
+        const bool is_about_other_things = strstr(row->name, "sleep") != NULL || strstr(row->name, "destroy") != NULL ||
+                                           strstr(row->name, "save") != NULL || strstr(row->name, "world") != NULL;
+        if (row->kind != CALL_BODY || row->effect == CALL_READS || is_about_other_things) { continue; }
+        pli_body* body = make_body_put_to_sleep();
+        const call_handles handles = {.context = context,
+                                      .world = world,
+                                      .body = body,
+                                      .other = body,
+                                      .rigid = ground,
+                                      .solver = pli_body_get_solver_settings(body)};
+        /* What is not there, or what all_calls.h does not count as an error. */
+        const bool may_do_nothing = strstr(row->name, "_disable_") != NULL || strstr(row->name, "restore") != NULL ||
+                                    strstr(row->name, "move_node") != NULL || strstr(row->name, "targets") != NULL;
+        if (row->run(&handles).status != PLI_OK) {
+            check_sleeps(body, row->name);
+            refused += 1;
+        } else if (!may_do_nothing) {
+            if (pli_body_is_asleep(body)) { fail_msg("%s left it asleep", row->name); }
+            done += 1;
+        }
+        pli_body_destroy(body);
+    }
+    print_message("%d calls refused, %d done\n", refused, done);
+    assert_int_equal(refused, 20);
+    assert_in_range(done, 45, 60);
+    pli_rigid_destroy(ground);
+}
+
+static void test_wrong_numbers_wake_nobody(void** unused) {
+    (void)unused;
+    pli_body* body = make_body_put_to_sleep();
+    const pli_vec3 nowhere = {NAN, 0, 0};
+    const int twice[2] = {3, 3};
+    assert_int_equal(pli_body_add_force(body, nowhere), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(pli_body_add_velocity(body, nowhere), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(pli_body_set_node_mass(body, 0, -1), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_set_rest_length(body, -1, 1), PLI_ERROR_INDEX_OUT_OF_RANGE);
+    assert_int_equal(pli_body_cut_link(body, 0, 0, 0.5f), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_add_cluster(body, twice, 2, NULL), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_add_anchor(body, NULL, NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_enable_pressure(body, NAN), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(pli_body_set_update_interval(body, 0), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_body_disable_tethers(body), PLI_OK); /* there are none */
+    check_sleeps(body, "a wrong number");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_a_sheet_on_the_ground_falls_asleep, setup_world, teardown_world),
@@ -501,11 +590,14 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_what_touches_nothing_rests_too, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_nothing_rests_before_its_time, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_box_passes_on_who_is_awake, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_rigid_body_made_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_falling_body_wakes_what_it_meets, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_without_sleep_keeps_others_awake, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_snapshots_know_who_sleeps, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_calls_wake_where_they_change_something, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_wrong_numbers_wake_nobody, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

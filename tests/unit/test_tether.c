@@ -414,6 +414,14 @@ static pli_status tether_under_failure(pli_context* failing, void* user) {
     }
     if (status == PLI_OK) { status = pli_body_create(w, mesh, NULL, &body); }
     if (status == PLI_OK) { status = pli_body_enable_tethers(body, &def); }
+    for (int i = 0; status == PLI_OK && i < 2; ++i) { /* again, with as much slack, and with another origin */
+        const pli_tether before = pli_body_get_tether(body, 5);
+        if (i > 0) { assert_int_equal(pli_body_set_node_mass(body, 9, 0), PLI_OK); }
+        status = pli_body_enable_tethers(body, &def);
+        const pli_tether after = pli_body_get_tether(body, 5);
+        if (i == 0) { assert_true(after.origin == before.origin && after.length == before.length); }
+        if (status == PLI_OK) { assert_int_equal(after.origin, i == 0 ? 0 : 9); }
+    }
     pli_mesh_destroy(mesh);
     pli_world_destroy(w);
     return status;

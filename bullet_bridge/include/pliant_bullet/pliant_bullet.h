@@ -58,9 +58,9 @@ public:
     /// PLI_OK, or why the constructor could not make its context or world. A failed bridge answers every call with
     /// this status or null. The message of this, and of any call that fails, is pli_last_error(context()).
     pli_status status() const;
-    /// Of the last step: PLI_OK, or the first error. The message is pli_last_error(context()). After
-    /// PLI_ERROR_OUT_OF_MEMORY the step was done without what it is about (see pli_world_step); shapes that there was
-    /// no memory for are tried again in the next one.
+    /// Of the last step: PLI_OK, or the first error; of a failed bridge status(). The message is
+    /// pli_last_error(context()). After PLI_ERROR_OUT_OF_MEMORY the step was done without what it is about (see
+    /// pli_world_step); shapes that there was no memory for are tried again in the next one.
     pli_status step_status() const;
 
     /// The context of the definition, or the one that the bridge has made; null when it could not.
@@ -98,7 +98,7 @@ public:
     /// forget(), or until the first step that finds the object no longer in the Bullet world; bodies that then lose
     /// anchors have a PLI_EVENT_ANCHORS_LOST. Before the object is in the world anchors to it hold nothing; their
     /// pivots are taken from where it is now.
-    /// @return null when out of memory, inside a step, or for an object without a shape
+    /// @return null when out of memory, inside a step, after detach(), or for an object without a shape
     pli_rigid* rigid(btRigidBody& body);
     /// The same for a plain collision object, which is static.
     pli_rigid* rigid(btCollisionObject& object);

@@ -152,8 +152,8 @@ PLI_API pli_context_def pli_context_def_default(void);
 
 /// Makes a context, the first thing that a program needs.
 /// @param def NULL for the defaults; copied
-/// @return PLI_ERROR_INVALID_VALUE: one of the two memory hooks missing, or an instruction set that the
-///         processor or this build does not have
+/// @return PLI_ERROR_INVALID_VALUE: one of the two memory hooks missing or still that of the C library, or an
+///         instruction set that the processor or this build does not have
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
 /// Ends a context that holds nothing any more. NULL is allowed.

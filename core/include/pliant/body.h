@@ -150,7 +150,8 @@ PLI_API pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3
 /// Cost: 28 B per node that is led.
 PLI_API pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position);
 
-/// Changes the mass of one node. Rest lengths stay. Bullet name: setMass
+/// Changes the mass of one node. Rest lengths stay, and its velocity, with which a node that is pinned in flight goes
+/// on as after pli_body_set_node_velocity: set that to zero for one that is to stay where it is. Bullet name: setMass
 /// @param mass kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_mass(pli_body* body, int node, float mass);
@@ -249,9 +250,10 @@ PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 // are zero. What wakes a body, in the step in which it happens:
 // - a rigid body that moves into its bounds or is an anchor of it, or that leaves the world, moves or gets other
 //   shapes, another mass or another friction under it;
-// - another soft body that moves into its bounds, or has a joint to it;
-// - each call that changes it (forces, velocities, nodes, materials, features, wind, cuts), also one that is refused;
-//   a change of gravity; pli_body_set_asleep. Wind and targets that are set to what they are wake nobody.
+// - another soft body that moves into its bounds, where both collide with soft bodies, or has a joint to it;
+// - each call that changes it (forces, velocities, nodes, materials, features, wind, cuts); a change of gravity;
+//   pli_body_set_asleep. Calls that are refused, wind and targets that are set to what they are, and the end of a
+//   feature that is not enabled wake nobody.
 //
 // PLI_EVENT_BODY_ASLEEP and PLI_EVENT_BODY_AWAKE tell of it (world.h). In a Bullet world Bullet's islands decide
 // (docs/state.md).

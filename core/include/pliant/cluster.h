@@ -50,7 +50,8 @@ PLI_API pli_status pli_body_disable_clusters(pli_body* body);
 /// Replaces all clusters by `count` groups of near nodes that share a ring of nodes over faces, and, when there are
 /// more than one, a first cluster of all nodes that does not collide. Deterministic. Joints to clusters of this body
 /// are removed. Bullet name: generateClusters(k, maxiterations)
-/// @param count          >= 1, at most the number of nodes is made
+/// @param count          >= 1; fewer groups are made where the search leaves some without nodes, as Bullet's does, and
+///                       never more than there are nodes
 /// @param max_iterations >= 1, of the search for near nodes (k-means); Bullet uses 8192
 /// @param made           receives the number of clusters; may be NULL
 /// @return PLI_ERROR_WRONG_STATE while stepping
@@ -90,8 +91,8 @@ typedef struct pli_cluster_view {
     int node_count;   ///< >= 1
     const int* nodes; ///< node i at nodes[i * node_stride], valid until the clusters of the body change
     int node_stride;  ///< in numbers, from a node to the next
-    /// Of the step in progress, or of the last one, where the cluster has contacts or joints; else of the nodes as they
-    /// are now. Origin = centre of mass.
+    /// Of the step in progress, or of the last one, where the cluster has contacts, joints, matching or node damping,
+    /// and always in reference mode; else of the nodes as they are now. Origin = centre of mass.
     pli_transform frame;
     float inverse_mass;             ///< 1/kg
     pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), in world axes

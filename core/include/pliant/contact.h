@@ -2,7 +2,7 @@
 #define PLIANT_CONTACT_H
 
 /// Contacts of nodes and faces with rigid bodies and of nodes with the faces of other soft bodies. They live for one
-/// step.
+/// step; of a body that is frozen or asleep those of the last step that it took part in can still be read.
 
 #include "body.h"
 #include "rigid.h"
@@ -42,13 +42,15 @@ PLI_API pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigi
 /// Ends contacts of nodes with rigid bodies, also those of the step in progress. Nothing when not enabled.
 PLI_API pli_status pli_body_disable_rigid_contacts(pli_body* body);
 
-/// A node that touches a rigid body.
+/// A node that touches a rigid body, or may come to touch it in the step. contact_events.h tells of what pushes.
 typedef struct pli_rigid_contact {
     int node;         ///< of the body
     pli_rigid* rigid; ///< what it touches
     int shape;        ///< index in the rigid body's shapes
     pli_vec3 normal;  ///< unit, world, out of the rigid body
-    float distance;   ///< m, minus the collision margin, at the predicted position; < 0, under XPBD < the margin
+    /// m, minus the collision margin, at the predicted position. < 0 by the position-based solver in reference mode;
+    /// else up to the margin, and to twice that where the rigid body may move
+    float distance;
 } pli_rigid_contact;
 
 /// Contacts of the step in progress, or of the last one, in the order of solving.
@@ -110,13 +112,10 @@ PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity,
 /// rigid bodies, with any solver. Without it they take the speed away, as in btSoftBody. Source: Müller and others,
 /// "Detailed Rigid Body Simulation with Extended Position Based Dynamics", section 3.6.
 /// @param restitution 0 to 1
-/// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_NOT_FINITE, PLI_ERROR_WRONG_STATE while stepping,
-///         PLI_ERROR_OUT_OF_MEMORY
 /// Cost: two passes over the contacts in a step, 4 B per contact.
 PLI_API pli_status pli_body_enable_restitution(pli_body* body, float restitution);
 
 /// Contacts take the speed away again. Nothing when not enabled.
-/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_restitution(pli_body* body);
 
 // ----------------------------------------------------------------- nodes against faces of other soft bodies

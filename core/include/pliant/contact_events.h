@@ -64,7 +64,8 @@ PLI_API pli_status pli_body_enable_contact_events(pli_body* body, const pli_cont
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_contact_events(pli_body* body);
 
-/// The contacts of the last step, in the order in which they were found. A body that is frozen has none.
+/// The contacts of the last step, in the order in which they were found. A body that is frozen has none, and goes on
+/// from those that it had when it steps again.
 /// @param phase which
 /// @param count their number; 0 when events are not enabled; may be NULL
 /// @return [count], valid until the next step or until events are enabled or disabled; NULL with a count of 0

@@ -65,7 +65,8 @@ PLI_API pli_status pli_mesh_create_patch_uv(pli_context* context, const pli_patc
                                             pli_mesh** mesh);
 
 /// Makes a closed surface over Hammersley points on an ellipsoid, all of which become nodes, in their order (Bullet's
-/// hull drops some); of those that coincide up to rounding, from some 100,000 on, not all do. Links are shuffled.
+/// hull drops some); of those that coincide up to rounding, from some 100,000 on or where the centre is far away, not
+/// all do. Links are shuffled.
 /// Bullet name: CreateEllipsoid with res = point_count - 3
 /// @param radii       m, > 0, of the three axes
 /// @param point_count >= 4

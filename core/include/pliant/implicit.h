@@ -64,7 +64,7 @@ PLI_API pli_implicit_def pli_implicit_def_default(void);
 /// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def);
 
-/// Returns to the position-based solver and to links on positions. Nothing when not enabled.
+/// Returns to the position-based solver and to the links that the body had there. Nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_disable_implicit(pli_body* body);
 

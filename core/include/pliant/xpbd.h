@@ -29,8 +29,8 @@ PLI_API pli_xpbd_def pli_xpbd_def_default(void);
 /// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def);
 
-/// Returns to the position-based solver and to links on positions; the constraints of this header go too. Nothing when
-/// not enabled.
+/// Returns to the position-based solver and to the links that the body had there; the constraints of this header go
+/// too. Nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_disable_xpbd(pli_body* body);
 

@@ -50,14 +50,18 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     if (used.allocator.allocate == NULL && used.allocator.release == NULL) {
         used.allocator = pli_context_def_default().allocator;
     }
-    if (used.allocator.allocate == NULL || used.allocator.release == NULL) { return PLI_ERROR_INVALID_VALUE; }
+    const bool is_own = used.allocator.allocate != context_default_allocate;
+    const bool releases_own = used.allocator.release != context_default_release; /* which looks in front of the block */
+    if (used.allocator.allocate == NULL || used.allocator.release == NULL || is_own != releases_own) {
+        return PLI_ERROR_INVALID_VALUE;
+    }
     if (used.simd == PLI_SIMD_BEST) { used.simd = context_best_simd(); }
     if (!context_has_simd(used.simd)) { return PLI_ERROR_INVALID_VALUE; }
     pli_context* made = used.allocator.allocate(sizeof *made, PLII_ALIGNMENT, used.allocator.user);
     if (made == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     memset(made, 0, sizeof *made);
     made->allocator = used.allocator;
-    made->has_zeroed_memory = used.allocator.allocate == context_default_allocate;
+    made->has_zeroed_memory = !is_own;
     made->log = used.log;
     made->log_user = used.log_user;
     made->parallel_for = used.parallel_for;

@@ -13,14 +13,9 @@
 pli_status plii_check_body_free(const pli_body* body, const char* function) {
     return PLII_LOAD(&body->world->is_entered) ? plii_refuse_entered(body->world, function) : PLI_OK;
 }
-pli_status plii_check_body_between_steps(const pli_body* body, const char* function) {
+pli_status plii_check_body_idle(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_world_idle(body->world, function);
-}
-pli_status plii_check_body_idle(pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body_between_steps(body, function));
-    plii_body_note_change(body);
-    return PLI_OK;
 }
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {
     PLII_TRY(plii_check_body(body, function));
@@ -217,7 +212,7 @@ pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_setting
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
     PLII_TRY(PLII_CHECK_FIELDS(body->context, settings, solver_fields, __func__));
     body->solver = *settings;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 PLII_DEFINE_GET(float, pli_body_get_collision_margin, body, body->collision_margin, 0.0f)
@@ -231,7 +226,7 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     } else {
         plii_body_update_bounds(body);
     }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 void plii_body_refresh_in_step(pli_body* body) {
@@ -307,7 +302,7 @@ pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length)
     body->links[link].rest_length_squared = rest_length * rest_length;
     body->link_revision += 1;
     body->length_revision += 1;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 static pli_status body_check_motion(const pli_body* body, int node, pli_vec3 x, pli_vec3 v, const char* verb,
@@ -334,7 +329,7 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
         plii_set_xyz(&body->velocities[i], velocities != NULL ? velocities[i] : at_rest);
     }
     plii_body_refresh(body);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
@@ -344,7 +339,7 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
     plii_set_xyz(&body->positions[node], position);
     plii_set_xyz(&body->previous[node], position);
     plii_body_update_bounds(body);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
@@ -352,7 +347,7 @@ pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocit
     PLII_TRY(plii_check_node(body, node, __func__));
     PLII_TRY(body_check_vec3(body, "velocity of node", node, velocity, PLI_MAX_SPEED, __func__));
     plii_set_xyz(&body->velocities[node], velocity);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
@@ -363,7 +358,7 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
     }
     body->positions[node].w = mass > 0.0f ? 1.0f / mass : 0.0f;
     body->link_revision += 1;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_transform(pli_body* body, pli_transform transform) {
@@ -383,7 +378,7 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
         plii_set_xyz(&body->velocities[i], pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i])));
     }
     plii_body_refresh(body);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 /* Of a node, with what was added before. */
@@ -407,7 +402,7 @@ pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(body_check_force(body, node, force, __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     body_add_force_to(body, node, force);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
@@ -420,7 +415,7 @@ pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
     for (int i = 0; i < body->node_count; ++i) {
         body_add_force_to(body, i, force);
     }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
@@ -436,14 +431,14 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     for (int i = 0; i < body->node_count; ++i) {
         if (body->positions[i].w > 0.0f) { plii_add_xyz(&body->velocities[i], velocity); }
     }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 PLII_DEFINE_GET(bool, pli_body_is_frozen, body, body->is_frozen, false)
 pli_status pli_body_set_frozen(pli_body* body, bool frozen) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     body->is_frozen = frozen;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 // ------------------------------------------------------------------------------------------- ignored rigid bodies
@@ -474,12 +469,12 @@ pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore) 
     PLII_FAIL_IF(rigid->world != body->world, body->context, PLI_ERROR_INVALID_VALUE, __func__,
                  "the rigid body is in another world");
     if (!ignore) { plii_body_stop_ignoring(body, rigid); }
-    if (!ignore || plii_body_ignores_rigid(body, rigid)) { return PLI_OK; }
+    if (!ignore || plii_body_ignores_rigid(body, rigid)) { return plii_body_changed(body, PLI_OK); }
     const int count = body->ignored_rigid_count;
     PLII_FAIL_IF(!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity, count + 1),
                  body->context, PLI_ERROR_OUT_OF_MEMORY, __func__, "no memory for another ignored rigid body");
     body->ignored_rigids[body->ignored_rigid_count++] = rigid;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 // ------------------------------------------------------------------------------------------------- measures

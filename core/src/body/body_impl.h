@@ -261,20 +261,18 @@ static inline pli_status plii_check_body(const pli_body* body, const char* funct
     return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
 }
 /* The same for a call that changes something, which must not come from a callback ... */
-static inline pli_status plii_check_body_may_change(const pli_body* body, const char* function) {
+static inline pli_status plii_check_body_change(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     PLII_TRY(plii_check_change(body->context, function));
     return plii_check_body_free(body, function);
 }
-static inline pli_status plii_check_body_change(pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body_may_change(body, function));
-    plii_body_note_change(body);
-    return PLI_OK;
-}
 /* ... nor between predict and solve. */
-pli_status plii_check_body_idle(pli_body* body, const char* function);
-/* The same for a call that leaves the body as it is, and asleep. */
-pli_status plii_check_body_between_steps(const pli_body* body, const char* function);
+pli_status plii_check_body_idle(const pli_body* body, const char* function);
+/* For the end of such a call: a body that it has changed wakes. Returns `status`. */
+static inline pli_status plii_body_changed(pli_body* body, pli_status status) {
+    if (status == PLI_OK) { plii_body_note_change(body); }
+    return status;
+}
 pli_status plii_check_node(const pli_body* body, int node, const char* function);
 /* As plii_check_between, of a value that is named by its index too: "position of node 3". */
 pli_status plii_body_check_between(const pli_body* body, const char* what, int index, float value, float low,

@@ -42,7 +42,7 @@ int pli_body_get_held_rigids(const pli_body* body, int capacity, pli_rigid** rig
 }
 
 pli_status pli_body_set_asleep(pli_body* body, bool asleep) {
-    PLII_TRY(plii_check_body_between_steps(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (!body->can_sleep) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "the body has no sleep enabled"); }
     body->is_woken = !asleep;
     if (asleep && !body->is_asleep) { plii_body_fall_asleep(body, plii_world_next_sleep_group(body->world)); }

@@ -173,14 +173,15 @@ pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* kl
     PLII_TRY(plii_feature_enable(body, klass, &enabled));
     memcpy((char*)enabled + klass->settings.offset, given, size);
     if (state != NULL) { *state = enabled; }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
-void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
+bool plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
     const int index = feature_find(body, klass);
-    if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) { return; }
+    if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) { return false; }
     body->pipeline.features[index].by_user = false;
     feature_drop_user(body, klass);
+    return true;
 }
 
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {

@@ -6,7 +6,8 @@
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
-/* The same with what the user gives, checked: so many bytes, to where the `settings` of the class are in the state. */
+/* The same with what the user gives, checked: so many bytes, to where the `settings` of the class are in the state.
+   Nothing can fail after it: the body has changed. */
 pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                     void** state);
 /* Of such a call: `used` is what the user gives, or the default for NULL, checked by the class; returns as PLII_TRY. */
@@ -20,15 +21,14 @@ pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* kl
     PLII_TRY(plii_feature_enable(body, &(klass), (void**)&state))
 /* One that is not enabled, while its needs are; those that only others need are appended before these. */
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
-/* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
-void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
+/* Undoes plii_feature_enable, and the needs that nobody else has. False, and nothing, when not enabled. */
+bool plii_feature_disable(pli_body* body, const plii_feature_class* klass);
 /* The call of a user, which looks the same for all features; and that which enables one, where settings are all it
    takes. */
 #define PLII_DEFINE_DISABLE(function, check, klass)                                                                    \
     pli_status function(pli_body* body) {                                                                              \
         PLII_TRY(check(body, __func__));                                                                               \
-        plii_feature_disable(body, &(klass));                                                                          \
-        return PLI_OK;                                                                                                 \
+        return plii_feature_disable(body, &(klass)) ? plii_body_changed(body, PLI_OK) : PLI_OK;                        \
     }
 #define PLII_DEFINE_ENABLE(function, check, type, klass)                                                               \
     pli_status function(pli_body* body, const type* def) {                                                             \

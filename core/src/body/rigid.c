@@ -213,6 +213,7 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
     made->restitution = def->restitution;
     made->linear_factor = def->linear_factor;
     made->angular_factor = def->angular_factor;
+    made->step_bounds = (pli_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}}; /* none yet */
     rigid_store_state(made, &def->state);
     const bool complete = rigid_store_shapes(made, def->shape_count, def->shapes, def->shape_poses) &&
                           plii_world_add_rigid(world, made) == PLI_OK;

@@ -182,6 +182,7 @@ static void clusters_update_apart(pli_body* body, plii_clusters* clusters, int f
         cluster->impulse.count = cluster->drift.count = 0;
         if (!in_step || cluster->settings.matching > 0.0f || cluster->settings.node_damping > 0.0f) {
             cluster_update_frame(body, clusters, cluster);
+            cluster->has_frame = in_step; /* nodes may be placed before the next step */
         }
     }
     for (int i = first; in_step && i < clusters->count; ++i) {

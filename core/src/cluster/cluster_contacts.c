@@ -299,10 +299,10 @@ pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_cluster_contacts_def, used, def, plii_cluster_contacts_class);
-    const bool had_clusters = plii_body_clusters(body) != NULL;
-    if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
+    bool had_clusters;
+    PLII_TRY(plii_clusters_provide(body, &had_clusters));
     const pli_status status = plii_feature_enable_with(body, &plii_cluster_contacts_class, &used, sizeof used, NULL);
-    if (status != PLI_OK && !had_clusters) { (void)pli_body_disable_clusters(body); }
+    if (status != PLI_OK && !had_clusters) { plii_feature_disable(body, &plii_clusters_class); }
     return status;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)

@@ -7,15 +7,22 @@ plii_clusters* plii_body_clusters(const pli_body* body) {
     return plii_feature_state(body, &plii_clusters_class);
 }
 PLII_DEFINE_DEFAULT(pli_clusters_def, .iterations = 4, .cookie = PLII_DEF_COOKIE)
+static pli_status clusters_enable(pli_body* body, pli_clusters_def def) {
+    PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
+    const bool has_other_masses = def.reference_mode != clusters->def.reference_mode;
+    clusters->def = def;
+    body->joint_iterations = def.iterations;
+    if (has_other_masses) { plii_clusters_settle(body, clusters, 0); }
+    return PLI_OK;
+}
+pli_status plii_clusters_provide(pli_body* body, bool* were_there) {
+    *were_there = plii_body_clusters(body) != NULL;
+    return *were_there ? PLI_OK : clusters_enable(body, pli_clusters_def_default());
+}
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_clusters_def, used, def, plii_clusters_class);
-    PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
-    const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;
-    clusters->def = used;
-    body->joint_iterations = used.iterations;
-    if (has_other_masses) { plii_clusters_settle(body, clusters, 0); }
-    return PLI_OK;
+    return plii_body_changed(body, clusters_enable(body, used));
 }
 
 pli_status pli_body_disable_clusters(pli_body* body) {
@@ -23,7 +30,7 @@ pli_status pli_body_disable_clusters(pli_body* body) {
     if (plii_body_clusters(body) == NULL) { return PLI_OK; }
     PLII_TRY(pli_body_remove_clusters(body));
     plii_feature_disable(body, &plii_clusters_class);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_remove_clusters(pli_body* body) {
@@ -32,7 +39,7 @@ pli_status pli_body_remove_clusters(pli_body* body) {
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
     plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* what holds to them goes with them */
     plii_clusters_release(body, clusters);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count) {
@@ -80,16 +87,17 @@ static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node
 pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count, int* cluster) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(cluster_check_nodes(body, nodes, node_count, __func__));
-    const bool was_enabled = plii_body_clusters(body) != NULL;
-    if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
+    bool were_there;
+    PLII_TRY(plii_clusters_provide(body, &were_there));
     plii_clusters* clusters = plii_body_clusters(body);
     if (plii_clusters_append(body, clusters, nodes, node_count) != PLI_OK) {
-        if (!was_enabled) { (void)pli_body_disable_clusters(body); }
+        if (!were_there) { plii_feature_disable(body, &plii_clusters_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a cluster of %d nodes", node_count);
     }
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when contacts that need them go */
     plii_clusters_settle(body, clusters, clusters->count - 1);
     if (cluster != NULL) { *cluster = clusters->count - 1; }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_reset_clusters(pli_body* body) {
@@ -97,7 +105,7 @@ pli_status pli_body_reset_clusters(pli_body* body) {
     plii_clusters* clusters = plii_body_clusters(body);
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
     plii_clusters_settle(body, clusters, 0);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function) {
@@ -130,7 +138,7 @@ pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
     PLII_TRY(PLII_CHECK_FIELDS(body->context, settings, plii_cluster_settings_fields, __func__));
     plii_body_clusters(body)->items[cluster].settings = *settings;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 /* Members are records; the public view wants plain indices, which stand first in them. */

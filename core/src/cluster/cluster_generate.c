@@ -1,6 +1,7 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
 #include "base/csr.h"
+#include "body/pipeline.h"
 #include "cluster/cluster_impl.h"
 #include "math/bounds.h"
 
@@ -180,8 +181,8 @@ static pli_status generate_elements(pli_body* body, plii_clusters* clusters) {
 
 /* Makes the new clusters beside the old ones and swaps them in when all went well. `count` 0: from elements. */
 static pli_status generate_replace(pli_body* body, int count, int max_iterations, int* made, const char* function) {
-    const bool was_enabled = plii_body_clusters(body) != NULL;
-    if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
+    bool were_there;
+    PLII_TRY(plii_clusters_provide(body, &were_there));
     plii_clusters* clusters = plii_body_clusters(body);
     plii_clusters fresh = {.def = clusters->def, .revision = clusters->revision};
     pli_status status;
@@ -194,14 +195,15 @@ static pli_status generate_replace(pli_body* body, int count, int max_iterations
     }
     if (status != PLI_OK) {
         plii_clusters_release(body, &fresh);
-        if (!was_enabled) { (void)pli_body_disable_clusters(body); }
+        if (!were_there) { plii_feature_disable(body, &plii_clusters_class); }
         return plii_fail(body->context, status, function, "no memory for the clusters of %d nodes", body->node_count);
     }
     PLII_TRY(pli_body_remove_clusters(body));
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when contacts that need them go */
     *clusters = fresh;
     plii_clusters_settle(body, clusters, 0);
     if (made != NULL) { *made = clusters->count; }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_generate_clusters(pli_body* body, int count, int max_iterations, int* made) {

@@ -239,7 +239,7 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
     joint->slot = plii_id_pool_alloc(&joints->ids, joints->count);
     joints->items[joints->count++] = *joint;
     if (id != NULL) { *id = (pli_joint_id){joint->slot + 1, joints->ids.slots[joint->slot].generation}; }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
@@ -249,6 +249,6 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
     PLII_FAIL_IF(item == PLI_NULL_INDEX, body->context, PLI_ERROR_STALE_ID, __func__,
                  "joint %d of generation %u is gone", (int)joint.index1, (unsigned)joint.generation);
     joints_remove(body, joints, joints->items[item].slot, NULL);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_STATE_GET(int, pli_body_joint_count, joints_state, plii_joints_class, state->count, 0)

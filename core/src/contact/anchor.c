@@ -379,7 +379,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     }
     const plii_anchor* anchor = anchor_append(body, anchors, def);
     if (id != NULL) { *id = (pli_anchor_id){anchor->slot + 1, anchors->ids.slots[anchor->slot].generation}; }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
@@ -389,7 +389,7 @@ pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
     PLII_FAIL_IF(item == PLI_NULL_INDEX, body->context, PLI_ERROR_STALE_ID, __func__, "the body has no anchor {%d, %u}",
                  (int)id.index1, (unsigned)id.generation);
     (void)anchor_remove(body, anchors, anchors->items[item].slot, NULL);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 // -------------------------------------------------------------------------------------------- many nodes at once
@@ -450,7 +450,7 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
         def.node = nodes[i];
         anchor_append(body, state, &def);
     }
-    if (status == PLI_OK && count > 0) { return PLI_OK; }
+    if (status == PLI_OK && count > 0) { return plii_body_changed(body, PLI_OK); }
     if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
     return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for %d anchors", count)
                                              : status;
@@ -465,7 +465,7 @@ pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {
                  "the body has no anchors");
     PLII_TRY(anchor_mark_nodes(body, nodes, count, true, __func__));
     (void)anchor_remove(body, anchors, PLI_NULL_INDEX, NULL);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_STATE_GET(int, pli_body_anchor_count, plii_anchors, plii_anchor_class, state->item_count, 0)
 

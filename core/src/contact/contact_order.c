@@ -45,5 +45,5 @@ pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass
     }
     plii_release(context, marks, marks_size);
     plii_release(context, copy, copy_size);
-    return status;
+    return plii_body_changed(body, status);
 }

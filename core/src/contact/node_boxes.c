@@ -40,6 +40,6 @@ const plii_feature_class plii_node_boxes_class = {
 
 pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    return plii_feature_enable(body, &plii_node_boxes_class, NULL);
+    return plii_body_changed(body, plii_feature_enable(body, &plii_node_boxes_class, NULL));
 }
 PLII_DEFINE_DISABLE(pli_body_disable_bullet_node_boxes, plii_check_body_idle, plii_node_boxes_class)

@@ -333,7 +333,7 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
     body->sweeping_features += !used.bullet_boxes - state->is_sweeping;
     state->is_sweeping = !used.bullet_boxes;
     state->def = used;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_DISABLE(pli_body_disable_soft_contacts, plii_check_body_change, plii_soft_contacts_class)
 
@@ -379,11 +379,11 @@ pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxe
         if (body->node_boxes != NULL) { body->node_boxes[i] = node_boxes[i]; }
         if (has_faces) { state->node_boxes[i] = node_boxes[i]; }
     }
-    if (!has_faces) { return PLI_OK; }
+    if (!has_faces) { return plii_body_changed(body, PLI_OK); }
     for (int i = 0; i < face_count; ++i) {
         state->face_boxes[i] = face_boxes[i];
     }
     state->has_boxes = true;
     body->soft_node_boxes = state->node_boxes;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }

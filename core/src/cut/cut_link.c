@@ -105,8 +105,8 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node_a, __func__));
     PLII_TRY(plii_check_node(body, node_b, __func__));
-    PLII_FAIL_IF(!(position > 0.0f && position < 1.0f), body->context, PLI_ERROR_INVALID_VALUE, __func__,
-                 "position %g is not between 0 and 1", (double)position);
+    const float below_1 = 1.0f - FLT_EPSILON / 2.0f;
+    PLII_TRY(plii_check_between(body->context, position, PLII_ABOVE_0, below_1, "position", __func__));
     link_cut cut = {.ends = {node_a, node_b}, .share = position, .edges.table.context = body->context};
     PLII_TRY(plii_edit_open(body, __func__, &cut.edit));
     pli_status status = link_cut_check(&cut);
@@ -114,5 +114,5 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
         status = PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_edge_map_free(&cut.edges);
-    return plii_edit_end(&cut.edit, status);
+    return plii_body_changed(body, plii_edit_end(&cut.edit, status));
 }

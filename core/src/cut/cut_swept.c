@@ -118,5 +118,5 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
     trace->ray[0] = to_start;
     trace->ray[1] = to_end;
     if (parted != NULL) { *parted = count; }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }

@@ -344,5 +344,5 @@ pli_status pli_body_refine(pli_body* body, const pli_refine_def* def) {
     const pli_status status = refine_run(&work);
     plii_edge_map_free(&work.edges);
     plii_scratch_free(&work.scratch);
-    return plii_edit_end(&work.edit, status);
+    return plii_body_changed(body, plii_edit_end(&work.edit, status));
 }

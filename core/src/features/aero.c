@@ -318,11 +318,11 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     const plii_feature_class* klass = on_faces ? &plii_aero_face_class : &plii_aero_vertex_class;
     PLII_TRY(plii_feature_enable_with(body, klass, &used, sizeof used, NULL));
     plii_feature_disable(body, on_faces ? &plii_aero_vertex_class : &plii_aero_face_class);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
-    PLII_TRY(plii_check_body_may_change(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_vec3_within(body->context, wind, PLI_MAX_SPEED, "wind", __func__));
     aero_state* aero = plii_feature_state(body, &plii_aero_vertex_class);
     if (aero == NULL) { aero = plii_feature_state(body, &plii_aero_face_class); }
@@ -334,7 +334,7 @@ pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
 
 pli_status pli_body_disable_aero(pli_body* body) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &plii_aero_vertex_class);
-    plii_feature_disable(body, &plii_aero_face_class);
-    return PLI_OK;
+    const bool was_on =
+        plii_feature_disable(body, &plii_aero_vertex_class) || plii_feature_disable(body, &plii_aero_face_class);
+    return was_on ? plii_body_changed(body, PLI_OK) : PLI_OK;
 }

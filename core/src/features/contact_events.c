@@ -354,7 +354,7 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     contact_list_clear(&state->present);
     memset(state->event_counts, 0, sizeof state->event_counts);
     body->records_contacts = true;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_DISABLE(pli_body_disable_contact_events, plii_check_body_idle, plii_contact_events_class)
 

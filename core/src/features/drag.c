@@ -239,7 +239,7 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
     item->from = item->to = drag_point(body, item, NULL, body->positions);
     state->count += 1;
     *drag = (pli_drag_id){item->slot + 1, state->ids.slots[item->slot].generation};
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_item** item) {
@@ -257,7 +257,7 @@ pli_status pli_body_move_drag(pli_body* body, pli_drag_id drag, pli_vec3 goal) {
     drag_item* item = NULL;
     PLII_TRY(drag_find(body, drag, __func__, &item));
     item->to = goal;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_end_drag(pli_body* body, pli_drag_id drag) {
@@ -271,7 +271,7 @@ pli_status pli_body_end_drag(pli_body* body, pli_drag_id drag) {
         state->ids.slots[state->items[i].slot].item = i - 1;
     }
     state->count -= 1;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_get_drag(const pli_body* body, pli_drag_id drag, pli_vec3* point, pli_vec3* goal) {

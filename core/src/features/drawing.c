@@ -32,7 +32,7 @@ const plii_feature_class plii_drawn_normals_class = {
 pli_status pli_body_enable_normals(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_faces(body, "normals are those of faces", __func__));
-    return plii_feature_enable(body, &plii_drawn_normals_class, NULL);
+    return plii_body_changed(body, plii_feature_enable(body, &plii_drawn_normals_class, NULL));
 }
 PLII_DEFINE_DISABLE(pli_body_disable_normals, plii_check_body_idle, plii_drawn_normals_class)
 

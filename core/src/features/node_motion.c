@@ -77,12 +77,12 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
     for (int i = state->count - 1; is_long && i >= state->ended_count; --i) {
         if (state->motions[i].node != node) { continue; }
         state->motions[i] = motion;
-        return PLI_OK;
+        return plii_body_changed(body, PLI_OK);
     }
     if (!PLII_RESERVE(body->context, &state->motions, &state->capacity, state->count + 1)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_node_motion_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the motion of a node");
     }
     state->motions[state->count++] = motion;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }

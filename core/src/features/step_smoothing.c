@@ -78,6 +78,6 @@ const plii_feature_class plii_step_smoothing_class = {
 
 pli_status pli_body_enable_step_smoothing(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    return plii_feature_enable(body, &plii_step_smoothing_class, NULL);
+    return plii_body_changed(body, plii_feature_enable(body, &plii_step_smoothing_class, NULL));
 }
 PLII_DEFINE_DISABLE(pli_body_disable_step_smoothing, plii_check_body_idle, plii_step_smoothing_class)

@@ -355,7 +355,7 @@ static pli_status target_check_def(pli_body* body, const pli_targets_def* def, c
 
 static pli_status target_move(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count,
                               bool takes_nodes, const char* function) {
-    PLII_TRY(plii_check_body_between_steps(body, function));
+    PLII_TRY(plii_check_body_idle(body, function));
     target_state* state = plii_feature_state(body, &plii_target_class);
     const int given = state != NULL ? state->given : 0;
     PLII_FAIL_IF(count != given || given == 0, body->context, PLI_ERROR_INVALID_VALUE, function,
@@ -399,7 +399,7 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     target_set_poses(body, state, def->positions, def->normals);
     target_find_limits(state);
     target_place_nodes(body, state);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_disable_targets(pli_body* body) {
@@ -408,7 +408,7 @@ pli_status pli_body_disable_targets(pli_body* body) {
     if (state == NULL) { return PLI_OK; }
     target_let_go_all(body, state);
     plii_feature_disable(body, &plii_target_class);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_move_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {

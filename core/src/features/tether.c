@@ -231,16 +231,17 @@ static void tether_find_landmarks(const pli_body* body, tether_state* state, con
     state->spread = tether_spread(state, landmarks);
 }
 
-/* Origins as they are now, and the lengths from them. */
-static void tether_follow_origins(pli_body* body, tether_state* state) {
+/* Origins as they are now, and the lengths from them. False as tether_measure, which is left out where nothing changed.
+ */
+static bool tether_follow_origins(pli_body* body, tether_state* state, bool is_new) {
     tether_list_constraints(body, state);
-    const bool has_changed = tether_gather_origins(body, state);
-    if (has_changed || state->link_revision != body->link_revision) { (void)tether_measure(body, state); }
+    const bool has_changed = tether_gather_origins(body, state) || is_new;
+    return (!has_changed && state->link_revision == body->link_revision) || tether_measure(body, state);
 }
 
 static void tether_begin(pli_body* body, void* data) {
     tether_state* state = data;
-    tether_follow_origins(body, state);
+    (void)tether_follow_origins(body, state, false);
     pli_vec3 landmarks[TETHER_LANDMARKS];
     tether_find_landmarks(body, state, NULL, landmarks);
     state->load_count = 0;
@@ -341,7 +342,7 @@ static void tether_visit_springs(pli_body* body, void* data, plii_spring_fn* vis
     tether_state* state = data;
     pli_vec3 landmarks[TETHER_LANDMARKS];
     int hint = 0;
-    tether_follow_origins(body, state);
+    (void)tether_follow_origins(body, state, false);
     tether_find_landmarks(body, state, NULL, landmarks);
     for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
         landmarks[k] = tether_end_of_origin(body, state, state->landmarks[k], &hint);
@@ -532,14 +533,12 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY_SETTINGS(body, pli_tethers_def, used, def, plii_tether_class);
     const bool is_new = plii_feature_state(body, &plii_tether_class) == NULL;
     PLII_TRY_ENABLE(body, tether_state, state, plii_tether_class);
-    tether_list_constraints(body, state);
-    (void)tether_gather_origins(body, state);
-    if (!tether_measure(body, state)) {
+    if (!tether_follow_origins(body, state, is_new)) {
         if (is_new) { plii_feature_disable(body, &plii_tether_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to measure the body");
     }
     state->def = used;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_DISABLE(pli_body_disable_tethers, plii_check_body_idle, plii_tether_class)
 

@@ -62,7 +62,7 @@ pli_status pli_body_enable_topology_changes(pli_body* body) {
     for (int i = 0; i < state->old_face_count; ++i) {
         state->face_parents[i] = i;
     }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_DISABLE(pli_body_disable_topology_changes, plii_check_body_idle, plii_topology_changes_class)
 

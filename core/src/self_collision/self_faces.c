@@ -237,7 +237,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     plii_self_faces_state* state = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_self_faces_class, &used, sizeof used, (void**)&state));
     state->reach = 0.0f;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_DISABLE(pli_body_disable_self_faces, plii_check_body_idle, plii_self_faces_class)
 PLII_DEFINE_STATE_GET(pli_self_faces_report, pli_body_get_self_faces_report, plii_self_faces_state,

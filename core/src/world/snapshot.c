@@ -355,10 +355,10 @@ pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size) 
 PLII_DEFINE_GET(size_t, pli_body_snapshot_size, body,
                 snapshot_size((snapshot_subject){.body = body}, body->context, __func__), 0)
 pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size) {
-    PLII_TRY(plii_check_body_between_steps(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     return snapshot_save((snapshot_subject){.body = body}, body->context, buffer, capacity, size, __func__);
 }
 pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
-    PLII_TRY(plii_check_body_between_steps(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     return snapshot_restore((snapshot_subject){.body = body}, body->context, buffer, size, __func__);
 }

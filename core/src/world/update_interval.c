@@ -54,7 +54,7 @@ pli_status pli_body_set_update_interval(pli_body* body, int steps) {
     body->interval.steps = steps;
     body->interval.first_steps = 1 + body->world_index % steps; /* bodies take turns */
     plii_world_use_update_intervals(body->world);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 PLII_DEFINE_GET(int, pli_body_get_update_interval, body, body->interval.steps, 1)

@@ -500,7 +500,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     }
     state->def = used;
     state->spectral_radius = 0.0;
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_disable_implicit(pli_body* body) {
@@ -509,7 +509,7 @@ pli_status pli_body_disable_implicit(pli_body* body) {
     if (state == NULL) { return PLI_OK; }
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
     plii_feature_disable(body, &plii_implicit_class);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_STATE_GET(pli_implicit_report, pli_body_get_implicit_report, implicit_state, plii_implicit_class,
                       state->report, (pli_implicit_report){0})

@@ -84,12 +84,11 @@ const plii_feature_class plii_colored_links_class = {
 pli_status pli_body_enable_colored_links(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
-    return plii_feature_enable(body, &plii_colored_links_class, NULL);
+    return plii_body_changed(body, plii_feature_enable(body, &plii_colored_links_class, NULL));
 }
 
 pli_status pli_body_disable_colored_links(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
-    plii_feature_disable(body, &plii_colored_links_class);
-    return PLI_OK;
+    return plii_feature_disable(body, &plii_colored_links_class) ? plii_body_changed(body, PLI_OK) : PLI_OK;
 }

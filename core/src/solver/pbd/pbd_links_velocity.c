@@ -50,7 +50,7 @@ static pli_status velocity_links_switch(pli_body* body, const plii_feature_class
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, function));
     PLII_TRY(plii_feature_enable(body, enabled, NULL));
     plii_feature_disable(body, disabled);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_enable_velocity_links(pli_body* body) {

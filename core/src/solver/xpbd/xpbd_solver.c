@@ -206,7 +206,7 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
         plii_feature_disable(body, &plii_links_class);
     }
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
 
 static void xpbd_disable_kinds(pli_body* body) {
@@ -225,5 +225,5 @@ pli_status pli_body_disable_xpbd(pli_body* body) {
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
     xpbd_disable_kinds(body);
     plii_feature_disable(body, &plii_xpbd_class);
-    return PLI_OK;
+    return plii_body_changed(body, PLI_OK);
 }
