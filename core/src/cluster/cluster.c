@@ -170,18 +170,18 @@ void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, 
     }
 }
 
-/* All frames that are needed for sure before any matching. */
+/* Each frame right before its matching: that of positions which the cluster before has moved would push and turn all
+   of them together. */
 static void clusters_update_apart(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
+        const bool matches = in_step && cluster->settings.matching > 0.0f;
         cluster->has_frame = false;
         cluster->impulse.count = cluster->drift.count = 0;
-        if (!in_step || cluster->settings.matching > 0.0f || cluster->settings.node_damping > 0.0f) {
+        if (!in_step || matches || cluster->settings.node_damping > 0.0f) {
             cluster_update_frame(body, clusters, cluster);
         }
-    }
-    for (int i = first; in_step && i < clusters->count; ++i) {
-        if (clusters->items[i].settings.matching > 0.0f) { cluster_match(body, clusters, &clusters->items[i]); }
+        if (matches) { cluster_match(body, clusters, cluster); }
     }
     for (int i = first; i < clusters->count; ++i) {
         if (clusters->items[i].settings.collides) { cluster_update_bounds(body, clusters, &clusters->items[i]); }

@@ -25,12 +25,14 @@ static void cluster_update_masses(const pli_body* body, const plii_clusters* clu
         pinned_mass = free_mass > 0.0 ? (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)) : PLI_MAX_MASS;
     }
     float total = 0.0f;
+    double exact = 0.0;
     for (int i = 0; i < cluster->member_count; ++i) {
         const float inverse_mass = body->positions[members[i].node].w;
         members[i].rest.w = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
         total += members[i].rest.w;
+        exact += (double)members[i].rest.w;
     }
-    cluster->inverse_mass = 1.0f / total;
+    cluster->inverse_mass = clusters->def.reference_mode ? 1.0f / total : (float)(1.0 / exact);
 }
 
 /* Inverse of an inertia that may be singular: nodes in a line, or one node, do not turn about the directions in which
@@ -96,6 +98,20 @@ static void cluster_update_rest_inertia(const pli_body* body, const plii_cluster
     cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
 }
 
+/* By the centre of mass of the rest shape, which that takes as its origin. */
+static pli_vec3 cluster_shift_rest(const plii_clusters* clusters, plii_cluster* cluster) {
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    pli_vec3 shift = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        shift =
+            pli_vec3_add(shift, pli_vec3_scale(plii_xyz(members[i].rest), members[i].rest.w * cluster->inverse_mass));
+    }
+    for (int i = 0; i < cluster->member_count; ++i) {
+        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), shift));
+    }
+    return shift;
+}
+
 void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     cluster_update_masses(body, clusters, cluster);
     plii_cluster_member* members = &clusters->members[cluster->first_member];
@@ -103,6 +119,8 @@ void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clus
     for (int i = 0; i < cluster->member_count; ++i) {
         plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre));
     }
+    /* What a sum of positions is off by, far from the origin, would pull at the body in each step. */
+    if (!clusters->def.reference_mode) { cluster_shift_rest(clusters, cluster); }
     cluster_update_rest_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
     cluster->frame = (pli_transform){pli_mat3_identity(), centre};
@@ -113,15 +131,7 @@ void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clus
 
 void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     cluster_update_masses(body, clusters, cluster);
-    plii_cluster_member* members = &clusters->members[cluster->first_member];
-    pli_vec3 shift = pli_vec3_make(0, 0, 0);
-    for (int i = 0; i < cluster->member_count; ++i) {
-        shift =
-            pli_vec3_add(shift, pli_vec3_scale(plii_xyz(members[i].rest), members[i].rest.w * cluster->inverse_mass));
-    }
-    for (int i = 0; i < cluster->member_count; ++i) {
-        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), shift));
-    }
+    const pli_vec3 shift = cluster_shift_rest(clusters, cluster);
     cluster_update_rest_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
     cluster->has_bounds = false;

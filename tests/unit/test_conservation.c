@@ -1,0 +1,115 @@
+/* What a free body keeps: linear momentum, angular momentum, and an energy that does not grow; for features whose
+   forces are inside of it, at the origin and far from it, with equal and unequal masses. */
+
+#include "sample_mesh.h"
+#include "test_world.h"
+
+#define CHECK_OK(expression) assert_int_equal(expression, PLI_OK)
+
+static const double dt = 1.0 / 60.0;
+
+/* Angular momentum and energy are those about the centre of mass. */
+typedef struct motion {
+    double mass, centre[3], momentum[3], spin[3], energy;
+} motion;
+
+static motion motion_of(const pli_body* body) {
+    motion sum = {0};
+    const pli_body_view view = pli_body_get_view(body);
+    const pli_vec4 first = view.positions[0];
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i], v = view.velocities[i];
+        const double mass = 1.0 / (double)x.w, speed[3] = {(double)v.x, (double)v.y, (double)v.z};
+        const double arm[3] = {(double)x.x - (double)first.x, (double)x.y - (double)first.y,
+                               (double)x.z - (double)first.z};
+        sum.mass += mass;
+        for (int k = 0; k < 3; ++k) {
+            const int l = (k + 1) % 3, m = (k + 2) % 3;
+            sum.centre[k] += mass * arm[k];
+            sum.momentum[k] += mass * speed[k];
+            sum.spin[k] += mass * (arm[l] * speed[m] - arm[m] * speed[l]);
+            sum.energy += 0.5 * mass * speed[k] * speed[k];
+        }
+    }
+    for (int k = 0; k < 3; ++k) {
+        const int l = (k + 1) % 3, m = (k + 2) % 3;
+        sum.spin[k] -= (sum.centre[l] * sum.momentum[m] - sum.centre[m] * sum.momentum[l]) / sum.mass;
+        sum.energy -= 0.5 * sum.momentum[k] * sum.momentum[k] / sum.mass;
+    }
+    return sum;
+}
+
+static double length_of(const double* a) {
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+}
+static double distance_of(const double* a, const double* b) {
+    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    return length_of(d);
+}
+
+/* A ball of 1 m and 10 kg; masses from 1 to 1000 where they are unequal. */
+static pli_body* make_ball(pli_vec3 centre, bool has_equal_masses) {
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    CHECK_OK(sample_create_ellipsoid(context, pli_vec3_make(1, 1, 1), &mesh));
+    for (int i = 0; i < SAMPLE_SPHERE_NODES && !has_equal_masses; ++i) {
+        CHECK_OK(pli_mesh_set_node_mass(mesh, i, powf(1000.0f, (float)(i * 37 % 83) / 82.0f)));
+    }
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 10));
+    CHECK_OK(pli_mesh_translate(mesh, centre));
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.02f;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+/* A common velocity, a rotation about the centre, and waves that deform. */
+static void set_motion(pli_body* body, pli_vec3 centre, pli_vec3 common, pli_vec3 turn, float wave) {
+    pli_vec3 positions[SAMPLE_SPHERE_NODES], velocities[SAMPLE_SPHERE_NODES];
+    const pli_body_view view = pli_body_get_view(body);
+    for (int i = 0; i < view.node_count; ++i) {
+        positions[i] = pli_vec3_make(view.positions[i].x, view.positions[i].y, view.positions[i].z);
+        const pli_vec3 arm = pli_vec3_sub(positions[i], centre);
+        velocities[i] = pli_vec3_add(common, pli_vec3_cross(turn, arm));
+        velocities[i] = pli_vec3_add(velocities[i], pli_vec3_scale(pli_vec3_make(arm.y, arm.z * arm.z, -arm.x), wave));
+    }
+    CHECK_OK(pli_body_set_state(body, positions, velocities));
+}
+
+// ------------------------------------------------------------------------------------------------------- clusters
+
+/* Clusters that share nodes pull at each other, not at the body. */
+static void test_matching_of_clusters_keeps_momentum(void** unused) {
+    (void)unused;
+    for (int trial = 0; trial < 4; ++trial) {
+        const pli_vec3 centre = trial < 2 ? pli_vec3_make(0, 0, 0) : pli_vec3_make(70, -40, 25);
+        pli_body* body = make_ball(centre, trial % 2 == 0);
+        CHECK_OK(pli_body_enable_xpbd(body, NULL));
+        CHECK_OK(pli_body_generate_clusters(body, 6, 100, NULL));
+        for (int i = 0; i < pli_body_cluster_count(body); ++i) {
+            pli_cluster_settings settings;
+            CHECK_OK(pli_body_get_cluster_settings(body, i, &settings));
+            settings.matching = 0.3f;
+            CHECK_OK(pli_body_set_cluster_settings(body, i, &settings));
+        }
+        set_motion(body, centre, pli_vec3_make(0, 0, 0), pli_vec3_make(0.6f, 1.2f, -0.4f), 1.0f);
+        const motion start = motion_of(body);
+        double worst = 0.0;
+        for (int i = 0; i < 120; ++i) {
+            CHECK_OK(pli_world_step(world, (float)dt));
+            worst = fmax(worst, distance_of(motion_of(body).momentum, start.momentum) / start.mass);
+        }
+        print_message("matching of clusters: %.2g m/s\n", worst);
+        check_at_most(worst, trial < 2 ? 1e-4 : 3e-3);
+        pli_body_destroy(body);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_matching_of_clusters_keeps_momentum, setup_weightless_world,
+                                        teardown_world),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
