@@ -82,23 +82,14 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
     }
 }
 
-/* As Bullet does: one cluster after the other, so that the matching of one is seen by the next. */
-static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
-    for (int i = first; i < clusters->count; ++i) {
-        plii_cluster* cluster = &clusters->items[i];
-        cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-        const pli_mat3 covariance = cluster_covariance(body, clusters, cluster);
-        const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
-        cluster->has_no_frame = !plii_mat3_is_finite(rotation);
-        cluster->frame.rotation =
-            cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
-        cluster_update_inertia(cluster);
-        cluster_update_velocities(body, clusters, cluster);
-        cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
-        cluster->has_frame = true;
-        if (in_step && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
-        if (cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
-    }
+static void cluster_update_frame_of_bullet(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
+    const pli_mat3 covariance = cluster_covariance(body, clusters, cluster);
+    const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
+    cluster->has_no_frame = !plii_mat3_is_finite(rotation);
+    cluster->frame.rotation = cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
+    cluster_update_inertia(cluster);
+    cluster_update_velocities(body, clusters, cluster);
 }
 
 /* What a frame and its motion are made of, about the first member. */
@@ -147,15 +138,18 @@ static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sum
 }
 
 static void cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster->has_frame = true;
+    if (clusters->def.reference_mode) {
+        cluster_update_frame_of_bullet(body, clusters, cluster);
+        return;
+    }
     const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
     const pli_mat3 covariance = cluster_read_sums(cluster, &sums);
     cluster->frame.rotation = plii_rotation_fit_warm(&covariance, &cluster->warm_rotation);
     cluster_update_inertia(cluster);
-    cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
     const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
     plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
                                                             1.0f - cluster->settings.angular_damping));
-    cluster->has_frame = true;
 }
 
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
@@ -172,27 +166,20 @@ void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, 
 
 /* Each frame right before its matching: that of positions which the cluster before has moved would push and turn all
    of them together. */
-static void clusters_update_apart(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+    const bool is_of_bullet = clusters->def.reference_mode;
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
         const bool matches = in_step && cluster->settings.matching > 0.0f;
+        const bool needs_frame = is_of_bullet || !in_step || matches || cluster->settings.node_damping > 0.0f;
         cluster->has_frame = false;
-        cluster->impulse.count = cluster->drift.count = 0;
-        if (!in_step || matches || cluster->settings.node_damping > 0.0f) {
-            cluster_update_frame(body, clusters, cluster);
-        }
+        cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
+        if (needs_frame) { cluster_update_frame(body, clusters, cluster); }
         if (matches) { cluster_match(body, clusters, cluster); }
+        if (is_of_bullet && cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
     }
-    for (int i = first; i < clusters->count; ++i) {
+    for (int i = first; i < clusters->count && !is_of_bullet; ++i) {
         if (clusters->items[i].settings.collides) { cluster_update_bounds(body, clusters, &clusters->items[i]); }
-    }
-}
-
-static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
-    if (clusters->def.reference_mode) {
-        clusters_update_in_order(body, clusters, first, in_step);
-    } else {
-        clusters_update_apart(body, clusters, first, in_step);
     }
 }
 
