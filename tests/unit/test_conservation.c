@@ -141,11 +141,81 @@ static void test_speed_limit_of_self_collision_keeps_momentum(void** unused) {
     }
 }
 
+// ----------------------------------------------------------------------------------------------------- XPBD links
+
+/* Largest energy in 8 s over that of a kick of 0.1 m/s in random directions, rigid links. */
+static double growth_of_kick(pli_mesh* mesh, int substeps) {
+    pli_body* body = NULL;
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 10));
+    CHECK_OK(pli_body_create(world, mesh, NULL, &body));
+    pli_mesh_destroy(mesh);
+    pli_xpbd_def xpbd = pli_xpbd_def_default();
+    xpbd.substeps = substeps;
+    CHECK_OK(pli_body_enable_xpbd(body, &xpbd));
+    CHECK_OK(pli_body_enable_xpbd_links(body, NULL));
+    unsigned state = 1;
+    for (int i = 0; i < pli_body_get_view(body).node_count; ++i) {
+        float v[3];
+        for (int k = 0; k < 3; ++k) {
+            state = state * 1664525u + 1013904223u;
+            v[k] = 0.2f * ((float)(state >> 8) / 16777216.0f - 0.5f);
+        }
+        CHECK_OK(pli_body_set_node_velocity(body, i, pli_vec3_make(v[0], v[1], v[2])));
+    }
+    const double start = motion_of(body).energy;
+    double most = 0.0;
+    for (int i = 0; i < 480; ++i) {
+        CHECK_OK(pli_world_step(world, (float)dt));
+        most = fmax(most, motion_of(body).energy / start);
+    }
+    pli_body_destroy(body);
+    return most;
+}
+
+static void test_links_between_unequal_masses_get_no_energy(void** unused) {
+    (void)unused;
+    for (int substeps = 10; substeps <= 40; substeps *= 2) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(sample_create_sheet(context, 13, 0, 0, &mesh));
+        for (int i = 0; i < 169; ++i) {
+            CHECK_OK(pli_mesh_set_node_mass(mesh, i, powf(1000.0f, (float)(i * 37 % 167) / 166.0f)));
+        }
+        const double most = growth_of_kick(mesh, substeps);
+        print_message("masses of 1 to 1000, %d substeps: %.2g of the energy\n", substeps, most);
+        check_at_most(most, 0.7);
+    }
+}
+
+/* A ball that some links hold in shape from inside. */
+static void test_links_of_a_braced_surface_get_no_energy(void** unused) {
+    (void)unused;
+    enum { NODES = 120 };
+    for (int substeps = 10; substeps <= 40; substeps *= 2) {
+        for (int braces = 28; braces <= 42; braces += 14) { /* of 354 edges */
+            pli_mesh* mesh = NULL;
+            CHECK_OK(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 1, 1), NODES, &mesh));
+            unsigned state = 1;
+            for (int i = 0; i < braces; ++i) {
+                state = state * 1664525u + 1013904223u;
+                const int node = (int)(state >> 8) % NODES, shift = NODES / 2 + (int)(state >> 16) % 9;
+                CHECK_OK(pli_mesh_append_link(mesh, node, (node + shift) % NODES, 0, NULL));
+            }
+            const double most = growth_of_kick(mesh, substeps);
+            print_message("%d braces, %d substeps: %.2g of the energy\n", braces, substeps, most);
+            check_at_most(most, 0.15);
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_matching_of_clusters_keeps_momentum, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_speed_limit_of_self_collision_keeps_momentum, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_links_between_unequal_masses_get_no_energy, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_links_of_a_braced_surface_get_no_energy, setup_weightless_world,
                                         teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
