@@ -106,6 +106,48 @@ static void test_matching_of_clusters_keeps_momentum(void** unused) {
     }
 }
 
+/* A joint between a ball and a rigid body of 2 kg that turn about each other, where links are solved on velocities. */
+static void test_joint_holds_a_body_with_velocity_links(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(pli_vec3_make(0, 0, 0), true);
+    pli_solver_settings solver = pli_body_get_solver_settings(body);
+    solver.velocity_iterations = 4;
+    CHECK_OK(pli_body_set_solver_settings(body, &solver));
+    CHECK_OK(pli_body_enable_velocity_links(body));
+    CHECK_OK(pli_body_generate_clusters(body, 1, 100, NULL));
+    pli_rigid_def def = pli_rigid_def_default();
+    pli_rigid* rigid = NULL;
+    def.kind = PLI_RIGID_DYNAMIC;
+    def.state.pose.origin = pli_vec3_make(2, 0, 0);
+    def.state.inverse_mass = 0.5f;
+    for (int k = 0; k < 3; ++k) {
+        def.state.inverse_inertia_world.rows[k] = pli_vec3_scale(pli_mat3_identity().rows[k], 2.5f);
+    }
+    CHECK_OK(pli_rigid_create(world, &def, &rigid));
+    pli_linear_joint_def joint = pli_linear_joint_def_default();
+    joint.other.rigid = rigid;
+    joint.position = pli_vec3_make(1.5f, 0, 0);
+    CHECK_OK(pli_body_add_linear_joint(body, &joint, NULL));
+    set_motion(body, pli_vec3_make(0, 0, 0), pli_vec3_make(0, 1, 0), pli_vec3_make(0, 0, 0.5f), 0);
+    const double start[3] = {0, 10, 0};
+    double worst = 0.0, farthest = 0.0;
+    for (int i = 0; i < 120; ++i) {
+        CHECK_OK(pli_world_step(world, (float)dt));
+        CHECK_OK(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), (float)dt));
+        const pli_rigid_state state = pli_rigid_get_state(rigid);
+        const pli_vec3 v = state.linear_velocity, middle = middle_of(body);
+        motion now = motion_of(body);
+        now.momentum[0] += 2.0 * (double)v.x;
+        now.momentum[1] += 2.0 * (double)v.y;
+        now.momentum[2] += 2.0 * (double)v.z;
+        worst = fmax(worst, distance_of(now.momentum, start));
+        farthest = fmax(farthest, (double)pli_vec3_length(pli_vec3_sub(state.pose.origin, middle)));
+    }
+    print_message("joint: momentum changes by %.2g of 10 kg m/s, %.3f m apart\n", worst, farthest);
+    check_at_most(worst, 2e-4);
+    check_at_most(farthest, 2.05);
+}
+
 // ------------------------------------------------------------------------------------------------- self-collision
 
 /* The speed limit of nodes, 0.12 m/s without substeps, is one of what deforms a free body. Here it flies, turns and
@@ -210,6 +252,8 @@ static void test_links_of_a_braced_surface_get_no_energy(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_matching_of_clusters_keeps_momentum, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_joint_holds_a_body_with_velocity_links, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_speed_limit_of_self_collision_keeps_momentum, setup_weightless_world,
                                         teardown_world),

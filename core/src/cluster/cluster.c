@@ -240,8 +240,11 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
     if (any) { clusters_move_nodes(body, clusters, rate); }
 }
 
+/* Velocity iterations go on from velocities alone; btSoftBody loses the impulses there. */
 static void clusters_prepare(pli_body* body, void* state) {
-    clusters_apply(body, state, body->step.dt, false, 0.0f);
+    const bool is_of_velocities = body->solver_class == &plii_position_solver && body->solver.velocity_iterations > 0;
+    const bool is_of_bullet = ((const plii_clusters*)state)->def.reference_mode;
+    clusters_apply(body, state, body->step.dt, false, is_of_velocities && !is_of_bullet ? body->step.inverse_dt : 0.0f);
 }
 static void clusters_begin_substeps(pli_body* body, void* state) {
     clusters_apply(body, state, body->step.dt, false, body->step.inverse_dt);
