@@ -42,13 +42,17 @@ static bool self_limit_fit(const pli_body* body, self_limit* limit) {
         centre = plii_dvec3_add_scaled(centre, at, (double)own);
         momentum = plii_dvec3_add_scaled(momentum, motion, (double)own);
         spin = plii_dvec3_add_scaled(spin, plii_dvec3_cross(at, motion), (double)own);
-        inertia = plii_mat3_add(inertia, plii_point_response(0, plii_mat3_diagonal(own, own, own), arm));
+        const pli_vec3 heavy = pli_vec3_scale(arm, own);
+        inertia.rows[0] = pli_vec3_sub(inertia.rows[0], pli_vec3_scale(heavy, arm.x));
+        inertia.rows[1] = pli_vec3_sub(inertia.rows[1], pli_vec3_scale(heavy, arm.y));
+        inertia.rows[2] = pli_vec3_sub(inertia.rows[2], pli_vec3_scale(heavy, arm.z));
     }
     const pli_vec3 mean = plii_dvec3_to_float(plii_dvec3_scale(centre, 1.0 / mass));
     spin = plii_dvec3_sub(spin, plii_dvec3_cross(plii_dvec3_from(mean), momentum));
-    const float all = (float)-mass, size = inertia.rows[0].x + inertia.rows[1].y + inertia.rows[2].z + FLT_MIN;
+    const float all = (float)-mass, size = FLT_MIN - inertia.rows[0].x - inertia.rows[1].y - inertia.rows[2].z;
     /* A little more than it is: nodes in a line do not turn about it. */
-    inertia = plii_mat3_add(inertia, plii_point_response(1e-6f * size, plii_mat3_diagonal(all, all, all), mean));
+    inertia =
+        plii_mat3_add(inertia, plii_point_response(size * (1.0f + 1e-5f), plii_mat3_diagonal(all, all, all), mean));
     for (int k = 0; k < 3; ++k) {
         inertia.rows[k] = pli_vec3_scale(inertia.rows[k], 1.0f / size);
     }
