@@ -29,9 +29,9 @@ typedef struct pli_self_collision_def {
     float friction;
     /// 0 to PLI_MAX_FACTOR, default 0.2: no node moves by more than this times the thickness in a step (or substep)
     /// beside the mean motion of all nodes, so none gets through a layer unseen; 0: no limit. The body as a whole falls
-    /// and flies freely, but what swings or folds is slow: at 60 steps a second and 1 cm 0.12 m/s beside the mean, with
-    /// 10 substeps 1.2 m/s. Without a limit a node that moves by more than half the thickness in a step may get
-    /// through.
+    /// and flies freely, and turns too where no node is pinned, but what swings or folds is slow: at 60 steps a second
+    /// and 1 cm 0.12 m/s beside that, with 10 substeps 1.2 m/s. Without a limit a node that moves by more than half the
+    /// thickness in a step may get through.
     float speed_limit_ratio;
     uint32_t cookie; ///< set by the default function
 } pli_self_collision_def;

@@ -417,13 +417,6 @@ pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
 
 // ---------------------------------------------------------------------------------------------- free motion
 
-/* Orthonormal rows closest to the first row, then the second. */
-static pli_mat3 rigid_orthonormalize(pli_mat3 m) {
-    const pli_vec3 x = plii_vec3_safe_normalize(m.rows[0]);
-    const pli_vec3 y = plii_vec3_safe_normalize(pli_vec3_sub(m.rows[1], pli_vec3_scale(x, pli_vec3_dot(x, m.rows[1]))));
-    return (pli_mat3){{x, y, pli_vec3_cross(x, y)}};
-}
-
 /* Rotation by a vector, axis times angle in radians. */
 static pli_mat3 rigid_rotation(pli_vec3 rotation) {
     const float angle = pli_vec3_length(rotation);
@@ -433,8 +426,11 @@ static pli_mat3 rigid_rotation(pli_vec3 rotation) {
 }
 
 pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
-    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(angular_velocity, dt));
-    return (pli_transform){rigid_orthonormalize(pli_mat3_mul(rotation, pose.rotation)),
+    const pli_mat3 turned = pli_mat3_mul(rigid_rotation(pli_vec3_scale(angular_velocity, dt)), pose.rotation);
+    /* Orthonormal rows closest to the first row, then the second. */
+    const pli_vec3 x = plii_vec3_safe_normalize(turned.rows[0]), y = turned.rows[1];
+    const pli_vec3 across = plii_vec3_safe_normalize(pli_vec3_sub(y, pli_vec3_scale(x, pli_vec3_dot(x, y))));
+    return (pli_transform){{{x, across, pli_vec3_cross(x, across)}},
                            pli_vec3_add(pose.origin, pli_vec3_scale(linear_velocity, dt))};
 }
 

@@ -84,23 +84,14 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
     }
 }
 
-/* As Bullet does: one cluster after the other, so that the matching of one is seen by the next. */
-static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
-    for (int i = first; i < clusters->count; ++i) {
-        plii_cluster* cluster = &clusters->items[i];
-        cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-        const pli_mat3 covariance = cluster_covariance(body, clusters, cluster);
-        const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
-        cluster->has_no_frame = !plii_mat3_is_finite(rotation);
-        cluster->frame.rotation =
-            cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
-        cluster_update_inertia(cluster);
-        cluster_update_velocities(body, clusters, cluster);
-        cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
-        cluster->has_frame = true;
-        if (in_step && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
-        if (cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
-    }
+static void cluster_update_frame_of_bullet(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
+    const pli_mat3 covariance = cluster_covariance(body, clusters, cluster);
+    const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
+    cluster->has_no_frame = !plii_mat3_is_finite(rotation);
+    cluster->frame.rotation = cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
+    cluster_update_inertia(cluster);
+    cluster_update_velocities(body, clusters, cluster);
 }
 
 /* What a frame and its motion are made of, about where the centre is by the first member and the rotation of before:
@@ -151,15 +142,18 @@ static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sum
 }
 
 static void cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster->has_frame = true;
+    if (clusters->def.reference_mode) {
+        cluster_update_frame_of_bullet(body, clusters, cluster);
+        return;
+    }
     const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
     const pli_mat3 covariance = cluster_read_sums(cluster, &sums);
     cluster->frame.rotation = plii_rotation_fit_warm(&covariance, &cluster->warm_rotation);
     cluster_update_inertia(cluster);
-    cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
     const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
     plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
                                                             1.0f - cluster->settings.angular_damping));
-    cluster->has_frame = true;
 }
 
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
@@ -174,30 +168,25 @@ void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, 
     }
 }
 
-/* All frames that are needed for sure before any matching. */
-static void clusters_update_apart(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+/* Each frame right before its matching: that of positions which the cluster before has moved would push and turn all
+   of them together. */
+static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+    const bool is_of_bullet = clusters->def.reference_mode;
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
+        const bool matches = in_step && cluster->settings.matching > 0.0f;
+        const bool needs_frame = is_of_bullet || !in_step || matches || cluster->settings.node_damping > 0.0f;
         cluster->has_frame = false;
-        cluster->impulse.count = cluster->drift.count = 0;
-        if (!in_step || cluster->settings.matching > 0.0f || cluster->settings.node_damping > 0.0f) {
+        cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
+        if (needs_frame) {
             cluster_update_frame(body, clusters, cluster);
-            cluster->has_frame = in_step; /* nodes may be placed before the next step */
+            cluster->has_frame = in_step || is_of_bullet; /* nodes may be placed before the next step */
         }
+        if (matches) { cluster_match(body, clusters, cluster); }
+        if (is_of_bullet && cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
     }
-    for (int i = first; in_step && i < clusters->count; ++i) {
-        if (clusters->items[i].settings.matching > 0.0f) { cluster_match(body, clusters, &clusters->items[i]); }
-    }
-    for (int i = first; i < clusters->count; ++i) {
+    for (int i = first; i < clusters->count && !is_of_bullet; ++i) {
         if (clusters->items[i].settings.collides) { cluster_update_bounds(body, clusters, &clusters->items[i]); }
-    }
-}
-
-static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
-    if (clusters->def.reference_mode) {
-        clusters_update_in_order(body, clusters, first, in_step);
-    } else {
-        clusters_update_apart(body, clusters, first, in_step);
     }
 }
 
@@ -258,8 +247,11 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
     if (any) { clusters_move_nodes(body, clusters, rate); }
 }
 
+/* Velocity iterations go on from velocities alone; btSoftBody loses the impulses there. */
 static void clusters_prepare(pli_body* body, void* state) {
-    clusters_apply(body, state, body->step.dt, false, 0.0f);
+    const bool is_of_velocities = body->solver_class == &plii_position_solver && body->solver.velocity_iterations > 0;
+    const bool is_of_bullet = ((const plii_clusters*)state)->def.reference_mode;
+    clusters_apply(body, state, body->step.dt, false, is_of_velocities && !is_of_bullet ? body->step.inverse_dt : 0.0f);
 }
 static void clusters_begin_substeps(pli_body* body, void* state) {
     clusters_apply(body, state, body->step.dt, false, body->step.inverse_dt);

@@ -25,13 +25,14 @@ static void cluster_update_masses(const pli_body* body, const plii_clusters* clu
     if (!clusters->def.reference_mode) {
         pinned_mass = free_mass > 0.0 ? (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)) : PLI_MAX_MASS;
     }
-    float total = 0.0f;
+    double total = 0.0;
     for (int i = 0; i < cluster->member_count; ++i) {
         const float inverse_mass = body->positions[members[i].node].w;
         members[i].rest.w = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
-        total += members[i].rest.w;
+        total += (double)members[i].rest.w;
+        if (clusters->def.reference_mode) { total = (double)(float)total; }
     }
-    cluster->inverse_mass = 1.0f / total;
+    cluster->inverse_mass = (float)(1.0 / total);
 }
 
 /* Inverse of an inertia that may be singular: nodes in a line, or one node, do not turn about the directions in which

@@ -5,19 +5,17 @@
 /* Errors are corrected as if they were not longer than this, m. */
 #define LINEAR_JOINT_MAX_ERROR 4.0f
 
-static pli_vec3 linear_joint_clamp(pli_vec3 v) {
-    const float length_squared = pli_vec3_length_squared(v);
-    if (!(length_squared > LINEAR_JOINT_MAX_ERROR * LINEAR_JOINT_MAX_ERROR)) { return v; }
-    return plii_vec3_divide(pli_vec3_scale(v, LINEAR_JOINT_MAX_ERROR), sqrtf(length_squared));
-}
-
 static void linear_joint_prepare(plii_joint* joint, float dt, int iterations) {
     pli_vec3 points[2];
     for (int i = 0; i < 2; ++i) {
         const plii_joint_end* side = &joint->sides[i];
         points[i] = pli_transform_point(side->frame, pli_vec3_sub(joint->local[i], side->rest_centre));
     }
-    const pli_vec3 error = linear_joint_clamp(pli_vec3_sub(points[0], points[1]));
+    pli_vec3 error = pli_vec3_sub(points[0], points[1]);
+    const float squared = pli_vec3_length_squared(error);
+    if (squared > LINEAR_JOINT_MAX_ERROR * LINEAR_JOINT_MAX_ERROR) {
+        error = plii_vec3_divide(pli_vec3_scale(error, LINEAR_JOINT_MAX_ERROR), sqrtf(squared));
+    }
     joint->drift = plii_vec3_divide(pli_vec3_scale(error, joint->softness.error_reduction), dt);
     joint->world[0] = pli_vec3_sub(points[0], joint->sides[0].frame.origin);
     joint->world[1] = pli_vec3_sub(points[1], joint->sides[1].frame.origin);

@@ -204,14 +204,6 @@ static void gjk_reduce(gjk_state* state, gjk_nearest* nearest) {
     }
 }
 
-/* Of pairs that are too far apart, the direction that shows it suffices: next time it will do so at once. */
-static void gjk_write_cache(const gjk_state* state, plii_convex_relation relation, plii_convex_cache* cache) {
-    cache->count = relation == PLII_CONVEX_BEYOND ? 1 : state->count;
-    for (int i = 0; i < cache->count; ++i) {
-        cache->directions[i] = relation == PLII_CONVEX_BEYOND ? state->bound_direction : state->simplex[i].direction;
-    }
-}
-
 void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result) {
     gjk_state state; /* but for the simplex, of which `count` vertices count */
     state.query = query;
@@ -258,7 +250,12 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
         result->simplex[i] = state.simplex[i].w;
     }
     result->simplex_count = state.count;
-    if (cache != NULL) { gjk_write_cache(&state, relation, cache); }
+    /* Of pairs that are too far apart, the direction that shows it suffices: next time it will do so at once. */
+    const bool is_beyond = relation == PLII_CONVEX_BEYOND;
+    if (cache != NULL) { cache->count = is_beyond ? 1 : state.count; }
+    for (int i = 0; cache != NULL && i < cache->count; ++i) {
+        cache->directions[i] = is_beyond ? state.bound_direction : state.simplex[i].direction;
+    }
     const double distance = sqrt(nearest.squared);
     if (distance > 0.0) { result->normal = plii_dvec3_scale(nearest.point, 1.0 / distance); }
     if (relation == PLII_CONVEX_OVERLAPPING) { return; }

@@ -1,6 +1,7 @@
 /* What the modules of self-collision share: common motions, directions for coinciding points, shapes at rest. */
 
 #include "base/ranges.h"
+#include "body/rigid_impl.h"
 #include "math/dvec3.h"
 #include "self_collision/self_collision_impl.h"
 
@@ -14,29 +15,95 @@ pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* no
 
 typedef struct self_limit {
     const plii_self_nodes* nodes;
-    float longest;
-    pli_vec3 common;
+    pli_vec4* velocities; /* or NULL */
+    float longest, rate;
+    pli_vec3 centre, move, turn; /* common motion: a rigid one brings no two nodes nearer either */
+    bool is_trial;
 } self_limit;
+
+static pli_vec3 self_limit_common(const self_limit* limit, int node) {
+    const pli_vec3 arm = pli_vec3_sub(plii_self_start(limit->nodes, node), limit->centre);
+    return pli_vec3_add(limit->move, pli_vec3_cross(limit->turn, arm));
+}
+
+/* Takes as common motion that of a rigid body with the momentum and the angular momentum of the nodes. False where one
+   is pinned. */
+static bool self_limit_fit(const pli_body* body, self_limit* limit) {
+    const pli_vec3 first = plii_self_start(limit->nodes, 0);
+    double mass = 0.0;
+    plii_dvec3 centre = {0}, momentum = {0}, spin = {0};
+    pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
+    for (int i = 0; i < body->node_count; ++i) {
+        const float own = 1.0f / limit->nodes->offsets[i].w;
+        if (!plii_is_finite(own)) { return false; }
+        const pli_vec3 arm = pli_vec3_sub(plii_self_start(limit->nodes, i), first);
+        const plii_dvec3 at = plii_dvec3_from(arm), motion = plii_dvec3_from(plii_self_motion(limit->nodes, i));
+        mass += (double)own;
+        centre = plii_dvec3_add_scaled(centre, at, (double)own);
+        momentum = plii_dvec3_add_scaled(momentum, motion, (double)own);
+        spin = plii_dvec3_add_scaled(spin, plii_dvec3_cross(at, motion), (double)own);
+        const pli_vec3 heavy = pli_vec3_scale(arm, own);
+        inertia.rows[0] = pli_vec3_sub(inertia.rows[0], pli_vec3_scale(heavy, arm.x));
+        inertia.rows[1] = pli_vec3_sub(inertia.rows[1], pli_vec3_scale(heavy, arm.y));
+        inertia.rows[2] = pli_vec3_sub(inertia.rows[2], pli_vec3_scale(heavy, arm.z));
+    }
+    const pli_vec3 mean = plii_dvec3_to_float(plii_dvec3_scale(centre, 1.0 / mass));
+    spin = plii_dvec3_sub(spin, plii_dvec3_cross(plii_dvec3_from(mean), momentum));
+    const float all = (float)-mass, size = FLT_MIN - inertia.rows[0].x - inertia.rows[1].y - inertia.rows[2].z;
+    /* A little more than it is: nodes in a line do not turn about it. */
+    inertia =
+        plii_mat3_add(inertia, plii_point_response(size * (1.0f + 1e-5f), plii_mat3_diagonal(all, all, all), mean));
+    for (int k = 0; k < 3; ++k) {
+        inertia.rows[k] = pli_vec3_scale(inertia.rows[k], 1.0f / size);
+    }
+    limit->centre = pli_vec3_add(first, mean);
+    limit->move = plii_dvec3_to_float(plii_dvec3_scale(momentum, 1.0 / mass));
+    limit->turn =
+        pli_mat3_mul_vec3(plii_mat3_inverse(inertia), plii_dvec3_to_float(plii_dvec3_scale(spin, 1.0 / (double)size)));
+    return true;
+}
+
+static void self_limit_move(const self_limit* limit, int node, pli_vec3 move) {
+    plii_self_move(limit->nodes, node, move, 1.0f);
+    if (limit->velocities != NULL) { plii_add_xyz(&limit->velocities[node], pli_vec3_scale(move, limit->rate)); }
+}
 
 static double self_limit_block(int begin, int end, const void* data) {
     const self_limit* limit = data;
     const plii_self_nodes* nodes = limit->nodes;
     const float longest = limit->longest;
-    int shortened = 0;
+    int longer = 0;
     for (int i = begin; i < end; ++i) {
-        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, i), limit->common);
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, i), self_limit_common(limit, i));
         const float squared = pli_vec3_length_squared(motion);
         if (!(nodes->offsets[i].w > 0.0f) || !(squared > longest * longest)) { continue; }
-        plii_self_move(nodes, i, motion, longest / sqrtf(squared) - 1.0f);
-        shortened += 1;
+        if (!limit->is_trial) { self_limit_move(limit, i, pli_vec3_scale(motion, longest / sqrtf(squared) - 1.0f)); }
+        longer += 1;
     }
-    return shortened;
+    return longer;
 }
 
 enum { SELF_LIMIT_NS = 5 }; /* per node */
-int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest) {
-    const self_limit limit = {nodes, longest, plii_self_common_motion(body, nodes, NULL)};
-    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_LIMIT_NS), self_limit_block, &limit);
+static int self_limit_run(const pli_body* body, const self_limit* limit) {
+    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_LIMIT_NS), self_limit_block, limit);
+}
+
+int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest, pli_vec4* velocities,
+                            bool keeps_momentum) {
+    self_limit limit = {nodes, velocities, longest, body->step.inverse_dt, .is_trial = true};
+    limit.move = plii_self_common_motion(body, nodes, NULL);
+    if (self_limit_run(body, &limit) == 0) { return 0; }
+    keeps_momentum = keeps_momentum && self_limit_fit(body, &limit);
+    limit.is_trial = false;
+    const int longer = self_limit_run(body, &limit);
+    const pli_vec3 move = limit.move, turn = limit.turn;
+    if (!keeps_momentum || longer == 0 || !self_limit_fit(body, &limit)) { return longer; }
+    limit.move = pli_vec3_sub(move, limit.move);
+    limit.turn = pli_vec3_sub(turn, limit.turn);
+    for (int i = 0; i < body->node_count; ++i) {
+        self_limit_move(&limit, i, self_limit_common(&limit, i));
+    }
+    return longer;
 }
 
 /* Points on a sphere by the golden angle; the index is spread over them. */

@@ -34,8 +34,11 @@ static inline pli_vec3 plii_self_motion_from(const plii_self_nodes* nodes, const
     return from != NULL ? pli_vec3_sub(plii_self_start(nodes, node), from[node]) : plii_self_motion(nodes, node);
 }
 pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from);
-/* Cuts motions beside the common one to at most `longest`, m, but for pinned nodes. Returns how many were longer. */
-int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest);
+/* Cuts motions beside the common one to at most `longest`, m, but for pinned nodes; velocities, where given, follow.
+   The common motion of a free body that is to keep momentum is that of a rigid body, which then gets what others lose.
+   Returns how many were longer. */
+int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest, pli_vec4* velocities,
+                            bool keeps_momentum);
 static inline void plii_self_move(const plii_self_nodes* nodes, int node, pli_vec3 direction, float length) {
     plii_add_xyz(&nodes->offsets[node], pli_vec3_scale(direction, length));
 }

@@ -107,7 +107,7 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_fac
 
 /* After all constraints of a step or substep: cuts motions short. */
 static void self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    state->report.shortened += plii_self_limit_motions(body, nodes, state->motion);
+    state->report.shortened += plii_self_limit_motions(body, nodes, state->motion, NULL, false);
     const pli_vec3 common = self_faces_common_motion(body, nodes);
     bool is_done = false;
     for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {

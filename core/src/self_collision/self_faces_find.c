@@ -321,30 +321,24 @@ static bool self_faces_activate(plii_self_faces_state* state, int index) {
     return pair->distance > 0.0f;
 }
 
-/* Pairs of pinned nodes are kept and wait: nodes that are let go must not go through what they were held beside. */
-static bool self_faces_can_move(const pli_body* body, const plii_self_faces_pair* pair) {
-    const pli_vec4* x = body->positions;
-    const int* nodes = pair->nodes;
-    return x[nodes[0]].w + x[nodes[1]].w + x[nodes[2]].w + x[nodes[3]].w > 0.0f;
-}
-
 typedef struct self_faces_restart {
     const pli_body* body;
     plii_self_faces_state* state;
     int counts[PLII_MOST_BLOCKS];
 } self_faces_restart;
 
-/* Those of a block go to where it begins. */
+/* Those of a block go to where it begins. Pairs of pinned nodes are kept and wait: nodes that are let go must not go
+   through what they were held beside. */
 static void self_faces_restart_block(int begin, int end, int block, void* data) {
     self_faces_restart* restart = data;
     plii_self_faces_state* state = restart->state;
+    const pli_vec4* x = restart->body->positions;
     int count = begin;
     for (int i = begin; i < end; ++i) {
-        if (state->due[i] > state->moved + state->motion || !self_faces_can_move(restart->body, &state->pairs[i]) ||
-            !self_faces_activate(state, i)) {
-            continue;
-        }
-        state->active[count++] = i;
+        const int* nodes = state->pairs[i].nodes;
+        const bool is_due = !(state->due[i] > state->moved + state->motion);
+        const bool moves = is_due && x[nodes[0]].w + x[nodes[1]].w + x[nodes[2]].w + x[nodes[3]].w > 0.0f;
+        if (moves && self_faces_activate(state, i)) { state->active[count++] = i; }
     }
     restart->counts[block] = count - begin;
 }

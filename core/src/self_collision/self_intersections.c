@@ -1,22 +1,14 @@
-/* Pairs of triangles that cross: an edge of one goes through the other, by signs of volumes in double. */
+/* Pairs of triangles that cross: an edge of one goes through the other. */
 
 #include "body/body_impl.h"
 #include "geometry/bvh.h"
-#include "math/dvec3.h"
+#include "geometry/orient3d.h"
 #include "pliant/self_collision.h"
 
-/* Six times the signed volume of the tetrahedron. */
-static double crossings_volume(const plii_dvec3 a, plii_dvec3 b, plii_dvec3 c, plii_dvec3 d) {
-    const plii_dvec3 u = plii_dvec3_sub(b, a), v = plii_dvec3_sub(c, a), w = plii_dvec3_sub(d, a);
-    return plii_dvec3_dot(u, plii_dvec3_cross(v, w));
-}
-
-static bool crossings_edge_through(plii_dvec3 p, plii_dvec3 q, const plii_dvec3 t[3]) {
-    const double from = crossings_volume(t[0], t[1], t[2], p), to = crossings_volume(t[0], t[1], t[2], q);
-    if (!(from * to < 0.0)) { return false; }
-    const double a = crossings_volume(p, q, t[0], t[1]), b = crossings_volume(p, q, t[1], t[2]);
-    const double c = crossings_volume(p, q, t[2], t[0]);
-    return (a > 0.0 && b > 0.0 && c > 0.0) || (a < 0.0 && b < 0.0 && c < 0.0);
+static bool crossings_edge_through(pli_vec3 p, pli_vec3 q, const pli_vec3 t[3]) {
+    if (plii_orient3d(t[0], t[1], t[2], p) * plii_orient3d(t[0], t[1], t[2], q) >= 0) { return false; }
+    const int side = plii_orient3d(p, q, t[0], t[1]);
+    return side != 0 && plii_orient3d(p, q, t[1], t[2]) == side && plii_orient3d(p, q, t[2], t[0]) == side;
 }
 
 typedef struct crossings_search {
@@ -24,9 +16,9 @@ typedef struct crossings_search {
     int face, count;
 } crossings_search;
 
-static void crossings_corners(const pli_body* body, int face, plii_dvec3 corners[3]) {
+static void crossings_corners(const pli_body* body, int face, pli_vec3 corners[3]) {
     for (int k = 0; k < 3; ++k) {
-        corners[k] = plii_dvec3_from(plii_xyz(body->positions[body->topology->faces[face][k]]));
+        corners[k] = plii_xyz(body->positions[body->topology->faces[face][k]]);
     }
 }
 
@@ -37,7 +29,7 @@ static void crossings_test(int other, void* user) {
     for (int k = 0; k < 9; ++k) {
         if (faces[search->face][k / 3] == faces[other][k % 3]) { return; }
     }
-    plii_dvec3 a[3], b[3];
+    pli_vec3 a[3], b[3];
     crossings_corners(search->body, search->face, a);
     crossings_corners(search->body, other, b);
     bool is_crossing = false;

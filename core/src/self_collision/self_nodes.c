@@ -94,13 +94,12 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
 
 // ------------------------------------------------------------------------------------------------------ the solve
 
-/* Of motions beside the common one, m; 0 without a limit. */
-static float self_nodes_longest_motion(const self_nodes_state* state) {
-    return state->def.speed_limit_ratio * state->def.thickness;
-}
-static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const float longest = self_nodes_longest_motion(state);
-    if (longest > 0.0f) { state->report.limited_nodes += plii_self_limit_motions(body, nodes, longest); }
+/* Of motions beside the common one. */
+static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes,
+                             pli_vec4* velocities) {
+    const float longest = state->def.speed_limit_ratio * state->def.thickness; /* m, 0 without a limit */
+    if (!(longest > 0.0f)) { return; }
+    state->report.limited_nodes += plii_self_limit_motions(body, nodes, longest, velocities, true);
 }
 
 static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
@@ -195,7 +194,7 @@ static void self_nodes_run_position(pli_body* body, void* data) {
 
 static void self_nodes_restart(pli_body* body, void* data, const plii_substep* substep) {
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    self_nodes_limit(body, data, &nodes);
+    self_nodes_limit(body, data, &nodes, NULL);
 }
 
 /* Friction is left to the velocities: moved sideways, nodes would get into others. */
@@ -207,11 +206,6 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
     plii_self_node_pairs_update(body, &state->pairs, &nodes, substep->inverse_dt, done, body->step.dt - done);
     self_nodes_report(body, state);
     self_nodes_part_all(state, &nodes, 0.0f);
-}
-
-static void self_nodes_add(pli_vec4* target, plii_float4 change, float scale) {
-    const plii_float4 sum = plii_float4_from(target) + change * scale;
-    plii_float4_to(target, sum);
 }
 
 /* Pairs that were parted lose the speed that came of it, and `friction` of the rest of their relative velocity. */
@@ -230,8 +224,8 @@ static void self_nodes_finish(pli_body* body, void* data, const plii_substep* su
         const float along = ((parting > 0.0f ? 1.0f : 0.0f) - friction) * parting;
         /* change * squared */
         const plii_float4 change = apart * along + relative * (friction * squared);
-        self_nodes_add(&v[a], change, weight_a * inverse);
-        self_nodes_add(&v[b], change, -weight_b * inverse);
+        plii_float4_to(&v[a], plii_float4_from(&v[a]) + change * (weight_a * inverse));
+        plii_float4_to(&v[b], plii_float4_from(&v[b]) + change * (-weight_b * inverse));
     }
 }
 
@@ -242,19 +236,7 @@ static void self_nodes_run_update(pli_body* body, void* data) {
     if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
-    const float longest = self_nodes_longest_motion(state);
-    if (!(longest > 0.0f)) { return; }
-    const pli_vec3 common = plii_self_common_motion(body, &nodes, NULL);
-    const pli_vec3 common_velocity = pli_vec3_scale(common, body->step.inverse_dt);
-    for (int i = 0; i < body->node_count; ++i) {
-        const float squared = pli_vec3_length_squared(pli_vec3_sub(plii_self_motion(&nodes, i), common));
-        if (!(squared > longest * longest)) { continue; }
-        const float share = longest / sqrtf(squared);
-        const pli_vec3 velocity = plii_xyz(body->velocities[i]);
-        plii_set_xyz(&body->velocities[i],
-                     pli_vec3_add(pli_vec3_scale(velocity, share), pli_vec3_scale(common_velocity, 1.0f - share)));
-    }
-    self_nodes_limit(body, state, &nodes);
+    self_nodes_limit(body, state, &nodes, body->velocities);
 }
 
 static pli_status self_nodes_enable(pli_body* body, void* data) {

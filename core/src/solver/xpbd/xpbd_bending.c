@@ -69,21 +69,17 @@ static float xpbd_hinge_difference(float angle, float rest) {
    around grow from sweep to sweep, as on closed surfaces those of links do. At two fifths they do not. */
 #define XPBD_BENDING_SOFTENING 1.5f
 
-/* From the position of the first corner: far from the origin a sum of position and displacement is too coarse. */
-static pli_vec3 xpbd_hinge_corner(const pli_body* body, const plii_substep* substep, const xpbd_hinge* hinge,
-                                  int corner) {
-    const int node = hinge->nodes[corner];
-    const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->positions[hinge->nodes[0]]));
-    return pli_vec3_add(apart, plii_xyz(substep->displacements[node]));
-}
-
 static void xpbd_bending_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_bending_state* state = data;
     for (PLII_EACH(xpbd_hinge, hinge, state->hinges, state->hinge_count)) {
         pli_vec3 x[4];
         x[0] = plii_xyz(substep->displacements[hinge->nodes[0]]);
+        /* From the position of the first corner: far from the origin sums of position and displacement are coarse. */
+        const pli_vec3 first = plii_xyz(body->positions[hinge->nodes[0]]);
         for (int k = 1; k < 4; ++k) {
-            x[k] = xpbd_hinge_corner(body, substep, hinge, k);
+            const int node = hinge->nodes[k];
+            x[k] = pli_vec3_add(pli_vec3_sub(plii_xyz(body->positions[node]), first),
+                                plii_xyz(substep->displacements[node]));
         }
         const xpbd_hinge_shape shape = xpbd_hinge_measure(x);
         if (!shape.is_valid) { continue; }

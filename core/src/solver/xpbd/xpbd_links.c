@@ -32,22 +32,33 @@ static bool xpbd_links_reserve(pli_context* context, xpbd_links_state* state, in
 }
 
 enum { XPBD_LINKS_LARGE_SURFACE = 80 }; /* nodes */
-#define XPBD_LINKS_MOST_BRACES 0.07f    /* of the edges; slender solids have more */
+#define XPBD_LINKS_FEW_BRACES 0.07f     /* of the edges */
+#define XPBD_LINKS_SOME_BRACES 0.3f
+#define XPBD_LINKS_UNEQUAL 10.0f     /* ratio of the masses at the ends */
+#define XPBD_LINKS_MANY_UNEQUAL 0.1f /* of the links */
 
-/* As many as its faces have edges, of two faces each. It keeps its shape by them alone, and nothing is left over:
-   errors that the colours push on around it would grow from sweep to sweep, unless each link leaves half of its own.
-   What hangs from it changes nothing about that, nor do a few links through the inside of a large one; many do. */
-static bool xpbd_links_are_closed_surface(const pli_body* body) {
-    int64_t links = 0;
+/* Errors that the colours push on around a body would grow from sweep to sweep, unless each link leaves half of its
+   own: on a surface that has as many links as its faces have edges, of two faces each, which keeps its shape by them
+   alone. What hangs from it changes nothing about that, nor do a few links through the inside of a large one. With some
+   more a third is enough to leave, as it is where the masses of neighbours differ much. */
+static float xpbd_links_softening(const pli_body* body) {
+    int64_t links = 0, unequal = 0;
     for (int i = 0; i < body->link_count; ++i) {
+        const int* nodes = body->links[i].nodes;
+        const float a = body->positions[nodes[0]].w, b = body->positions[nodes[1]].w;
         links += !plii_link_is_bending(body, i);
+        unequal += a > 0.0f && b > 0.0f && (a > XPBD_LINKS_UNEQUAL * b || b > XPBD_LINKS_UNEQUAL * a);
     }
     const int64_t faces = body->topology->face_count, more = 2 * links - 3 * faces; /* twice as many as edges */
-    if (faces == 0 || more <= 0) { return faces > 0 && more == 0; }
+    if (faces > 0 && more == 0) { return 1.0f; }
     /* A node that is not of the surface, of a sphere's, takes three links to be held. */
     const int64_t others = body->node_count - (faces / 2 + 2), braces = more - 6 * (others > 0 ? others : 0);
-    return body->node_count >= XPBD_LINKS_LARGE_SURFACE &&
-           (float)braces <= XPBD_LINKS_MOST_BRACES * (float)(3 * faces) && plii_xpbd_faces_are_closed(body->topology);
+    const float share = (float)braces / (float)(3 * faces);
+    if (faces > 0 && more > 0 && share <= XPBD_LINKS_SOME_BRACES && body->node_count >= XPBD_LINKS_LARGE_SURFACE &&
+        plii_xpbd_faces_are_closed(body->topology)) {
+        return share <= XPBD_LINKS_FEW_BRACES ? 1.0f : 0.5f;
+    }
+    return (float)unequal > XPBD_LINKS_MANY_UNEQUAL * (float)body->link_count ? 0.5f : 0.0f;
 }
 
 /* Links may change between steps. */
@@ -68,7 +79,7 @@ static void xpbd_links_begin(pli_body* body, void* data) {
         state->compliances[i] = is_link ? compliance / plii_link_stiffness(body, link) : 0.0f;
         if (xpbd_links_are_damped(state)) { state->dampings[i] = compliance * def->damping; }
     }
-    state->softening = xpbd_links_are_closed_surface(body) ? 1.0f : 0.0f;
+    state->softening = xpbd_links_softening(body);
     state->link_revision = body->link_revision;
 }
 

@@ -14,51 +14,34 @@ typedef struct xpbd_volume_state {
 
 /* Nodes are taken relative to node 0 at the start of the substep, which keeps rounding small far from the
    origin; on a closed surface that changes nothing. There the sum of (b - a) x (c - a) over the faces around a node is
-   six times its gradient too, so the cross product of a face serves all its nodes. */
+   six times its gradient too, so the cross product of a face serves all its nodes. Of a surface with holes, as after a
+   cut, it is the volume of the tetrahedra between node 0, where it is now, and the faces: their gradients sum up to
+   nothing, so that nothing is moved or turned as a whole. */
 
 enum { XPBD_VOLUME_FACES = 16 }; /* whose volume is added up in single precision */
 
 typedef struct xpbd_volume_nodes {
     const pli_vec4 *positions, *displacements;
-    plii_float4 origin;
+    plii_float4 origin, apex; /* the second as a displacement */
 } xpbd_volume_nodes;
 
 PLII_SIMD_INLINE plii_float4 xpbd_volume_corner(const xpbd_volume_nodes* nodes, int node) {
-    return plii_float4_from(&nodes->positions[node]) - nodes->origin + plii_float4_from(&nodes->displacements[node]);
+    const plii_float4 displacement = plii_float4_from(&nodes->displacements[node]) - nodes->apex;
+    return plii_float4_from(&nodes->positions[node]) - nodes->origin + displacement;
 }
 PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
-    plii_float4_to(sum, plii_float4_from(sum) + cross);
-}
-
-/* The same of a surface with holes, as after a cut: of the tetrahedra between node 0, where it is now, and the faces.
-   Their gradients sum up to nothing, so that nothing is moved or turned as a whole. */
-static double xpbd_volume_gather_open(const pli_body* body, pli_vec4* gradients, const plii_substep* substep) {
-    const xpbd_volume_nodes nodes = {body->positions, substep->displacements, plii_float4_from(&body->positions[0])};
-    const plii_float4 apex = xpbd_volume_corner(&nodes, 0);
-    plii_float4 all = plii_float4_all(0.0f);
-    double sum = 0.0;
-    memset(gradients, 0, (size_t)body->node_count * sizeof *gradients);
-    for (int i = 0; i < body->topology->face_count; ++i) {
-        const int* n = body->topology->faces[i];
-        const plii_float4 a = xpbd_volume_corner(&nodes, n[0]) - apex, b = xpbd_volume_corner(&nodes, n[1]) - apex,
-                          c = xpbd_volume_corner(&nodes, n[2]) - apex;
-        const plii_float4 by_a = plii_lanes_xyz(plii_lanes_cross(b, c)), by_b = plii_lanes_xyz(plii_lanes_cross(c, a)),
-                          by_c = plii_lanes_xyz(plii_lanes_cross(a, b));
-        xpbd_volume_add(&gradients[n[0]], by_a);
-        xpbd_volume_add(&gradients[n[1]], by_b);
-        xpbd_volume_add(&gradients[n[2]], by_c);
-        all += by_a + by_b + by_c;
-        sum += (double)plii_lanes_sum(a * by_a);
-    }
-    xpbd_volume_add(&gradients[0], plii_float4_all(0.0f) - all);
-    return sum / 6.0;
+    plii_float4_to(sum, plii_float4_from(sum) + plii_lanes_xyz(cross));
 }
 
 /* Returns the volume, m^3, and makes `gradients` six times what they are. */
-static double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradients, const plii_substep* substep) {
+PLII_SIMD_INLINE double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradients,
+                                           const plii_substep* substep, bool is_closed) {
     const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
     const int count = body->topology->face_count;
-    const xpbd_volume_nodes nodes = {body->positions, substep->displacements, plii_float4_from(&body->positions[0])};
+    const plii_float4 first = plii_float4_from(&substep->displacements[0]);
+    const xpbd_volume_nodes nodes = {body->positions, substep->displacements, plii_float4_from(&body->positions[0]),
+                                     is_closed ? plii_float4_all(0.0f) : first};
+    plii_float4 all = plii_float4_all(0.0f);
     memset(gradients, 0, (size_t)body->node_count * sizeof *gradients);
     double sum = 0.0;
     for (int begin = 0; begin < count; begin += XPBD_VOLUME_FACES) {
@@ -66,17 +49,18 @@ static double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradie
         plii_float4 part = plii_float4_all(0.0f);
         for (int i = begin; i < end; ++i) {
             const int* n = faces[i];
-            const plii_float4 a = xpbd_volume_corner(&nodes, n[0]);
-            const plii_float4 ab = xpbd_volume_corner(&nodes, n[1]) - a;
-            const plii_float4 ac = xpbd_volume_corner(&nodes, n[2]) - a;
-            const plii_float4 cross = plii_lanes_xyz(plii_lanes_cross(ab, ac));
-            xpbd_volume_add(&gradients[n[0]], cross);
-            xpbd_volume_add(&gradients[n[1]], cross);
-            xpbd_volume_add(&gradients[n[2]], cross);
-            part += a * cross;
+            const plii_float4 a = xpbd_volume_corner(&nodes, n[0]), b = xpbd_volume_corner(&nodes, n[1]),
+                              c = xpbd_volume_corner(&nodes, n[2]), cross = plii_lanes_cross(b - a, c - a);
+            const plii_float4 by_a = is_closed ? cross : plii_lanes_cross(b, c);
+            xpbd_volume_add(&gradients[n[0]], by_a);
+            xpbd_volume_add(&gradients[n[1]], is_closed ? cross : plii_lanes_cross(c, a));
+            xpbd_volume_add(&gradients[n[2]], is_closed ? cross : plii_lanes_cross(a, b));
+            all += cross;
+            part += a * plii_lanes_xyz(by_a);
         }
         sum += (double)plii_lanes_sum(part);
     }
+    if (!is_closed) { xpbd_volume_add(&gradients[0], -all); }
     return sum / 6.0;
 }
 
@@ -106,8 +90,8 @@ static double xpbd_volume_add_gas(const pli_body* body, const xpbd_volume_state*
 static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_volume_state* state = data;
     pli_vec4* displacements = substep->displacements;
-    const double volume = state->is_closed ? xpbd_volume_gather(body, state->gradients, substep)
-                                           : xpbd_volume_gather_open(body, state->gradients, substep);
+    const double volume = state->is_closed ? xpbd_volume_gather(body, state->gradients, substep, true)
+                                           : xpbd_volume_gather(body, state->gradients, substep, false);
     float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
     double missing = volume - (double)state->def.pressure_ratio * state->rest_volume;
     if (state->gas != 0.0f) { missing = xpbd_volume_add_gas(body, state, substep, volume, missing, &weight); }
