@@ -105,9 +105,37 @@ void Bridge::Impl::begin_step(btScalar dt) {
         is_any_asleep = is_any_asleep || object->is_asleep;
     }
     if (is_any_asleep) { wake_met(dt); }
+    follow_kinematic();
     ++step_;
     note(pli_world_predict(world, to_float(dt)));
     collects_pairs_ = is_stepping();
+}
+
+// Bullet moves kinematic bodies to the end of the frame, and looks for pairs with them there. Before the prediction.
+void Bridge::Impl::follow_kinematic() {
+    const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
+    kinematic_.clear();
+    ahead_.clear();
+    for (int i = 0; i < array.size() && followed_dt_ > 0; ++i) {
+        if (!array[i]->isKinematicObject()) { continue; }
+        const auto found = proxies_.find(array[i]);
+        if (found == proxies_.end() || found->second->is_let_go || !found->second->is_of(*array[i])) { continue; }
+        RigidProxy& proxy = *found->second;
+        kinematic_.push_back(&proxy);
+        Ahead body;
+        if (!proxy.is_behind(followed_dt_, body.low, body.high)) { continue; }
+        array[i]->getCollisionShape()->getAabb(array[i]->getWorldTransform(), body.ahead_low, body.ahead_high);
+        ahead_.push_back(body);
+    }
+}
+
+void Bridge::Impl::reach_ahead(btVector3& low, btVector3& high) const {
+    const btVector3 own_low = low, own_high = high;
+    for (const Ahead& body : ahead_) {
+        if (!TestAabbAgainstAabb2(own_low, own_high, body.low, body.high)) { continue; }
+        high.setMax(body.ahead_low);
+        low.setMin(body.ahead_high);
+    }
 }
 
 void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
@@ -246,6 +274,13 @@ void Bridge::Impl::finish_step() {
         if (!proxy->is_let_go) { proxy->write_back(mode == CollisionMode::reference); }
     }
     touched_.clear();
+    for (RigidProxy* proxy : kinematic_) {
+        const bool is_met = proxy->present_step == step_ || proxy->is_let_go;
+        if (!is_met && proxy->find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here) {
+            proxy->go_along(followed_dt_);
+        }
+    }
+    ahead_.clear();
     offer_sleep();
     finish_let_go();
     sweep_proxies();

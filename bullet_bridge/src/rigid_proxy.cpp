@@ -344,6 +344,24 @@ pli_status RigidProxy::set_present_state() {
     return status;
 }
 
+void RigidProxy::go_along(btScalar dt) {
+    if (rigid_ == nullptr || kind_ != PLI_RIGID_KINEMATIC) { return; }
+    read_present_state(dt);
+    (void)set_present_state();
+}
+
+bool RigidProxy::is_behind(btScalar dt, btVector3& low, btVector3& high) const {
+    if (rigid_ == nullptr || !is_driven(dt)) { return false; }
+    const Motion motion = driven_motion(dt);
+    if (!motion.is_led || motion.end == object_->getWorldTransform()) { return false; }
+    btVector3 start_low, start_high;
+    object_->getCollisionShape()->getAabb(motion.end, low, high);
+    object_->getCollisionShape()->getAabb(motion.start, start_low, start_high);
+    low.setMin(start_low);
+    high.setMax(start_high);
+    return true;
+}
+
 void RigidProxy::write_back(bool always_activates) {
     if (kind_ != PLI_RIGID_DYNAMIC || !pli_rigid_was_touched(rigid_)) { return; }
     // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
