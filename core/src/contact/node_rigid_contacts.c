@@ -73,8 +73,9 @@ static inline pli_vec3 rigid_contacts_motion(const pli_body* body, int node) {
     return pli_vec3_sub(plii_xyz(body->positions[node]), plii_xyz(body->previous[node]));
 }
 
-/* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: so
-   far back it is looked at from where the rigid body is now. Zero for others, which go past, meet it or lie still. */
+/* A node that goes along with the rigid body, or comes after one that it cannot move, is where it is on that at the end
+   of the step, however fast both are: so far back it is looked at from where the rigid body is now. Zero for others,
+   which go past, meet it or lie still. */
 static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
     const pli_body* body = candidate->body;
     const pli_vec3 none = pli_vec3_make(0, 0, 0);
@@ -82,8 +83,9 @@ static pli_vec3 rigid_contacts_shift(const rigid_contacts_candidate* candidate, 
     const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[node]), candidate->rigid->state.pose.origin);
     const pli_vec3 shift = pli_vec3_add(candidate->motion.linear, pli_vec3_cross(candidate->motion.angular, offset));
     const pli_vec3 motion = rigid_contacts_motion(body, node);
-    const float way = pli_vec3_length_squared(motion);
-    const float beside = pli_vec3_length_squared(pli_vec3_sub(motion, shift));
+    const pli_vec3 against = pli_vec3_sub(motion, shift);
+    if (candidate->is_fixed && pli_vec3_dot(against, shift) > 0.0f) { return shift; }
+    const float way = pli_vec3_length_squared(motion), beside = pli_vec3_length_squared(against);
     const float half = 0.5f * candidate->rigid->shape_places[candidate->shape].least_extent;
     const float most = plii_min(RIGID_CONTACTS_ALONG * RIGID_CONTACTS_ALONG * way, half * half);
     return beside < way && beside < plii_max(body->collision_margin * body->collision_margin, most) ? shift : none;
