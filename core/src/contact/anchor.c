@@ -82,10 +82,11 @@ static void anchor_prepare(pli_body* body, void* state) {
     }
 }
 
+/* Of one that was added after the prediction its rigid body may have moved since. */
 static void anchor_note_start(plii_anchor* anchor) {
     plii_rigid_begin_path(anchor->rigid);
-    anchor->start = pli_transform_point(anchor->rigid->state.pose, anchor->pivot);
-    anchor->pose_version = anchor->rigid->pose_version;
+    anchor->start = pli_transform_point(anchor->rigid->path.begin, anchor->pivot);
+    anchor->pose_version = anchor->rigid->path.begin_version;
 }
 
 static void anchor_note_starts(pli_body* body, void* state) {
@@ -357,9 +358,12 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
                             .rigid = def->rigid,
                             .influence = def->influence,
                             .compliance = def->compliance};
-    anchor->pivot = def->local_pivot != NULL
-                        ? *def->local_pivot
-                        : plii_localize(def->rigid->state.pose, plii_xyz(body->positions[def->node]));
+    /* In a step nodes are where they are to be at its end. */
+    const bool is_ahead = body->world->is_stepping && !body->world->def.reference_mode;
+    plii_rigid_begin_path(def->rigid);
+    const pli_transform pose = is_ahead ? plii_rigid_end_pose(def->rigid, body->step.dt) : def->rigid->state.pose;
+    anchor->pivot =
+        def->local_pivot != NULL ? *def->local_pivot : plii_localize(pose, plii_xyz(body->positions[def->node]));
     anchor_note_start(anchor);
     anchors->item_count += 1;
     body->anchored[def->node] = 1;
