@@ -125,6 +125,8 @@ private:
     void follow_activation(SoftObject& object, bool should_rest);
     void wake(SoftObject& object);
     void wake_met(btScalar dt);
+    void look_for_grounds();
+    void wake_left();
     void follow_kinematic();
     void offer_sleep();
     void follow_gravity();

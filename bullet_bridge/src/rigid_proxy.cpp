@@ -8,6 +8,8 @@
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>
 
+#include <cstring>
+
 namespace pliant {
 
 namespace {
@@ -348,6 +350,14 @@ void RigidProxy::go_along(btScalar dt) {
     if (rigid_ == nullptr || kind_ != PLI_RIGID_KINEMATIC) { return; }
     read_present_state(dt);
     (void)set_present_state();
+}
+
+bool RigidProxy::has_changed(btScalar dt) const {
+    if (rigid_ == nullptr || is_driven(dt)) { return false; }
+    const pli_transform before = pli_rigid_get_state(rigid_).pose, present = to_pli(object_->getWorldTransform());
+    return std::memcmp(&before, &present, sizeof present) != 0 ||
+           pli_rigid_is_sensor(rigid_) == object_->hasContactResponse() ||
+           fingerprint_ != shape_fingerprint(*object_->getCollisionShape());
 }
 
 bool RigidProxy::is_behind(btScalar dt, btVector3& low, btVector3& high) const {
