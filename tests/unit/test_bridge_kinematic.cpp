@@ -3,13 +3,16 @@
 #include "check.h"
 #include "test_bridge_world.h"
 
+#include <pliant/anchor.h>
 #include <pliant/contact.h>
+#include <pliant/drawing.h>
 #include <pliant/implicit.h>
 #include <pliant/xpbd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace {
 
@@ -62,6 +65,22 @@ struct Lift {
                                              true);
         // A little more than the sub-steps take, so that rounding never costs one.
         stock.world->stepSimulation(step * (btScalar(sub_steps) + btScalar(1e-4)), sub_steps, step);
+    }
+    /// Nodes as they are drawn at the end of the frame.
+    std::vector<btVector3> drawn() const {
+        const auto count = static_cast<std::size_t>(pli_body_get_view(sheet).node_count);
+        std::vector<float> places(3 * count);
+        pli_vertex_buffer_def def = pli_vertex_buffer_def_default();
+        def.vertices = places.data();
+        def.vertex_count = static_cast<int>(count);
+        def.stride = 3 * sizeof(float);
+        def.normal_offset = -1;
+        assert_int_equal(pli_body_write_vertices(sheet, &def, 1), PLI_OK);
+        std::vector<btVector3> nodes;
+        for (std::size_t i = 0; i < count; ++i) {
+            nodes.emplace_back(btScalar(places[3 * i]), btScalar(places[3 * i + 1]), btScalar(places[3 * i + 2]));
+        }
+        return nodes;
     }
     /// The largest distance of a node from the margin around the lift, as it is drawn.
     double off() const {
@@ -128,6 +147,37 @@ void test_thin_lifts_are_met_on_their_way(void**) {
     check_at_most(most_through, 1e-5);
 }
 
+/// Sheets that step in every fourth step only, of which Bullet has moved the lift through the first: they lie on it, or
+/// hang from it by one edge, where it is drawn.
+void test_sheets_that_step_less_often_go_along(void**) {
+    double most_lying = 0, most_held = 0;
+    for (int i = 0; i < 2 * 3 * 2 * 2; ++i) {
+        const bool is_held = i % 2 == 1;
+        const Solver solver =
+            std::array{Solver::position_based, Solver::xpbd, Solver::implicit}[std::size_t(i / 2 % 3)];
+        const int sub_steps = i / 6 % 2 + 1;
+        const btScalar top_speed = i / 12 == 0 ? btScalar(-5) : btScalar(5);
+        Lift lift(Manner::motion_state, solver, false);
+        constexpr std::array<int, 9> edge{0, 1, 2, 3, 4, 5, 6, 7, 8};
+        if (is_held) {
+            assert_int_equal(pli_body_attach_nodes(lift.sheet, edge.data(), 9, lift.bridge.rigid(*lift.body)), PLI_OK);
+        }
+        assert_int_equal(pli_body_set_update_interval(lift.sheet, 4), PLI_OK);
+        for (int k = 0; k < 120; ++k) {
+            lift.frame(btScalar(std::min(k, 60)) / btScalar(60) * top_speed, sub_steps);
+        }
+        const std::vector<btVector3> nodes = lift.drawn();
+        for (std::size_t node = 0; node < (is_held ? edge.size() : nodes.size()); ++node) {
+            const btScalar above = nodes[node].y() - lift.body->getWorldTransform().getOrigin().y() - lift.half;
+            double& most = is_held ? most_held : most_lying;
+            most = std::max(most, std::abs(static_cast<double>(above - btScalar(margin))));
+        }
+    }
+    print_message("at most %.2g m off where they lie, %.2g where they are held\n", most_lying, most_held);
+    check_at_most(most_lying, 0.02);
+    check_at_most(most_held, 1e-5);
+}
+
 /// 5 kg, which Bullet itself lets go through the platform: only the cloth holds it.
 void test_a_crate_on_cloth_rides_on_a_lift(void**) {
     constexpr float half = 0.15f;
@@ -162,6 +212,7 @@ int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_sheet_lies_on_a_lift_where_it_is_drawn),
         cmocka_unit_test(test_thin_lifts_are_met_on_their_way),
+        cmocka_unit_test(test_sheets_that_step_less_often_go_along),
         cmocka_unit_test(test_a_crate_on_cloth_rides_on_a_lift),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -49,14 +49,13 @@ static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
     return body->solver_class->has_substeps ? !(anchor->compliance > 0.0f) : anchor->influence >= 1.0f;
 }
 
-/* Of a static or kinematic body: where its host has put it since the prediction, else where its velocities lead. */
+/* Of a static or kinematic body: where its velocities lead, from where its host has put it since the prediction. */
 static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
     const pli_rigid_state* state = &anchor->rigid->state;
-    if (anchor->rigid->kind == PLI_RIGID_STATIC || anchor->pose_version != anchor->rigid->pose_version) {
-        return state->pose;
-    }
-    const float dt = body->step.dt / body->solver.time_scale; /* the host's */
-    return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    float left = body->step.dt / body->solver.time_scale; /* of the host's time */
+    if (anchor->pose_version != anchor->rigid->pose_version) { left = body->interval.lead; }
+    if (anchor->rigid->kind == PLI_RIGID_STATIC || !(left > 0.0f)) { return state->pose; }
+    return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, left);
 }
 
 static void anchor_prepare(pli_body* body, void* state) {
