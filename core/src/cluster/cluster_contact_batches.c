@@ -77,13 +77,6 @@ static int groups_open(pli_context* context, plii_contact_batches* groups, int c
     return bit;
 }
 
-static void groups_meet_rigid(plii_contact_batches* groups, const plii_joint_target* target) {
-    plii_group_rigid* touched = groups_rigid(groups, target);
-    if (touched == NULL || touched->rigid != NULL) { return; }
-    touched->rigid = target->rigid;
-    touched->open_groups = 0;
-}
-
 /* A rigid body may be in several lanes, each with a share of its mass, and moves as their mean (Tonge and others, "Mass
    splitting", 2012). Where the cluster is much lighter, that changes little. */
 static bool groups_may_share(const plii_cluster_contact* contact) {
@@ -94,7 +87,10 @@ static bool groups_may_share(const plii_cluster_contact* contact) {
 
 static bool groups_add_pair(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
                             int count) {
-    groups_meet_rigid(groups, &contacts->targets[1]);
+    plii_group_rigid* touched = groups_rigid(groups, &contacts->targets[1]);
+    if (touched != NULL && touched->rigid == NULL) {
+        *touched = (plii_group_rigid){.rigid = contacts->targets[1].rigid};
+    }
     uint64_t* const marks[2] = {groups_marks(groups, &contacts->targets[0]),
                                 groups_marks(groups, &contacts->targets[1])};
     uint64_t taken = marks[0] != NULL ? *marks[0] : 0;

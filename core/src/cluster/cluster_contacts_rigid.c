@@ -141,14 +141,6 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
     return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
 
-/* Where clusters are met. Bullet adds the margin of a shape to bounds that have it already. */
-static pli_bounds cluster_contacts_near(const pli_body* body, const plii_cluster_contacts* state, bool reference_mode,
-                                        const pli_shape* shape) {
-    const pli_bounds local = reference_mode ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
-    const float margin = reference_mode ? shape->def.radius + body->collision_margin : body->collision_margin;
-    return plii_bounds_grow(plii_bounds_transform(local, state->shape_pose), margin);
-}
-
 static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
                                                  int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
@@ -156,7 +148,10 @@ static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_co
     const bool is_convex = shape->def.support != NULL;
     const bool reference_mode = clusters->def.reference_mode;
     state->shape_pose = pli_transform_mul(state->rigid_pose, rigid->shape_poses[shape_index]);
-    pli_bounds near = cluster_contacts_near(body, state, reference_mode, shape);
+    /* Bullet adds the margin of a shape to bounds that have it already. */
+    const pli_bounds local = reference_mode ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
+    const float margin = reference_mode ? shape->def.radius + body->collision_margin : body->collision_margin;
+    pli_bounds near = plii_bounds_grow(plii_bounds_transform(local, state->shape_pose), margin);
     if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, shape, &near)); }
     plii_clusters_update_frames(body, clusters, near);

@@ -197,13 +197,6 @@ static void world_collide_pair(pli_world* world, const pli_body_pair* pair) {
 enum { COLLIDE_WAVES = 64, COLLIDE_LAST_WAVE = COLLIDE_WAVES - 1 };
 enum { COLLIDE_NODE_NS = 50 }; /* of a pair, per node of both */
 
-/* After all pairs before that have one of its bodies. */
-static int collide_choose_wave(pli_body* a, pli_body* b) {
-    const int before = a->pair_wave > b->pair_wave ? a->pair_wave : b->pair_wave;
-    a->pair_wave = b->pair_wave = before < COLLIDE_LAST_WAVE ? before + 1 : COLLIDE_LAST_WAVE;
-    return a->pair_wave;
-}
-
 typedef struct collide_waves {
     pli_world* world;
     const pli_body_pair* pairs;
@@ -235,7 +228,9 @@ static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs,
         pli_body *a = pairs[i].body_a, *b = pairs[i].body_b;
         wave_of[i] = PLI_NULL_INDEX;
         if (!world_meets_body(a, b) || !world_join_pair(world, &pairs[i])) { continue; }
-        wave_of[i] = collide_choose_wave(a, b);
+        /* After all pairs before that have one of its bodies. */
+        const int before = a->pair_wave > b->pair_wave ? a->pair_wave : b->pair_wave;
+        wave_of[i] = a->pair_wave = b->pair_wave = before < COLLIDE_LAST_WAVE ? before + 1 : COLLIDE_LAST_WAVE;
         ++begin[wave_of[i]];
         nodes += a->node_count + b->node_count;
     }
