@@ -399,7 +399,10 @@ static void rigid_contacts_visit(const pli_body* body, const void* data, plii_co
         report.nodes[0] = contact->node;
         report.weights[0] = 1.0f;
         report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
-        report.gap = pli_vec3_dot(n, x) + contact->normal.w;
+        const pli_vec3 arm =
+            pli_vec3_sub(x, contact->rigid->state.pose.origin); /* what moves alone takes planes along */
+        const float moved = pli_vec3_dot(plii_rigid_velocity_at(contact->rigid, arm), n) * body->step.dt;
+        report.gap = pli_vec3_dot(n, x) + contact->normal.w - (contact->is_fixed ? moved : 0.0f);
         visit(&report, user);
     }
 }
