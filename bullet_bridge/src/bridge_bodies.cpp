@@ -172,6 +172,7 @@ void Bridge::Impl::restore_knowledge(const Knowledge& knowledge) {
         objects_[i]->is_frozen_by_bridge = activation.is_frozen_by_bridge;
         objects_[i]->wants_sleep = activation.wants_sleep;
         objects_[i]->is_asleep = activation.is_asleep;
+        objects_[i]->has_grounds = false;
     }
     for (const auto& entry : proxies_) {
         entry.second->follow_restored();

@@ -5,7 +5,7 @@
 
 #include "pliant_bullet/pliant_bullet.h"
 
-#include <LinearMath/btScalar.h>
+#include <LinearMath/btVector3.h>
 
 #include <memory>
 #include <mutex>
@@ -50,6 +50,8 @@ public:
     void predict_inside_step();
     /// From right before Bullet's collision detection to the end of the bridge's part.
     bool is_inside_step() const;
+    /// Bounds of a soft body get to what Bullet has ahead of where the body meets it.
+    void reach_ahead(btVector3& low, btVector3& high) const;
     /// The object of a proxy, where the Bullet world has it now: it may have been deleted without notice. Null also for
     /// rigid bodies that the game has made in the core's world, with user data of its own.
     const btCollisionObject* living_object(const pli_rigid& rigid) const;
@@ -123,6 +125,9 @@ private:
     void follow_activation(SoftObject& object, bool should_rest);
     void wake(SoftObject& object);
     void wake_met(btScalar dt);
+    void look_for_grounds();
+    void wake_left();
+    void follow_kinematic();
     void offer_sleep();
     void follow_gravity();
     void follow_transforms();
@@ -172,6 +177,12 @@ private:
         int place, order; ///< of the soft body in the Bullet world; of the pair
         pli_rigid_pair pair;
     };
+    std::vector<RigidProxy*> kinematic_; ///< of the Bullet world, in the step
+    struct Ahead {
+        btVector3 low, high;             ///< bounds of a kinematic body in the step
+        btVector3 ahead_low, ahead_high; ///< where Bullet has it: at the end of the frame
+    };
+    std::vector<Ahead> ahead_;                ///< that Bullet has elsewhere
     std::vector<RigidPair> sorted_pairs_;     ///< scratch
     std::vector<pli_rigid_pair> rigid_pairs_; ///< scratch
     std::vector<pli_body_pair> body_pairs_;   ///< scratch

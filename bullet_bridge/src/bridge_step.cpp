@@ -104,10 +104,41 @@ void Bridge::Impl::begin_step(btScalar dt) {
         }
         is_any_asleep = is_any_asleep || object->is_asleep;
     }
-    if (is_any_asleep) { wake_met(dt); }
+    if (is_any_asleep) {
+        wake_left();
+        wake_met(dt);
+    }
+    follow_kinematic();
     ++step_;
     note(pli_world_predict(world, to_float(dt)));
     collects_pairs_ = is_stepping();
+}
+
+// Bullet moves kinematic bodies to the end of the frame, and looks for pairs with them there. Before the prediction.
+void Bridge::Impl::follow_kinematic() {
+    const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
+    kinematic_.clear();
+    ahead_.clear();
+    for (int i = 0; i < array.size() && followed_dt_ > 0; ++i) {
+        if (!array[i]->isKinematicObject()) { continue; }
+        const auto found = proxies_.find(array[i]);
+        if (found == proxies_.end() || found->second->is_let_go || !found->second->is_of(*array[i])) { continue; }
+        RigidProxy& proxy = *found->second;
+        kinematic_.push_back(&proxy);
+        Ahead body;
+        if (!proxy.is_behind(followed_dt_, body.low, body.high)) { continue; }
+        array[i]->getCollisionShape()->getAabb(array[i]->getWorldTransform(), body.ahead_low, body.ahead_high);
+        ahead_.push_back(body);
+    }
+}
+
+void Bridge::Impl::reach_ahead(btVector3& low, btVector3& high) const {
+    const btVector3 own_low = low, own_high = high;
+    for (const Ahead& body : ahead_) {
+        if (!TestAabbAgainstAabb2(own_low, own_high, body.low, body.high)) { continue; }
+        high.setMax(body.ahead_low);
+        low.setMin(body.ahead_high);
+    }
 }
 
 void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
@@ -246,6 +277,13 @@ void Bridge::Impl::finish_step() {
         if (!proxy->is_let_go) { proxy->write_back(mode == CollisionMode::reference); }
     }
     touched_.clear();
+    for (RigidProxy* proxy : kinematic_) {
+        const bool is_met = proxy->present_step == step_ || proxy->is_let_go;
+        if (!is_met && proxy->find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here) {
+            proxy->go_along(followed_dt_);
+        }
+    }
+    ahead_.clear();
     offer_sleep();
     finish_let_go();
     sweep_proxies();
@@ -305,6 +343,52 @@ void Bridge::Impl::wake_met(btScalar dt) {
             const FollowedObject own(*object);
             if ((mover.group & own.mask) != 0 && (own.group & mover.mask) != 0) { wake(*object); }
         }
+    }
+}
+
+// Bullet's islands know nothing of static and kinematic objects: those that what has fallen asleep has pairs with.
+void Bridge::Impl::look_for_grounds() {
+    const auto look = [this](const btBroadphaseProxy* own, const btBroadphaseProxy* other) {
+        auto* object = static_cast<btCollisionObject*>(own->m_clientObject);
+        const auto* ground = static_cast<const btCollisionObject*>(other->m_clientObject);
+        const SoftObject* soft = SoftObject::from(object);
+        if (soft == nullptr || &soft->bridge() != this || !soft->is_asleep || soft->has_grounds) { return; }
+        const auto found = proxies_.find(ground);
+        if (found == proxies_.end() || found->second->rigid() == nullptr || !ground->isStaticOrKinematicObject()) {
+            return;
+        }
+        static_cast<SoftObject*>(object)->grounds.push_back(ground);
+    };
+    const btBroadphasePairArray& pairs = bullet_world_->getPairCache()->getOverlappingPairArray();
+    for (int i = 0; i < pairs.size(); ++i) {
+        look(pairs[i].m_pProxy0, pairs[i].m_pProxy1);
+        look(pairs[i].m_pProxy1, pairs[i].m_pProxy0);
+    }
+    for (const auto& object : objects_) {
+        object->has_grounds = object->is_asleep;
+    }
+}
+
+// What sleeps on an object that goes away, or that is a sensor now.
+void Bridge::Impl::wake_left() {
+    bool are_known = true;
+    for (const auto& object : objects_) {
+        if (object->is_asleep && object->has_grounds) { continue; }
+        object->has_grounds = false;
+        object->grounds.clear();
+        are_known = are_known && !object->is_asleep;
+    }
+    if (!are_known) { look_for_grounds(); }
+    for (const auto& object : objects_) {
+        const bool is_left = std::any_of(object->grounds.begin(), object->grounds.end(), [this](const auto* ground) {
+            const auto found = proxies_.find(ground);
+            if (found == proxies_.end()) { return true; }
+            const RigidProxy& proxy = *found->second;
+            // A pair with it, or a look at the world's list in this step, shows that it is alive.
+            const bool is_alive = (proxy.pair_count > 0 || proxy.is_followed) && !proxy.is_let_go;
+            return !is_alive || !proxy.is_of(*ground) || proxy.has_changed(followed_dt_);
+        });
+        if (is_left) { wake(*object); }
     }
 }
 

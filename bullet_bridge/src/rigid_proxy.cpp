@@ -8,6 +8,8 @@
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>
 
+#include <cstring>
+
 namespace pliant {
 
 namespace {
@@ -342,6 +344,32 @@ pli_status RigidProxy::set_present_state() {
     // An object without finite numbers is left where it was.
     if (status != PLI_OK) { present_ = pli_rigid_get_state(rigid_); }
     return status;
+}
+
+void RigidProxy::go_along(btScalar dt) {
+    if (rigid_ == nullptr || kind_ != PLI_RIGID_KINEMATIC) { return; }
+    read_present_state(dt);
+    (void)set_present_state();
+}
+
+bool RigidProxy::has_changed(btScalar dt) const {
+    if (rigid_ == nullptr || is_driven(dt)) { return false; }
+    const pli_transform before = pli_rigid_get_state(rigid_).pose, present = to_pli(object_->getWorldTransform());
+    return std::memcmp(&before, &present, sizeof present) != 0 ||
+           pli_rigid_is_sensor(rigid_) == object_->hasContactResponse() ||
+           fingerprint_ != shape_fingerprint(*object_->getCollisionShape());
+}
+
+bool RigidProxy::is_behind(btScalar dt, btVector3& low, btVector3& high) const {
+    if (rigid_ == nullptr || !is_driven(dt)) { return false; }
+    const Motion motion = driven_motion(dt);
+    if (!motion.is_led || motion.end == object_->getWorldTransform()) { return false; }
+    btVector3 start_low, start_high;
+    object_->getCollisionShape()->getAabb(motion.end, low, high);
+    object_->getCollisionShape()->getAabb(motion.start, start_low, start_high);
+    low.setMin(start_low);
+    high.setMax(start_high);
+    return true;
 }
 
 void RigidProxy::write_back(bool always_activates) {

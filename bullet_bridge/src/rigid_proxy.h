@@ -57,6 +57,12 @@ public:
     /// From the captured state to the one after Bullet's solver, in two steps. `dt`: of the step that ends; 0: of none.
     void read_present_state(btScalar dt);
     pli_status set_present_state();
+    /// The core's body of a kinematic one that nothing met goes along, to be where it is when something does.
+    void go_along(btScalar dt);
+    /// The object was put elsewhere, has another shape, or has become a sensor or ceased to be one since it took part.
+    bool has_changed(btScalar dt) const;
+    /// Bounds of a kinematic body in the step, where Bullet has it further ahead; false: it is not.
+    bool is_behind(btScalar dt, btVector3& low, btVector3& high) const;
     /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it
     /// back, and wakes it if something acted on it.
     void write_back(bool always_activates);

@@ -72,7 +72,9 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
     if (is_identity(transform)) {
         aabb_min = to_bullet(bounds.min);
         aabb_max = to_bullet(bounds.max);
-        if (!has_world || !pli_body_is_resting(body_)) { return; }
+        if (!has_world) { return; }
+        bridge_.reach_ahead(aabb_min, aabb_max);
+        if (!pli_body_is_resting(body_)) { return; }
         // It may sleep with what it holds, if that is in its island, which overlapping bounds make.
         object_.for_each_held([&](const btCollisionObject& held) {
             aabb_min.setMin(held.getWorldTransform().getOrigin());

@@ -94,9 +94,11 @@ public:
         });
     }
 
-    bool is_frozen_by_bridge = false; ///< frozen because the object is inactive, to be thawed with it
-    bool wants_sleep = false;         ///< it rests, and Bullet may put it to sleep
-    bool is_asleep = false;           ///< Bullet has
+    bool is_frozen_by_bridge = false;              ///< frozen because the object is inactive, to be thawed with it
+    bool wants_sleep = false;                      ///< it rests, and Bullet may put it to sleep
+    bool is_asleep = false;                        ///< Bullet has
+    bool has_grounds = false;                      ///< `grounds` are those of this sleep
+    std::vector<const btCollisionObject*> grounds; ///< what does not sleep below or beside it; may have been deleted
 
     /// Null when the object is no soft body.
     static const SoftObject* from(const btCollisionObject* object) {

@@ -71,6 +71,56 @@ static void test_nodes_are_where_the_points_of_a_kinematic_body_are(void** unuse
     }
 }
 
+/* Largest speed against `velocity` of a cape that flies along with a bone when it is attached within a step: after the
+   prediction, after collisions, or after the host has moved the bone. */
+static float attach_within_step(solver_choice which, pli_rigid_kind kind, int when, pli_vec3 velocity) {
+    pli_rigid* bone = make_bone(world, velocity, 0);
+    pli_rigid_state state = pli_rigid_get_state(bone);
+    state.inverse_mass = 0.1f;
+    for (int i = 0; i < 3; ++i) {
+        state.inverse_inertia_world.rows[i] = pli_vec3_scale(pli_mat3_identity().rows[i], 0.1f);
+    }
+    assert_int_equal(pli_rigid_set_kind(bone, kind, &state), PLI_OK);
+    pli_body* cape = make_cape(4);
+    pli_solver_settings settings = pli_body_get_solver_settings(cape);
+    settings.velocity_damping = 0;
+    assert_int_equal(pli_body_set_solver_settings(cape, &settings), PLI_OK);
+    use_solver(cape, which);
+    assert_int_equal(pli_body_enable_rigid_contacts(cape, NULL), PLI_OK);
+    assert_int_equal(pli_body_add_velocity(cape, velocity), PLI_OK);
+    float most = 0;
+    for (int frame = 0; frame < 10; ++frame) {
+        for (int part = 0; part < 3; ++part) {
+            if (part == 0) { assert_int_equal(pli_world_predict(world, dt), PLI_OK); }
+            if (part == 1) { assert_int_equal(pli_world_collide_rigid(world, cape, bone), PLI_OK); }
+            if (part == 2) { assert_int_equal(pli_rigid_integrate(bone, pli_vec3_make(0, 0, 0), dt), PLI_OK); }
+            if (frame == 4 && part == when) {
+                assert_int_equal(pli_body_attach_nodes(cape, collar(), COLUMNS, bone), PLI_OK);
+            }
+        }
+        assert_int_equal(pli_world_solve(world), PLI_OK);
+        const pli_body_view view = pli_body_get_view(cape);
+        for (int i = 0; i < view.node_count; ++i) {
+            most = fmaxf(most, distance(xyz(view.velocities[i]), velocity));
+        }
+    }
+    pli_body_destroy(cape);
+    pli_rigid_destroy(bone);
+    return most;
+}
+
+static void test_attaching_within_a_step_kicks_nothing(void** unused) {
+    (void)unused;
+    float most = 0;
+    for (int c = 0; c < 6 * SOLVER_COUNT; ++c) {
+        const pli_rigid_kind kind = c % 2 == 0 ? PLI_RIGID_KINEMATIC : PLI_RIGID_DYNAMIC;
+        const float kick = attach_within_step((solver_choice)(c / 6), kind, c / 2 % 3, pli_vec3_make(8, 0, 3));
+        most = fmaxf(most, kick);
+    }
+    print_message("at most %.2g m/s\n", (double)most);
+    check_at_most(most, 2e-4);
+}
+
 static void test_a_cape_on_a_collar_hardly_stretches(void** unused) {
     (void)unused;
     for (int which = 0; which < SOLVER_COUNT; ++which) {
@@ -168,6 +218,8 @@ static void test_attaching_survives_a_failing_allocator(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_nodes_are_where_the_points_of_a_kinematic_body_are, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_attaching_within_a_step_kicks_nothing, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_a_cape_on_a_collar_hardly_stretches, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_nodes_are_let_go_in_one_call, setup_world, teardown_world),

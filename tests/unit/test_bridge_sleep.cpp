@@ -4,6 +4,7 @@
 #include "test_bridge_slot.h"
 #include "test_bridge_world.h"
 
+#include <array>
 #include <cmath>
 
 namespace {
@@ -257,6 +258,44 @@ void test_what_sleeps_on_a_lift_goes_along(void**) {
     }
 }
 
+// A sheet that sleeps on a table falls, or goes through, when that is put elsewhere, shrinks, or becomes a sensor.
+void test_what_sleeps_on_a_table_that_goes_away_wakes(void**) {
+    enum class Change { none, moved, sensor, smaller, removed };
+    for (int variant = 0; variant < 10; ++variant) {
+        const bool is_kinematic = variant >= 5;
+        const auto change = static_cast<Change>(variant % 5);
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        stock.add_box(btVector3(20, 1, 20), 0, btVector3(0, -5, 0));
+        btRigidBody& table = stock.add_box(btVector3(3, 1, 3), 0, btVector3(0, -1, 0));
+        if (is_kinematic) { table.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT); }
+        pli_body* sheet = bridge_test::add_sheet(bridge, 1, 0.1f, 7);
+        assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+        for (int i = 0; i < 600 && !pli_body_is_asleep(sheet); ++i) {
+            stock.step(1);
+        }
+        assert_true(pli_body_is_asleep(sheet));
+        stock.step(30);
+        assert_true(pli_body_is_asleep(sheet));
+        const btTransform away(btQuaternion::getIdentity(), btVector3(0, -3, 0));
+        if (change == Change::moved) {
+            table.setWorldTransform(away);
+            table.setInterpolationWorldTransform(away);
+            table.getMotionState()->setWorldTransform(away);
+        }
+        if (change == Change::sensor) {
+            table.setCollisionFlags(table.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+        }
+        if (change == Change::smaller) { table.getCollisionShape()->setLocalScaling(btVector3(1, btScalar(0.5), 1)); }
+        if (change == Change::removed) { stock.world->removeRigidBody(&table); }
+        stock.step(60);
+        const double fallen = 0.1 - static_cast<double>(bridge_test::center(sheet).y);
+        constexpr std::array<double, 5> ways = {0, 2, 4, 0.5, 4};
+        check_near(fallen, ways[static_cast<std::size_t>(change)], 2e-3);
+        if (change == Change::none) { assert_true(pli_body_is_asleep(sheet)); }
+    }
+}
+
 // What the game has disabled while it slept does not move when a call changes it.
 void test_a_disabled_sleeper_stays_where_it_is(void**) {
     StockWorld stock;
@@ -381,6 +420,7 @@ int main() {
         cmocka_unit_test(test_a_weight_sleeps_on_its_rope),
         cmocka_unit_test(test_a_weight_that_does_not_meet_its_rope_keeps_it_awake),
         cmocka_unit_test(test_what_sleeps_on_a_lift_goes_along),
+        cmocka_unit_test(test_what_sleeps_on_a_table_that_goes_away_wakes),
         cmocka_unit_test(test_a_disabled_sleeper_stays_where_it_is),
         cmocka_unit_test(test_what_a_resting_body_holds_may_be_deleted),
         cmocka_unit_test(test_a_resting_body_may_hold_a_rigid_body_of_the_core),

@@ -160,10 +160,55 @@ static void wrong_values_are_refused(void** unused) {
     pli_body_destroy(body);
 }
 
+/* Height above a lift, and the steps with a contact that begins or goes on, of a patch that falls onto it by 0.5 m. */
+static float bounce_on_lift(float speed, solver which, int* events) {
+    pli_rigid* lift = make_floor(1);
+    pli_rigid_state state = pli_rigid_get_state(lift);
+    state.linear_velocity.y = speed;
+    CHECK_OK(pli_rigid_set_kind(lift, PLI_RIGID_KINEMATIC, &state));
+    pli_body* body = make_patch(0.52f, false, which, 0.8f);
+    CHECK_OK(pli_body_enable_contact_events(body, NULL));
+    CHECK_OK(pli_body_add_velocity(body, pli_vec3_make(0, speed, 0)));
+    float highest = 0;
+    for (int i = 0; i < 220; ++i) {
+        CHECK_OK(pli_world_step(world, dt));
+        CHECK_OK(pli_rigid_integrate(lift, pli_vec3_make(0, 0, 0), dt));
+        const float above = height_of(body) - pli_rigid_get_state(lift).pose.origin.y - 1.02f;
+        if (i > 100) { highest = fmaxf(highest, above); }
+        for (int phase = PLI_CONTACT_BEGIN; phase <= PLI_CONTACT_PERSIST; ++phase) {
+            int count = 0;
+            (void)pli_body_get_contact_events(body, (pli_contact_phase)phase, &count);
+            *events += count;
+        }
+    }
+    pli_body_destroy(body);
+    pli_rigid_destroy(lift);
+    return highest;
+}
+
+/* What touches is known by where the lift ends up in the step. */
+static void a_patch_bounces_off_a_lift_as_off_the_floor(void** unused) {
+    (void)unused;
+    static const float speeds[] = {-20, -5, 5, 20};
+    for (int which = 0; which < SOLVERS; ++which) {
+        int events = 0;
+        const float still = bounce_on_lift(0, (solver)which, &events);
+        for (int i = 0; i < 4; ++i) {
+            int moving_events = 0;
+            const float moving = bounce_on_lift(speeds[i], (solver)which, &moving_events);
+            print_message("solver %d at %g m/s: to %.3f m (still %.3f), %d events (%d)\n", which, (double)speeds[i],
+                          (double)moving, (double)still, moving_events, events);
+            check_near(moving, still, 2e-3);
+            assert_int_equal(moving_events, events);
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_share_of_the_speed_comes_back, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_body_bounces_off_what_lies, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_patch_bounces_off_a_lift_as_off_the_floor, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_cut_body_goes_on_bouncing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(wrong_values_are_refused, setup_world, teardown_world),
     };

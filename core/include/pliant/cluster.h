@@ -147,9 +147,10 @@ typedef struct pli_cluster_contacts_def {
     float static_split;        ///< [0, 1], default 0.5: the same with static and kinematic bodies. Bullet: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of descent, default false
-    /// Reference mode only: contacts with rigid bodies and other bodies are measured anew in each step. Default false:
-    /// those whose sides hardly move against each other are followed for a few steps, in which they are right to some
-    /// percent of the margin. Always so with clusters in reference mode and with `distance`.
+    /// Reference mode only: contacts with rigid bodies and other bodies are measured anew in each step, and rigid
+    /// bodies where they are when they collide. Default false: those whose sides hardly move against each other are
+    /// followed for a few steps, in which they are right to some percent of the margin, and rigid bodies are measured
+    /// where the step takes them. Always so with clusters in reference mode and with `distance`.
     bool disable_contact_cache;
     /// Reference mode only: replaces the distance query, for comparisons with that of another library; default NULL:
     /// the one of the core.

@@ -77,13 +77,6 @@ static int groups_open(pli_context* context, plii_contact_batches* groups, int c
     return bit;
 }
 
-static void groups_meet_rigid(plii_contact_batches* groups, const plii_joint_target* target) {
-    plii_group_rigid* touched = groups_rigid(groups, target);
-    if (touched == NULL || touched->rigid != NULL) { return; }
-    touched->rigid = target->rigid;
-    touched->open_groups = 0;
-}
-
 /* A rigid body may be in several lanes, each with a share of its mass, and moves as their mean (Tonge and others, "Mass
    splitting", 2012). Where the cluster is much lighter, that changes little. */
 static bool groups_may_share(const plii_cluster_contact* contact) {
@@ -94,7 +87,10 @@ static bool groups_may_share(const plii_cluster_contact* contact) {
 
 static bool groups_add_pair(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
                             int count) {
-    groups_meet_rigid(groups, &contacts->targets[1]);
+    plii_group_rigid* touched = groups_rigid(groups, &contacts->targets[1]);
+    if (touched != NULL && touched->rigid == NULL) {
+        *touched = (plii_group_rigid){.rigid = contacts->targets[1].rigid};
+    }
     uint64_t* const marks[2] = {groups_marks(groups, &contacts->targets[0]),
                                 groups_marks(groups, &contacts->targets[1])};
     uint64_t taken = marks[0] != NULL ? *marks[0] : 0;
@@ -235,8 +231,8 @@ typedef struct group_terms {
     plii_float4 inverse_masses[2];
     plii_vec3x4 inertia[2][3];   /* rows of the inverse inertias */
     plii_vec3x4 angular_factors; /* of side 1, as plii_rigid_apply_impulse knows them, negative */
-    group_motion motion; /* part of the depth: it was measured after this step's motion, which the impulses will change;
-                            but rigid bodies have not moved yet */
+    group_motion motion; /* part of the depth: measured after this step's motion, which the impulses will change; of
+                            rigid bodies see other_speed */
     plii_float4 factors; /* of impulses between clusters of one body */
 } group_terms;
 
@@ -336,7 +332,9 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     plii_float4_transpose(terms);
     const plii_float4 recovery = terms[0], hardness = terms[1], split = terms[2];
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, block->arms);
-    const plii_float4 included = plii_lanes_min(plii_vec3x4_dot(velocity, block->directions[0]), zero);
+    const plii_float4 others = plii_lanes_xyzw(contacts[0]->other_speed, contacts[1]->other_speed,
+                                               contacts[2]->other_speed, contacts[3]->other_speed);
+    const plii_float4 included = plii_lanes_min(plii_vec3x4_dot(velocity, block->directions[0]) - others, zero);
     const plii_float4 speed_out = recovery + included;
     /* Not there yet: slow enough not to get deeper. */
     const plii_mask4 is_deep = zero < speed_out;

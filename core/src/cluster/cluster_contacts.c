@@ -59,10 +59,8 @@ static void cluster_contacts_prepare(pli_body* body, void* data) {
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
     const bool has_own = plii_body_clusters(body)->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
-        plii_cluster_contact* contact = &state->contacts[i];
-        if (contact->reference_mode) {
-            plii_cluster_contact_prepare(contact, body->step.dt, body->world->joint_iterations);
-        }
+        if (!state->contacts[i].reference_mode) { continue; }
+        plii_cluster_contact_prepare(&state->contacts[i], body->step.dt, body->world->joint_iterations);
     }
     state->leads = cluster_contacts_is_last(body);
     if (state->leads) { cluster_contacts_lead(body, state); }

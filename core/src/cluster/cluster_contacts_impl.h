@@ -24,6 +24,7 @@ typedef struct plii_cluster_contact {
     pli_vec3 arms[2]; /* from each side's centre to where impulses act */
     pli_vec3 normal;
     bool is_self, reference_mode;
+    float other_speed; /* m/s, of side 1 along the normal, as far as the depth has it; not in reference mode */
     union {
         plii_cluster_contact_as_reference reference;
         /* x: speed that takes the depth back in a step, m/s; y: hardness; z: fraction of the correction that is a
@@ -102,7 +103,8 @@ typedef struct plii_contact_terms {
     float margin; /* of both sides, `radius` included */
     float radius; /* of the other side's shape round its core */
     float friction, hardness, split;
-    float inverse_dt; /* 1/s, of the step in which both sides move; bodies have steps of their own */
+    float inverse_dt;    /* 1/s, of the step in which both sides move; bodies have steps of their own */
+    plii_twist velocity; /* that has brought the other side to where it is measured, where it is a rigid body */
 } plii_contact_terms;
 
 #define PLII_MANIFOLD_POINTS 7
@@ -139,7 +141,10 @@ typedef struct plii_cluster_contacts {
     int manifold_count, manifold_capacity; /* those that have been in use */
     int free_manifold1;                    /* first that is not any more, + 1; `age` is the next. 0: none */
     plii_bvh4 tree;                        /* over the clusters' bounds */
-    bool has_tree;                         /* of this step */
+    /* Of the rigid body and the shape that are met: where the step takes them; in reference mode its start. */
+    pli_transform rigid_pose, shape_pose;
+    plii_twist rigid_velocity; /* which takes them there */
+    bool has_tree;             /* of this step */
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;
@@ -179,8 +184,8 @@ typedef struct plii_measured_nodes {
 } plii_measured_nodes;
 
 /* Members from `first` on, as many as there is room for. */
-void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster_contact* info, int first,
-                                         plii_measured_nodes* nodes);
+void plii_cluster_contacts_measure_nodes(const pli_body* body, const plii_cluster_contacts* state,
+                                         const pli_cluster_contact* info, int first, plii_measured_nodes* nodes);
 
 /* `cache` may be NULL. Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than
    `max_distance` or when there is no answer. Ask def.distance when it is set. `nodes` becomes what had to be measured
@@ -190,8 +195,8 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
 bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
                                            float max_distance, pli_cluster_contact* info);
 
-/* The farthest point of the core of the rigid shape that `info` names, along a unit direction; world. */
-pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction);
+/* The farthest point of the core of a shape along a unit direction; world. */
+pli_vec3 plii_cluster_contacts_rigid_point(const pli_shape* shape, pli_transform pose, pli_vec3 direction);
 /* Overlapping, or apart by less than `margin`. */
 bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin);
 

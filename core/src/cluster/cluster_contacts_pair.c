@@ -55,6 +55,8 @@ static void cluster_contact_set(plii_cluster_contact* contact, const pli_cluster
     contact->arms[0] = pli_vec3_sub(point, centre);
     contact->arms[1] = pli_vec3_sub(point, other_centre);
     const float depth = terms->margin - info->distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
+    const pli_vec3 turning = pli_vec3_cross(terms->velocity.angular, contact->arms[1]);
+    contact->other_speed = pli_vec3_dot(pli_vec3_add(terms->velocity.linear, turning), normal);
     contact->as.terms = (pli_vec4){depth * terms->inverse_dt, terms->hardness, terms->split, terms->friction};
 }
 
@@ -130,8 +132,8 @@ static void manifold_keep(const pli_body* body, const plii_cluster_contacts* sta
     manifold->count = 0;
     const pli_cluster_contact* pair = &state->contacts[first].info;
     const pli_transform a = plii_body_clusters(body)->items[pair->cluster].frame;
-    const pli_transform b = pair->other != NULL ? plii_body_clusters(pair->other)->items[pair->other_cluster].frame
-                                                : pair->rigid->state.pose;
+    const pli_transform b =
+        pair->other != NULL ? plii_body_clusters(pair->other)->items[pair->other_cluster].frame : state->rigid_pose;
     for (int i = first; i < state->count; ++i) {
         const pli_cluster_contact* info = &state->contacts[i].info;
         manifold->points[manifold->count++] = (plii_manifold_point){
@@ -178,7 +180,7 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
     const plii_joint_target targets[2] = {
         {.cluster = plii_body_is_idle(body) ? NULL : cluster},
         {.cluster = other == NULL || plii_body_is_idle(info->other) ? NULL : other, .rigid = info->rigid}};
-    const pli_transform a = cluster->frame, b = other != NULL ? other->frame : info->rigid->state.pose;
+    const pli_transform a = cluster->frame, b = other != NULL ? other->frame : state->rigid_pose;
     if (manifold_has_rotated(manifold, manifold_rotation(a, b), limits->relative_rotation)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;
     const float approach_limit = limits->approach * body->collision_margin;
@@ -292,6 +294,7 @@ pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_
         pair->sides[0] = plii_joint_end_of_cluster(body, info->cluster);
         pair->sides[1] = info->other != NULL ? plii_joint_end_of_cluster(info->other, info->other_cluster)
                                              : plii_joint_end_of_rigid(info->rigid);
+        if (info->rigid != NULL) { pair->sides[1].frame = state->rigid_pose; }
         pair->has_sides = true;
     }
     plii_cluster_contact* contact = &state->contacts[state->count];

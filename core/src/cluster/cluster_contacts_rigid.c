@@ -17,30 +17,34 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
                                 plii_min(state->def.friction, rigid->friction),
                                 is_dynamic ? state->def.dynamic_hardness : state->def.static_hardness,
                                 is_dynamic ? state->def.dynamic_split : state->def.static_split,
-                                body->step.inverse_dt};
+                                body->step.inverse_dt,
+                                state->rigid_velocity};
 }
 
 /* Adds nodes within the margin of the shape's surface, but for those near the first; `nodes`: what was measured. */
-static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info,
-                                             plii_measured_nodes* nodes, plii_near_nodes* found) {
-    const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
+static void cluster_contacts_find_near_nodes(const pli_body* body, const plii_cluster_contacts* state,
+                                             const pli_cluster_contact* info, plii_measured_nodes* nodes,
+                                             plii_near_nodes* found) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* item = &clusters->items[info->cluster];
     const float margin = body->collision_margin;
     for (int first = 0; first < item->member_count; first += nodes->count) {
-        if (nodes->count == 0 || first > 0) { plii_cluster_contacts_measure_nodes(body, info, first, nodes); }
+        if (nodes->count == 0 || first > 0) { plii_cluster_contacts_measure_nodes(body, state, info, first, nodes); }
         for (int i = 0; i < nodes->count; ++i) {
             if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
             const plii_near_node node = {plii_cluster_node(body, clusters, item, first + i),
-                                         pli_mat3_mul_vec3(rotation, nodes->normals[i]), nodes->distances[i]};
+                                         pli_mat3_mul_vec3(state->shape_pose.rotation, nodes->normals[i]),
+                                         nodes->distances[i]};
             plii_near_nodes_add_beside(found, node, margin);
         }
     }
 }
 
 /* Corners of the core over the cluster, near the plane of nearest points: farthest a little off the normal. */
-static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, plii_cluster_hull hull, float radius,
-                                               float margin, plii_near_nodes* found) {
+static void cluster_contacts_find_near_corners(const pli_shape* shape, pli_transform pose,
+                                               const pli_cluster_contact* info, plii_cluster_hull hull, float margin,
+                                               plii_near_nodes* found) {
+    const float radius = shape->def.radius;
     const pli_vec3 n = info->normal;
     const pli_vec3 across = fabsf(n.x) > 0.6f ? pli_vec3_make(0, 1, 0) : pli_vec3_make(1, 0, 0);
     const pli_vec3 u = plii_vec3_safe_normalize(pli_vec3_cross(n, across)), v = pli_vec3_cross(n, u);
@@ -48,7 +52,7 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
         const pli_vec3 tilt =
             pli_vec3_scale(i % 2 == 0 ? u : v, i < 2 ? CLUSTER_CONTACTS_TILT : -CLUSTER_CONTACTS_TILT);
         const pli_vec3 corner =
-            plii_cluster_contacts_rigid_point(info, plii_vec3_safe_normalize(pli_vec3_add(n, tilt)));
+            plii_cluster_contacts_rigid_point(shape, pose, plii_vec3_safe_normalize(pli_vec3_add(n, tilt)));
         const float above = pli_vec3_dot(pli_vec3_sub(info->witness, corner), n);
         if (!(above < margin + radius) || !plii_cluster_hull_is_near(corner, &hull, margin + radius)) { continue; }
         const plii_near_node node = {pli_vec3_add(corner, pli_vec3_scale(n, above)), n, above - radius};
@@ -68,11 +72,11 @@ static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_c
     if (plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) { return PLI_OK; }
     plii_near_nodes found;
     plii_near_nodes_start(&found, &info);
-    cluster_contacts_find_near_nodes(body, &info, &nodes, &found);
+    cluster_contacts_find_near_nodes(body, state, &info, &nodes, &found);
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
     if (cluster->member_count >= PLII_CLUSTER_CONTACTS_MIN_NODES) {
         const plii_cluster_hull hull = plii_cluster_hull_of(body, info.cluster, cluster->frame.origin);
-        cluster_contacts_find_near_corners(&info, hull, shape->def.radius, body->collision_margin, &found);
+        cluster_contacts_find_near_corners(shape, state->shape_pose, &info, hull, body->collision_margin, &found);
     }
     return plii_cluster_contacts_add_nodes(pair, info, &found, 1, &terms[1]);
 }
@@ -86,13 +90,12 @@ static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_c
 }
 
 /* Clusters share nodes: those near a shape are measured first, once. `near` shrinks to those within the margin. */
-static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_rigid* rigid,
-                                                 int shape_index, pli_bounds* near) {
+static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_shape* shape,
+                                                 pli_bounds* near) {
     if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    const pli_shape* shape = rigid->shapes[shape_index];
-    const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
+    const pli_transform pose = state->shape_pose;
     const float margin = body->collision_margin;
     pli_bounds found = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     int node = 0;
@@ -138,26 +141,19 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
     return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
 
-/* Where clusters are met. Bullet adds the margin of a shape to bounds that have it already. */
-static pli_bounds cluster_contacts_near(const pli_body* body, bool reference_mode, const pli_rigid* rigid,
-                                        int shape_index) {
-    const pli_shape* shape = rigid->shapes[shape_index];
-    const pli_bounds local = reference_mode ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
-    const float margin = reference_mode ? shape->def.radius + body->collision_margin : body->collision_margin;
-    return plii_bounds_grow(plii_bounds_transform(local, plii_rigid_shape_transform(rigid, shape_index)), margin);
-}
-
 static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
                                                  int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
     plii_clusters* clusters = plii_body_clusters(body);
     const bool is_convex = shape->def.support != NULL;
     const bool reference_mode = clusters->def.reference_mode;
-    pli_bounds reach = cluster_contacts_near(body, reference_mode, rigid, shape_index);
-    if (!reference_mode && !plii_bounds_overlap(reach, body->bounds)) { return PLI_OK; }
-    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &reach)); }
-    const pli_bounds near = reach;
+    state->shape_pose = pli_transform_mul(state->rigid_pose, rigid->shape_poses[shape_index]);
+    /* Bullet adds the margin of a shape to bounds that have it already. */
+    const pli_bounds local = reference_mode ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
+    const float margin = reference_mode ? shape->def.radius + body->collision_margin : body->collision_margin;
+    pli_bounds near = plii_bounds_grow(plii_bounds_transform(local, state->shape_pose), margin);
     if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, shape, &near)); }
     plii_clusters_update_frames(body, clusters, near);
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
@@ -173,6 +169,14 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_r
     plii_cluster_contacts* state = data;
     if (!state->def.with_rigids) { return PLI_OK; }
     const int before = state->count;
+    state->rigid_pose = rigid->state.pose;
+    state->rigid_velocity = plii_twist_zero();
+    const bool as_reference = plii_body_clusters(body)->def.reference_mode || state->def.disable_contact_cache;
+    if (rigid->kind != PLI_RIGID_STATIC && !as_reference && state->def.distance == NULL) {
+        plii_rigid_begin_path(rigid);
+        state->rigid_velocity = plii_rigid_end_velocity(rigid, body->step.dt);
+        state->rigid_pose = plii_rigid_end_pose(rigid, body->step.dt);
+    }
     pli_status status = PLI_OK;
     for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
         status = cluster_contacts_collide_shape(body, state, rigid, i);

@@ -127,15 +127,13 @@ bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, fl
     return plii_cluster_contacts_are_near(&a, &b, margin);
 }
 
-pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction) {
-    const rigid_hull hull = {info->rigid->shapes[info->shape], plii_rigid_shape_transform(info->rigid, info->shape)};
-    return rigid_hull_support(&hull, direction);
+pli_vec3 plii_cluster_contacts_rigid_point(const pli_shape* shape, pli_transform pose, pli_vec3 direction) {
+    return rigid_hull_support(&(const rigid_hull){shape, pose}, direction);
 }
 
-void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster_contact* info, int first,
-                                         plii_measured_nodes* nodes) {
+void plii_cluster_contacts_measure_nodes(const pli_body* body, const plii_cluster_contacts* state,
+                                         const pli_cluster_contact* info, int first, plii_measured_nodes* nodes) {
     const pli_shape* shape = info->rigid->shapes[info->shape];
-    const pli_transform pose = plii_rigid_shape_transform(info->rigid, info->shape);
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* cluster = &clusters->items[info->cluster];
     const int rest = cluster->member_count - first;
@@ -143,7 +141,7 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
     pli_vec3 points[PLII_MEASURED_NODES];
     const plii_cluster_member* members = &clusters->members[cluster->first_member + first];
     for (int i = 0; i < count; ++i) {
-        points[i] = pli_transform_inverse_point(pose, plii_xyz(body->positions[members[i].node]));
+        points[i] = pli_transform_inverse_point(state->shape_pose, plii_xyz(body->positions[members[i].node]));
     }
     shape->def.distances(shape->def.user, count, points, body->collision_margin, nodes->distances, nodes->normals);
     nodes->count = count;
@@ -154,12 +152,12 @@ typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
 
 /* Where core and hull end along the normal of the hull's deepest node, no more apart than that node is, it is the
    nearest point: no point of the hull is nearer along any other direction. Both are given from the hull's origin. */
-static near_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_hull* soft,
-                                                    const rigid_hull* hard, float max_distance,
-                                                    plii_convex_cache* cache, pli_cluster_contact* info,
-                                                    plii_measured_nodes* nodes) {
+static near_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_contacts* state,
+                                                    const plii_cluster_hull* soft, const rigid_hull* hard,
+                                                    float max_distance, plii_convex_cache* cache,
+                                                    pli_cluster_contact* info, plii_measured_nodes* nodes) {
     if (soft->cluster->member_count > PLII_MEASURED_NODES) { return NEAR_UNKNOWN; }
-    plii_cluster_contacts_measure_nodes(body, info, 0, nodes);
+    plii_cluster_contacts_measure_nodes(body, state, info, 0, nodes);
     int deepest = 0;
     for (int i = 1; i < nodes->count; ++i) {
         if (nodes->distances[i] < nodes->distances[deepest]) { deepest = i; }
@@ -201,7 +199,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     const pli_shape* shape = info->rigid->shapes[info->shape];
     const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
     const plii_cluster_hull soft = plii_cluster_hull_of(body, info->cluster, origin);
-    rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
+    rigid_hull hard = {shape, state->shape_pose};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
     /* Most pairs that are too far apart were so before, in a direction that still may show it. */
     if (!state->def.disable_contact_cache && cache != NULL && cache->count == 1) {
@@ -211,7 +209,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     }
     if (!state->def.disable_contact_cache && !soft.clusters->def.reference_mode) {
         const near_answer answer =
-            cluster_contacts_measure_deepest(body, &soft, &hard, max_distance, cache, info, nodes);
+            cluster_contacts_measure_deepest(body, state, &soft, &hard, max_distance, cache, info, nodes);
         if (answer != NEAR_UNKNOWN) { return answer == NEAR_YES; }
     }
     const plii_convex a = plii_cluster_hull_convex(&soft);

@@ -49,14 +49,13 @@ static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
     return body->solver_class->has_substeps ? !(anchor->compliance > 0.0f) : anchor->influence >= 1.0f;
 }
 
-/* Of a static or kinematic body: where its host has put it since the prediction, else where its velocities lead. */
+/* Of a static or kinematic body: where its velocities lead, from where its host has put it since the prediction. */
 static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
     const pli_rigid_state* state = &anchor->rigid->state;
-    if (anchor->rigid->kind == PLI_RIGID_STATIC || anchor->pose_version != anchor->rigid->pose_version) {
-        return state->pose;
-    }
-    const float dt = body->step.dt / body->solver.time_scale; /* the host's */
-    return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    float left = body->step.dt / body->solver.time_scale; /* of the host's time */
+    if (anchor->pose_version != anchor->rigid->pose_version) { left = body->interval.lead; }
+    if (anchor->rigid->kind == PLI_RIGID_STATIC || !(left > 0.0f)) { return state->pose; }
+    return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, left);
 }
 
 static void anchor_prepare(pli_body* body, void* state) {
@@ -82,10 +81,11 @@ static void anchor_prepare(pli_body* body, void* state) {
     }
 }
 
+/* Of one that was added after the prediction its rigid body may have moved since. */
 static void anchor_note_start(plii_anchor* anchor) {
     plii_rigid_begin_path(anchor->rigid);
-    anchor->start = pli_transform_point(anchor->rigid->state.pose, anchor->pivot);
-    anchor->pose_version = anchor->rigid->pose_version;
+    anchor->start = pli_transform_point(anchor->rigid->path.begin, anchor->pivot);
+    anchor->pose_version = anchor->rigid->path.begin_version;
 }
 
 static void anchor_note_starts(pli_body* body, void* state) {
@@ -357,9 +357,12 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
                             .rigid = def->rigid,
                             .influence = def->influence,
                             .compliance = def->compliance};
-    anchor->pivot = def->local_pivot != NULL
-                        ? *def->local_pivot
-                        : plii_localize(def->rigid->state.pose, plii_xyz(body->positions[def->node]));
+    /* In a step nodes are where they are to be at its end. */
+    const bool is_ahead = body->world->is_stepping && !body->world->def.reference_mode;
+    plii_rigid_begin_path(def->rigid);
+    const pli_transform pose = is_ahead ? plii_rigid_end_pose(def->rigid, body->step.dt) : def->rigid->state.pose;
+    anchor->pivot =
+        def->local_pivot != NULL ? *def->local_pivot : plii_localize(pose, plii_xyz(body->positions[def->node]));
     anchor_note_start(anchor);
     anchors->item_count += 1;
     body->anchored[def->node] = 1;

@@ -70,8 +70,9 @@ static inline plii_float4 rigid_contacts_motion(const pli_body* body, int node) 
     return plii_float4_from(&body->positions[node]) - plii_float4_from(&body->previous[node]);
 }
 
-/* A node that goes along with the rigid body is where it is on that at the end of the step, however fast both are: so
-   far back it is looked at from where the rigid body is now. Zero for others, which go past, meet it or lie still. */
+/* A node that goes along with the rigid body, or comes after one that it cannot move, is where it is on that at the end
+   of the step, however fast both are: so far back it is looked at from where the rigid body is now. Zero for others,
+   which go past, meet it or lie still. */
 static inline plii_float4 rigid_contacts_shift(const rigid_contacts_candidate* candidate, int node) {
     const pli_body* body = candidate->body;
     const plii_float4 none = plii_float4_all(0.0f);
@@ -81,7 +82,9 @@ static inline plii_float4 rigid_contacts_shift(const rigid_contacts_candidate* c
         plii_float4_from(&body->positions[node]) - plii_lanes_from_vec3(&candidate->rigid->state.pose.origin);
     const plii_float4 shift = plii_lanes_from_vec3(&candidate->motion.linear) +
                               plii_lanes_cross(plii_lanes_from_vec3(&candidate->motion.angular), offset);
-    const float way = plii_lanes_dot(motion, motion), beside = plii_lanes_dot(motion - shift, motion - shift);
+    const plii_float4 against = motion - shift;
+    if (candidate->is_fixed && plii_lanes_dot(against, shift) > 0.0f) { return shift; }
+    const float way = plii_lanes_dot(motion, motion), beside = plii_lanes_dot(against, against);
     const float half = 0.5f * candidate->rigid->shape_places[candidate->shape].least_extent;
     const float most = plii_min(RIGID_CONTACTS_ALONG * RIGID_CONTACTS_ALONG * way, half * half);
     return beside < way && beside < plii_max(body->collision_margin * body->collision_margin, most) ? shift : none;
@@ -407,7 +410,10 @@ static void rigid_contacts_visit(const pli_body* body, const void* data, plii_co
         report.nodes[0] = contact->node;
         report.weights[0] = 1.0f;
         report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
-        report.gap = pli_vec3_dot(n, x) + contact->normal.w;
+        const pli_vec3 arm =
+            pli_vec3_sub(x, contact->rigid->state.pose.origin); /* what moves alone takes planes along */
+        const float moved = pli_vec3_dot(plii_rigid_velocity_at(contact->rigid, arm), n) * body->step.dt;
+        report.gap = pli_vec3_dot(n, x) + contact->normal.w - (contact->is_fixed ? moved : 0.0f);
         visit(&report, user);
     }
 }

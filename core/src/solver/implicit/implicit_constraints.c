@@ -202,9 +202,14 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
 }
 
 /* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet. */
-static plii_dvec3 implicit_point_velocity(const pli_rigid* rigid, pli_vec3 local, float dt) {
+static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid* rigid, pli_vec3 local) {
+    const float dt = body->step.dt, lead = body->interval.lead / dt;
     const pli_transform begin = rigid->path.begin;
-    const plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
+    plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
+    /* By a step of the world, which that of the body may go beyond. */
+    if (lead > 0.0f && plii_rigid_is_moved_by_host(rigid)) {
+        velocity = plii_twist_add(velocity, plii_twist_scale(rigid->given, lead));
+    }
     const pli_transform end = plii_rigid_advance(rigid->state.pose, velocity.linear, velocity.angular, dt);
     const plii_dvec3 turned = plii_dvec3_sub(plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local)),
                                              plii_dvec3_from(pli_mat3_mul_vec3(begin.rotation, local)));
@@ -250,7 +255,7 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
         item->target = plii_dvec3_scale(item->normal, speed);
         if (speed > 0.0) { item->recovery = item->target; }
     }
-    item->surface_velocity = implicit_point_velocity(rigid, local, body->step.dt);
+    item->surface_velocity = implicit_point_velocity(body, rigid, local);
     item->target = plii_dvec3_add(item->target, item->surface_velocity);
     item->goal_position = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
     item->target = plii_dvec3_sub(item->target, velocity);

@@ -62,7 +62,8 @@ void plii_solver_update_predicted_bounds(pli_body* body) {
     body->leaps =
         plii_follows_rigids(body) && !(plii_vec3_is_within(pli_vec3_sub(body->bounds.min, before.min), margin) &&
                                        plii_vec3_is_within(pli_vec3_sub(body->bounds.max, before.max), margin));
-    if (body->sweeping_features == 0 && !body->leaps) { return; }
+    /* A step that goes beyond that of the world leads away from what a host has only moved by one of the world. */
+    if (body->sweeping_features == 0 && !body->leaps && !(body->interval.lead > 0.0f)) { return; }
     body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
     body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
 }
