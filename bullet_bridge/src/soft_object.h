@@ -76,9 +76,12 @@ public:
 
     /// Calls `visit` with each rigid body of the core that anchors and joints hold, with one after the other once.
     template <typename Visit> void for_each_held_rigid(const Visit& visit) const {
-        held_.resize(static_cast<std::size_t>(pli_body_get_held_rigids(body_, 0, nullptr)));
-        if (held_.empty()) { return; }
-        (void)pli_body_get_held_rigids(body_, static_cast<int>(held_.size()), held_.data());
+        const auto get = [&] { return pli_body_get_held_rigids(body_, static_cast<int>(held_.size()), held_.data()); };
+        const auto count = static_cast<std::size_t>(get());
+        if (count != held_.size()) {
+            held_.resize(count);
+            (void)get();
+        }
         const pli_rigid* last = nullptr;
         for (const pli_rigid* rigid : held_) {
             if (rigid != last) { visit(*rigid); }
