@@ -20,9 +20,7 @@ typedef struct sampled_mesh {
     plii_sdf_grid sampling;
 } sampled_mesh;
 
-pli_sampled_mesh_def pli_sampled_mesh_def_default(void) {
-    return (pli_sampled_mesh_def){.cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_sampled_mesh_def, .cookie = PLII_DEF_COOKIE)
 
 /* The cell of a coordinate within the grid, and how far along it. */
 static int sampled_mesh_cell(float coordinate, int count, float* fraction) {

@@ -29,13 +29,8 @@ static pli_status world_leave(pli_world* world, pli_status status) {
 
 // ----------------------------------------------------------------------------------------------------- life
 
-pli_world_def pli_world_def_default(void) {
-    return (pli_world_def){.gravity = {0, -10, 0},
-                           .air_density = 1.2f,
-                           .max_force_displacement = 1000.0f,
-                           .preallocates = true,
-                           .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_world_def, .gravity = {0, -10, 0}, .air_density = 1.2f, .max_force_displacement = 1000.0f,
+                    .preallocates = true, .cookie = PLII_DEF_COOKIE)
 
 static const plii_field world_fields[] = {
     PLII_FIELD(pli_world_def, gravity, -PLI_MAX_ACCELERATION, PLI_MAX_ACCELERATION),
