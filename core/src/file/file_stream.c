@@ -182,31 +182,16 @@ typedef struct file_letter_kind {
     bool is_pointer;
 } file_letter_kind;
 
-static const file_letter_kind letter_kinds[128] = {
-    ['f'] = {4, 4, false},
-    ['g'] = {4, 4, false},
-    ['i'] = {4, 4, false},
-    ['u'] = {4, 4, false},
-    ['n'] = {4, 4, false},
-    ['N'] = {4, 4, false},
-    ['F'] = {4, 4, false},
-    ['H'] = {4, 4, false},
-    ['L'] = {4, 4, false},
-    ['e'] = {4, 4, false},
-    ['d'] = {8, 8, false},
-    ['U'] = {8, 8, false},
-    ['h'] = {2, 2, false},
-    ['B'] = {sizeof(bool), sizeof(bool), false},
-    ['O'] = {sizeof(void*), 12, true},
-    ['P'] = {sizeof(void*), 4, true},
-    ['Q'] = {sizeof(void*), 4, true},
-    ['R'] = {sizeof(void*), 4, true},
-    ['S'] = {sizeof(void*), 4, true},
-    ['J'] = {sizeof(void*), 4, true},
-    ['X'] = {sizeof(void*), 0, false},
-    ['|'] = {sizeof(void*), 0, false},
-    ['*'] = {1, 0, false},
-};
+static file_letter_kind file_letter_kind_of(char letter) {
+    if (letter == '\0') { return (file_letter_kind){0}; }
+    if (strchr("fgiunNFHLe", letter) != NULL) { return (file_letter_kind){4, 4, false}; }
+    if (strchr("OPQRSJ", letter) != NULL) { return (file_letter_kind){sizeof(void*), letter == 'O' ? 12 : 4, true}; }
+    if (strchr("X|", letter) != NULL) { return (file_letter_kind){sizeof(void*), 0, false}; }
+    if (strchr("dU", letter) != NULL) { return (file_letter_kind){8, 8, false}; }
+    if (letter == 'B') { return (file_letter_kind){sizeof(bool), sizeof(bool), false}; }
+    if (letter == 'h') { return (file_letter_kind){2, 2, false}; }
+    return (file_letter_kind){letter == '*', 0, false};
+}
 
 typedef struct file_letter {
     char letter;
@@ -227,7 +212,7 @@ static file_letter file_next_letter(const char** fields) {
     const bool has_count = isdigit((unsigned char)**fields);
     file_letter next = {.count = has_count ? file_read_digits(fields) : 1};
     next.letter = *(*fields)++;
-    next.kind = letter_kinds[next.letter & 127];
+    next.kind = file_letter_kind_of(next.letter);
     if (next.letter == '|') { next.count = 0; }
     if (next.letter == 'e') { next.largest = file_read_digits(fields); }
     return next;
