@@ -78,7 +78,8 @@ static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
         memcpy(block, walk->from + walk->at, size);
     } else if (walk->mode == SNAPSHOT_SAVE && walk->at + size <= walk->size) {
         const size_t whole = size >= SNAPSHOT_LARGE ? size - size % PLII_CHECKSUM_BLOCK : 0;
-        if (whole > 0) { plii_checksum_add_blocks(walk->context, &walk->checksum, walk->to + walk->at, block, whole); }
+        plii_checksum_kernel* add_blocks = PLII_KERNEL(walk->context, plii_checksum_blocks);
+        if (whole > 0) { add_blocks(&walk->checksum, walk->to + walk->at, block, whole); }
         memcpy(walk->to + walk->at + whole, (const unsigned char*)block + whole, size - whole);
         walk->summed += whole;
     }
