@@ -260,7 +260,7 @@ void plii_self_faces_begin(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     const plii_self_nodes nodes = {NULL, body->previous, body->previous};
     state->report = (pli_self_faces_report){.pairs = state->pair_count};
-    const plii_self_nodes predicted = plii_self_nodes_of_body(body);
+    const plii_self_nodes predicted = plii_self_nodes_of_body(body, body->previous);
     const float most = state->def.max_travel > 0.0f ? state->def.max_travel : state->mean_edge_length;
     state->travel = plii_self_faces_bound(body, &predicted, 0.5f * state->def.thickness, most);
     self_faces_count_motion(body, state, &nodes);

@@ -186,7 +186,7 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
 
 static void self_nodes_run_position(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body, body->previous);
     state->pairs.at = nodes.offsets;
     plii_self_node_pairs_update(body, &state->pairs, &nodes, body->step.inverse_dt, body->step.dt, 0.0f);
     self_nodes_report(body, state);
@@ -241,7 +241,7 @@ static void self_nodes_run_update(pli_body* body, void* data) {
     self_nodes_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body, body->previous);
     const float longest = self_nodes_longest_motion(state);
     if (!(longest > 0.0f)) { return; }
     const pli_vec3 common = plii_self_common_motion(body, &nodes, NULL);
