@@ -8,7 +8,6 @@
 #include "pliant/io.h"
 
 #include <stdio.h>
-#include <string.h>
 
 /* One of the files. */
 typedef struct tetgen_file {

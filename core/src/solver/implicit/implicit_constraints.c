@@ -5,8 +5,6 @@
 #include "base/csr.h"
 #include "body/pipeline.h"
 
-#include <string.h>
-
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30

@@ -9,8 +9,6 @@
 #include "math/bounds.h"
 #include "solver/implicit/implicit_system.h"
 
-#include <string.h>
-
 enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
 /* Energy that a step may gain, see plii_implicit_excess. */
 #define IMPLICIT_LARGEST_EXCESS 0.01

@@ -4,8 +4,6 @@
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
-#include <string.h>
-
 typedef struct xpbd_hinge {
     int nodes[4]; /* the edge, then the tips; the first face has the edge from nodes[0] to nodes[1] */
     float rest_angle;
