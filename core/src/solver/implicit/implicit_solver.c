@@ -79,7 +79,12 @@ static void implicit_iterate(implicit_state* state, bool is_warm) {
         return;
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
-    if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->constraints)) {
+    bool is_weighted = state->def.method == PLI_IMPLICIT_CHEBYSHEV;
+    /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
+    for (int i = 0; i < state->constraints.count && is_weighted; ++i) {
+        is_weighted = state->constraints.items[i].is_anchor;
+    }
+    if (is_weighted) {
         /* It grows with the step; too large it does no harm, too small sweeps pass on little. */
         const double dt = (double)system->body->step.dt;
         if (state->spectral_radius == 0.0 || dt > IMPLICIT_LONGER_STEP * state->spectral_dt) {
@@ -344,7 +349,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         implicit_follow_solution(body, system);
     }
     plii_implicit_constraints_push_rigids(&state->constraints);
-    plii_implicit_constraints_report(&state->constraints, body->records_contacts);
+    if (body->records_contacts) { plii_implicit_constraints_report(&state->constraints); }
 }
 
 /* Taking back an error moves nodes, but gives them no speed. */
