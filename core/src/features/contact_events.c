@@ -226,8 +226,7 @@ static void contact_events_end(pli_body* body, void* data) {
         if (feature->klass->visit_contacts == NULL) { continue; }
         feature->klass->visit_contacts(body, feature->state, contact_events_visit, &visit);
     }
-    for (int i = 0; i < state->sensed_count; ++i) {
-        pli_rigid* rigid = state->sensed[i];
+    for (PLII_EACH_AT(pli_rigid, rigid, state->sensed, state->sensed_count)) {
         for (int k = 0; k < rigid->shape_count; ++k) {
             contact_events_sense(&visit, rigid, k);
         }
