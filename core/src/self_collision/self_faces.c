@@ -212,7 +212,6 @@ const plii_feature_class plii_self_faces_class = {
         {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
-        {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, PLII_SAVED_AS("3f")},
