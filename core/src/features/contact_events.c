@@ -308,8 +308,7 @@ static void contact_events_on_restored(pli_body* body, void* data) {
     memset(state->event_counts, 0, sizeof state->event_counts);
     plii_key_table_clear(&state->past.table);
     plii_key_table_clear(&state->present.table);
-    state->present.table.context = body->context;
-    if (!plii_key_table_reserve(&state->present.table, state->present.count)) { return; } /* all begin anew */
+    if (!contact_list_reserve(body->context, &state->present, state->present.count)) { return; } /* all begin anew */
     for (int i = 0; i < state->present.count; ++i) {
         (void)plii_key_table_add(&state->present.table, plii_pair_key_hash(state->present.items[i].key), i);
     }
