@@ -246,16 +246,6 @@ size_t plii_file_struct_size(const char* fields, size_t size) {
     return file_align(offset, largest);
 }
 
-static void file_check_int(plii_file* file, char letter, int largest, int value) {
-    const pli_body* body = file->body;
-    const int low = strchr("NHL", letter) != NULL ? -1 : 0;
-    int high = largest; /* of 'e' */
-    if (strchr("nN", letter) != NULL) { high = body->node_count - 1; }
-    if (strchr("FH", letter) != NULL) { high = body->topology->face_count - 1; }
-    if (letter == 'L') { high = body->link_count - 1; }
-    if (value < low || value > high) { plii_file_refuse(file, "an index is out of range"); }
-}
-
 static void file_check(plii_file* file, const file_letter* letter, const void* at) {
     union {
         float f;
@@ -269,7 +259,13 @@ static void file_check(plii_file* file, const file_letter* letter, const void* a
         plii_file_refuse(file, "something is not a number");
     }
     if (which == 'B' && value.truth > 1) { plii_file_refuse(file, "something is neither true nor false"); }
-    if (strchr("nNFHLe", which) != NULL) { file_check_int(file, which, letter->largest, value.index); }
+    if (strchr("nNFHLe", which) == NULL) { return; }
+    const int low = strchr("NHL", which) != NULL ? -1 : 0;
+    int high = letter->largest; /* of 'e' */
+    if (which == 'n' || which == 'N') { high = file->body->node_count - 1; }
+    if (which == 'F' || which == 'H') { high = file->body->topology->face_count - 1; }
+    if (which == 'L') { high = file->body->link_count - 1; }
+    if (value.index < low || value.index > high) { plii_file_refuse(file, "an index is out of range"); }
 }
 
 /* What is wrong becomes zero, which fits everything, so that nothing wrong is ever there. */

@@ -155,7 +155,7 @@ static void file_bodies(file_walk* walk) {
         plii_file_rigid_end(file, world->rigids[i]);
     }
     plii_file_begin_part(file, "order of the bodies");
-    if (count > 0) { plii_file_elements(file, "P", world->sweep, (size_t)count, sizeof(*world->sweep)); }
+    plii_file_elements(file, "P", world->sweep, (size_t)count, sizeof(*world->sweep));
 }
 
 /* Each body once. */
