@@ -136,37 +136,29 @@ static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* 
     return PLI_OK;
 }
 
-static void contact_events_sense_node(contact_visit* visit, pli_rigid* sensor, int shape, pli_transform pose,
-                                      int node) {
-    const pli_shape_def* def = &sensor->shapes[shape]->def;
-    const float margin = visit->body->collision_margin;
-    const pli_vec3 x = plii_xyz(visit->body->positions[node]), point = pli_transform_inverse_point(pose, x);
-    pli_vec3 local;
-    float distance;
-    def->distances(def->user, 1, &point, margin, &distance, &local);
-    const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local);
-    if (!(distance < margin) || !plii_is_finite(distance) || !plii_vec3_is_finite(normal)) { return; }
-    plii_contact_report report = plii_contact_report_make(sensor, NULL);
-    report.shape = shape;
-    report.node = node;
-    report.normal = normal;
-    report.point = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
-    report.gap = distance - margin;
-    report.is_sensor = true;
-    contact_events_visit(&report, visit);
-}
-
 static void contact_events_sense(contact_visit* visit, pli_rigid* sensor, int shape) {
     const pli_body* body = visit->body;
     const pli_shape_def* def = &sensor->shapes[shape]->def;
     const pli_transform pose = plii_rigid_shape_transform(sensor, shape);
-    const pli_bounds bounds =
-        plii_bounds_grow(plii_bounds_transform(def->bounds(def->user), pose), body->collision_margin);
+    const float margin = body->collision_margin;
+    const pli_bounds bounds = plii_bounds_grow(plii_bounds_transform(def->bounds(def->user), pose), margin);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
-        if (plii_bounds_overlap(bounds, (pli_bounds){x, x})) {
-            contact_events_sense_node(visit, sensor, shape, pose, i);
-        }
+        if (!plii_bounds_overlap(bounds, (pli_bounds){x, x})) { continue; }
+        const pli_vec3 point = pli_transform_inverse_point(pose, x);
+        pli_vec3 local;
+        float distance;
+        def->distances(def->user, 1, &point, margin, &distance, &local);
+        const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local);
+        if (!(distance < margin) || !plii_is_finite(distance) || !plii_vec3_is_finite(normal)) { continue; }
+        plii_contact_report report = plii_contact_report_make(sensor, NULL);
+        report.shape = shape;
+        report.node = i;
+        report.normal = normal;
+        report.point = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
+        report.gap = distance - margin;
+        report.is_sensor = true;
+        contact_events_visit(&report, visit);
     }
 }
 
