@@ -58,7 +58,7 @@ static void implicit_external_range(int begin, int end, void* data) {
             if (system->def->start == PLI_IMPLICIT_START_AT_REST) {
                 system->rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
             } else {
-                plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
+                plii_add_xyz(&body->velocities[i], change);
             }
         }
         if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
@@ -223,10 +223,8 @@ static void implicit_solution_range(int begin, int end, void* data) {
             const plii_dvec3 velocity = plii_implicit_xyz(&body->velocities[i]);
             plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, system->solution[i])));
         }
-        const pli_vec3 position = plii_xyz(body->positions[i]);
-        plii_set_xyz(&body->previous[i], position);
-        plii_set_xyz(&body->positions[i],
-                     pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt)));
+        plii_set_xyz(&body->previous[i], plii_xyz(body->positions[i]));
+        plii_add_xyz(&body->positions[i], pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt));
     }
 }
 
@@ -381,9 +379,7 @@ static void implicit_corrections_range(int begin, int end, void* data) {
     for (int i = begin; i < end; ++i) {
         const pli_vec3 solved = implicit_reached(body, i);
         const plii_dvec3 moved = plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), plii_dvec3_from(solved));
-        plii_set_xyz(&body->velocities[i],
-                     pli_vec3_add(plii_xyz(body->velocities[i]),
-                                  plii_dvec3_to_float(plii_dvec3_scale(moved, (double)body->step.inverse_dt))));
+        plii_add_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_scale(moved, (double)body->step.inverse_dt)));
     }
 }
 
