@@ -54,6 +54,16 @@ static inline void plii_csr_sort(int key_count, int item_count, const int* keys,
     }
 }
 
+/* Corners [3 * face_count] by the smaller node of the edge from each to the next one of its face; `keys`: as many. */
+static inline void plii_csr_sort_edges(int node_count, int face_count, const int (*faces)[3], int* keys, int* begin,
+                                       int* corners) {
+    for (int c = 0; c < 3 * face_count; ++c) {
+        const int a = faces[c / 3][c % 3], b = faces[c / 3][(c + 1) % 3];
+        keys[c] = a < b ? a : b;
+    }
+    plii_csr_sort(node_count, 3 * face_count, keys, begin, corners);
+}
+
 /* Of items of `size` bytes in the order of an unsigned at `offset`: the first not below `key`. PLI_NULL_INDEX is last.
  */
 static inline int plii_csr_first(const void* items, size_t size, size_t offset, int count, int key) {

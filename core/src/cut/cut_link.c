@@ -36,15 +36,9 @@ static pli_status link_cut_check(const link_cut* cut) {
 
 /* What the rest lengths of the new links follow from. */
 static bool link_cut_learn(link_cut* cut) {
-    for (PLII_EACH(const plii_edit_face, face, cut->edit.faces, cut->edit.face_count)) {
-        for (int j = 2, k = 0; k < 3; j = k++) {
-            if (link_cut_matches(cut, face->nodes[j], face->nodes[k]) && !plii_edit_add_edges(face, &cut->edges)) {
-                return false;
-            }
-        }
-    }
-    plii_edit_learn_rest_lengths(&cut->edit, &cut->edges);
-    return true;
+    plii_edge* edge = plii_edge_map_add(&cut->edges, cut->ends[0], cut->ends[1]);
+    if (edge != NULL) { edge->node = cut->edit.node_count; } /* the next one */
+    return edge != NULL && plii_edit_learn(&cut->edit, &cut->edges);
 }
 
 static bool link_cut_split_links(link_cut* cut) {

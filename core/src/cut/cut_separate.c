@@ -25,7 +25,7 @@ typedef struct separate_work {
     int *begin, *corners;         /* [node_count + 1], [3 * face_count] corners of each node, in the order of faces */
     int* parents;                 /* [3 * face_count] a forest over the corners */
     separate_group* groups;       /* [3 * face_count] */
-    int* last_corner;             /* [node_count] scratch, PLI_NULL_INDEX */
+    int* last_corner1;            /* [node_count] scratch; corner + 1, 0: none */
     uint8_t* is_end;              /* [node_count] of a cut edge */
     int (*sides)[2];              /* [node_count] the node of the group below and above, of parted nodes */
     plii_edge_map edges;
@@ -54,7 +54,7 @@ static bool separate_gather(separate_work* work) {
     work->corners = PLII_TAKE(&work->scratch, int, corner_count);
     work->parents = PLII_TAKE(&work->scratch, int, corner_count);
     work->groups = PLII_TAKE(&work->scratch, separate_group, corner_count);
-    work->last_corner = PLII_TAKE(&work->scratch, int, work->node_count);
+    work->last_corner1 = PLII_TAKE(&work->scratch, int, work->node_count);
     work->is_end = PLII_TAKE(&work->scratch, uint8_t, work->node_count);
     work->sides = PLII_TAKE(&work->scratch, int[2], work->node_count);
     if (work->scratch.is_short) { return false; }
@@ -66,9 +66,6 @@ static bool separate_gather(separate_work* work) {
     for (int i = 0; i < work->cuts->count; ++i) {
         work->is_end[work->cuts->edges[i].a] = work->is_end[work->cuts->edges[i].b] = 1;
     }
-    for (int i = 0; i < work->node_count; ++i) {
-        work->last_corner[i] = PLI_NULL_INDEX;
-    }
     return true;
 }
 
@@ -78,16 +75,16 @@ static void separate_group_corners(const separate_work* work, int node) {
         for (int k = 1; k < 3; ++k) {
             const int other = separate_node_after(work, work->corners[i], k);
             if (plii_edge_map_find(work->cuts, node, other) != NULL) { continue; }
-            const int last = work->last_corner[other];
-            if (last != PLI_NULL_INDEX) { plii_union_join(work->parents, work->corners[i], last); }
-            work->last_corner[other] = work->corners[i];
+            const int last1 = work->last_corner1[other];
+            if (last1 != 0) { plii_union_join(work->parents, work->corners[i], last1 - 1); }
+            work->last_corner1[other] = work->corners[i] + 1;
         }
     }
     for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
         const int root = plii_union_root(work->parents, work->corners[i]);
         for (int k = 1; k < 3; ++k) {
             const int other = separate_node_after(work, work->corners[i], k);
-            work->last_corner[other] = PLI_NULL_INDEX;
+            work->last_corner1[other] = 0;
             work->groups[root].side += separate_height(work, other);
         }
     }

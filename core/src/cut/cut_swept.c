@@ -12,8 +12,6 @@
 #include "math/bounds.h"
 #include "pliant/cut.h"
 
-#include <string.h>
-
 /* A ray goes on from another when its ends are as near as this share of its length. */
 #define SWEPT_SAME_RAY 1e-4f
 
@@ -24,15 +22,10 @@ typedef struct trace_state {
 } trace_state;
 
 static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, plii_swept_ends* to) {
-    if (!PLII_RESERVE(context, &to->tips, &to->tip_capacity, from->tip_count) ||
-        !PLII_RESERVE(context, &to->edges, &to->edge_capacity, from->edge_count)) {
-        return false;
-    }
-    if (from->tip_count > 0) { memcpy(to->tips, from->tips, (size_t)from->tip_count * sizeof *to->tips); }
-    if (from->edge_count > 0) { memcpy(to->edges, from->edges, (size_t)from->edge_count * sizeof *to->edges); }
-    to->tip_count = from->tip_count;
-    to->edge_count = from->edge_count;
-    return true;
+    *to = *from;
+    to->tips = plii_duplicate(context, from->tips, (size_t)from->tip_capacity * sizeof *to->tips);
+    to->edges = plii_duplicate(context, from->edges, (size_t)from->edge_capacity * sizeof *to->edges);
+    return (to->tips != NULL || from->tip_capacity == 0) && (to->edges != NULL || from->edge_capacity == 0);
 }
 
 /* A cut of another kind ends the sweep; a swept cut sets its ends after this. */

@@ -166,28 +166,14 @@ static bool refine_copy_nodes(refine_work* work, const uint8_t* sides, int* copi
     return true;
 }
 
-static bool refine_detach_as_reference(refine_work* work, const int* copies) {
-    plii_edit* edit = &work->edit;
-    const int link_count = edit->link_count;
-    for (int i = 0; i < link_count; ++i) {
-        const plii_edit_link link = edit->links[i];
-        int detached = 0; /* never link 0, as in Bullet */
-        if (copies[link.nodes[0]] != 0 && copies[link.nodes[1]] != 0) {
-            detached = edit->link_count;
-            if (!plii_edit_add_link(edit, link)) { return false; }
-        } else if (refine_is_inside_or_on(work, link.nodes[0]) && refine_is_inside_or_on(work, link.nodes[1])) {
-            detached = i;
-        }
-        if (detached != 0) { refine_replace(edit->links[detached].nodes, 2, copies); }
+/* Both, of a link whose ends have copies. */
+static unsigned refine_side_as_reference(const refine_work* work, const int* copies, const int* nodes, int count) {
+    bool is_inside = true, is_doubled = count == 2;
+    for (int k = 0; k < count; ++k) {
+        is_inside = is_inside && refine_is_inside_or_on(work, nodes[k]);
+        is_doubled = is_doubled && copies[nodes[k]] != 0;
     }
-    for (int i = 0; i < edit->face_count; ++i) {
-        int* nodes = edit->faces[i].nodes;
-        if (refine_is_inside_or_on(work, nodes[0]) && refine_is_inside_or_on(work, nodes[1]) &&
-            refine_is_inside_or_on(work, nodes[2])) {
-            refine_replace(nodes, 3, copies);
-        }
-    }
-    return true;
+    return is_doubled ? REFINE_INSIDE | REFINE_OUTSIDE : is_inside ? REFINE_INSIDE : REFINE_OUTSIDE;
 }
 
 /* An end that nothing else has; `user` counts what is at each node. */
@@ -267,19 +253,24 @@ static void refine_find_sides(const refine_work* work, const plii_edge_map* bord
     }
 }
 
+/* Without `borders` as in Bullet. */
 static bool refine_detach(refine_work* work, const plii_edge_map* borders, const int* copies) {
     plii_edit* edit = &work->edit;
     const int link_count = edit->link_count;
     for (int i = 0; i < link_count; ++i) {
         const plii_edit_link link = edit->links[i];
-        const unsigned side = refine_link_side(work, borders, &link);
-        if ((side & REFINE_INSIDE) == 0) { continue; }
+        const unsigned side = borders != NULL ? refine_link_side(work, borders, &link)
+                                              : refine_side_as_reference(work, copies, link.nodes, 2);
+        const bool is_kept = borders == NULL && i == 0 && side == REFINE_INSIDE; /* never link 0 */
+        if ((side & REFINE_INSIDE) == 0 || is_kept) { continue; }
         const int inner = (side & REFINE_OUTSIDE) != 0 ? edit->link_count : i;
         if (inner != i && !plii_edit_add_link(edit, link)) { return false; }
         refine_replace(edit->links[inner].nodes, 2, copies);
     }
     for (PLII_EACH(plii_edit_face, face, edit->faces, edit->face_count)) {
-        if (refine_side(work, face->nodes, 3) == REFINE_INSIDE) { refine_replace(face->nodes, 3, copies); }
+        const unsigned side = borders != NULL ? refine_side(work, face->nodes, 3)
+                                              : refine_side_as_reference(work, copies, face->nodes, 3);
+        if (side == REFINE_INSIDE) { refine_replace(face->nodes, 3, copies); }
     }
     return true;
 }
@@ -308,8 +299,8 @@ static pli_status refine_cut(refine_work* work) {
     int* copies = PLII_TAKE(&work->scratch, int, node_count);
     if (copies == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     const bool ok = work->def.reset_rest_lengths
-                        ? refine_copy_nodes(work, NULL, copies, node_count) &&
-                              refine_detach_as_reference(work, copies) && refine_remove_loose_links(work)
+                        ? refine_copy_nodes(work, NULL, copies, node_count) && refine_detach(work, NULL, copies) &&
+                              refine_remove_loose_links(work)
                         : refine_part(work, copies, node_count);
     if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
     return plii_edit_check_tetras(&work->edit, refine_touches_tetra, copies, "the surface touches");

@@ -177,29 +177,20 @@ float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, 
     return plii_max(squared, 0.0f);
 }
 
-void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map) {
-    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
-        plii_edge* edge = plii_edge_map_find(map, link->nodes[0], link->nodes[1]);
-        if (edge == NULL || edge->rest_squared >= 0.0f || plii_edit_link_is_bending(link)) { continue; }
-        edge->rest_squared = link->rest_squared;
-    }
-}
-
-bool plii_edit_add_edges(const plii_edit_face* face, plii_edge_map* map) {
-    for (int j = 2, k = 0; k < 3; j = k++) {
-        if (plii_edge_map_add(map, face->nodes[j], face->nodes[k]) == NULL) { return false; }
-    }
-    return true;
-}
-
-/* Adds the edges of all faces that have an edge with a node on it, for the rest lengths of new links. */
-static bool edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
+bool plii_edit_learn(const plii_edit* edit, plii_edge_map* map) {
     for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
         bool is_crossed = false;
         for (int j = 2, k = 0; k < 3; j = k++) {
             is_crossed = is_crossed || plii_edge_map_node(map, face->nodes[j], face->nodes[k]) != PLI_NULL_INDEX;
         }
-        if (is_crossed && !plii_edit_add_edges(face, map)) { return false; }
+        for (int j = 2, k = 0; is_crossed && k < 3; j = k++) {
+            if (plii_edge_map_add(map, face->nodes[j], face->nodes[k]) == NULL) { return false; }
+        }
+    }
+    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
+        plii_edge* edge = plii_edge_map_find(map, link->nodes[0], link->nodes[1]);
+        if (edge == NULL || edge->rest_squared >= 0.0f || plii_edit_link_is_bending(link)) { continue; }
+        edge->rest_squared = link->rest_squared;
     }
     return true;
 }
@@ -263,9 +254,7 @@ static bool edit_split_faces(plii_edit* edit, plii_edge_map* map) {
 }
 
 bool plii_edit_split(plii_edit* edit, plii_edge_map* map) {
-    if (!edit_add_crossed_faces(edit, map)) { return false; }
-    plii_edit_learn_rest_lengths(edit, map);
-    return edit_split_links(edit, map) && edit_split_faces(edit, map);
+    return plii_edit_learn(edit, map) && edit_split_links(edit, map) && edit_split_faces(edit, map);
 }
 
 // ----------------------------------------------------------------------------------------------------- commit

@@ -70,10 +70,9 @@ void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user
 /* Squared distance, at rest, from a node to the point at `share` from b to c, by Stewart's theorem. Squared rest
    lengths are those of the links in the map; where there is none, of the present distance. */
 float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, int node, int b, int c, float share);
-/* All edges of a face; false when out of memory. */
-bool plii_edit_add_edges(const plii_edit_face* face, plii_edge_map* map);
-/* Takes the rest lengths of links along edges that are in the map. */
-void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map);
+/* Adds the edges of all faces that have an edge with a node on it, and takes the rest lengths of links along edges that
+   are in the map, for those of new links. False when out of memory. */
+bool plii_edit_learn(const plii_edit* edit, plii_edge_map* map);
 
 /* Parts the links and the faces whose edges have a node on them in the map, in the order of btSoftBody::refine; faces
    get links between their new nodes. False when out of memory. */

@@ -273,8 +273,10 @@ static void aero_run_faces(pli_body* body, void* data) {
 /* Of faces after pressure and volume, as in Bullet. */
 enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 
-static bool aero_vertex_is_sound(const pli_body* body, const void* data) {
-    return ((const aero_state*)data)->def.model <= PLI_AERO_VERTEX_ONE_SIDED;
+/* Models of faces, and these only, have forces of faces. */
+static bool aero_is_sound(const pli_body* body, const void* data) {
+    const aero_state* aero = data;
+    return (aero->def.model >= PLI_AERO_FACE_TWO_SIDED) == (aero->face_forces != NULL);
 }
 
 static const plii_field aero_fields[] = {
@@ -289,21 +291,17 @@ const plii_feature_class plii_aero_vertex_class = {
     .settings = PLII_LIMITS(aero_state, def, aero_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(aero_state, def, PLII_SAVED, "e6ff3f*"),
                                     PLII_STATE(aero_state, face_forces, PLII_LEFT)),
-    .is_sound = aero_vertex_is_sound,
+    .is_sound = aero_is_sound,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
 };
-
-static bool aero_face_is_sound(const pli_body* body, const void* data) {
-    return ((const aero_state*)data)->def.model >= PLI_AERO_FACE_TWO_SIDED;
-}
 
 const plii_feature_class plii_aero_face_class = {
     .name = "face aerodynamics",
     .state_size = sizeof(aero_state),
     .settings = PLII_LIMITS(aero_state, def, aero_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(aero_state, def, PLII_SAVED, "e6ff3f*")),
-    .is_sound = aero_face_is_sound,
+    .is_sound = aero_is_sound,
     .needs = PLII_NEEDS(&plii_forces_class, &plii_normals_class, &plii_face_normals_class, &plii_areas_class),
     .arrays = PLII_ARRAYS({PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},

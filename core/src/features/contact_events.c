@@ -136,37 +136,29 @@ static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* 
     return PLI_OK;
 }
 
-static void contact_events_sense_node(contact_visit* visit, pli_rigid* sensor, int shape, pli_transform pose,
-                                      int node) {
-    const pli_shape_def* def = &sensor->shapes[shape]->def;
-    const float margin = visit->body->collision_margin;
-    const pli_vec3 x = plii_xyz(visit->body->positions[node]), point = pli_transform_inverse_point(pose, x);
-    pli_vec3 local;
-    float distance;
-    def->distances(def->user, 1, &point, margin, &distance, &local);
-    const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local);
-    if (!(distance < margin) || !plii_is_finite(distance) || !plii_vec3_is_finite(normal)) { return; }
-    plii_contact_report report = plii_contact_report_make(sensor, NULL);
-    report.shape = shape;
-    report.node = node;
-    report.normal = normal;
-    report.point = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
-    report.gap = distance - margin;
-    report.is_sensor = true;
-    contact_events_visit(&report, visit);
-}
-
 static void contact_events_sense(contact_visit* visit, pli_rigid* sensor, int shape) {
     const pli_body* body = visit->body;
     const pli_shape_def* def = &sensor->shapes[shape]->def;
     const pli_transform pose = plii_rigid_shape_transform(sensor, shape);
-    const pli_bounds bounds =
-        plii_bounds_grow(plii_bounds_transform(def->bounds(def->user), pose), body->collision_margin);
+    const float margin = body->collision_margin;
+    const pli_bounds bounds = plii_bounds_grow(plii_bounds_transform(def->bounds(def->user), pose), margin);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
-        if (plii_bounds_overlap(bounds, (pli_bounds){x, x})) {
-            contact_events_sense_node(visit, sensor, shape, pose, i);
-        }
+        if (!plii_bounds_overlap(bounds, (pli_bounds){x, x})) { continue; }
+        const pli_vec3 point = pli_transform_inverse_point(pose, x);
+        pli_vec3 local;
+        float distance;
+        def->distances(def->user, 1, &point, margin, &distance, &local);
+        const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local);
+        if (!(distance < margin) || !plii_is_finite(distance) || !plii_vec3_is_finite(normal)) { continue; }
+        plii_contact_report report = plii_contact_report_make(sensor, NULL);
+        report.shape = shape;
+        report.node = i;
+        report.normal = normal;
+        report.point = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
+        report.gap = distance - margin;
+        report.is_sensor = true;
+        contact_events_visit(&report, visit);
     }
 }
 
@@ -226,8 +218,7 @@ static void contact_events_end(pli_body* body, void* data) {
         if (feature->klass->visit_contacts == NULL) { continue; }
         feature->klass->visit_contacts(body, feature->state, contact_events_visit, &visit);
     }
-    for (int i = 0; i < state->sensed_count; ++i) {
-        pli_rigid* rigid = state->sensed[i];
+    for (PLII_EACH_AT(pli_rigid, rigid, state->sensed, state->sensed_count)) {
         for (int k = 0; k < rigid->shape_count; ++k) {
             contact_events_sense(&visit, rigid, k);
         }
@@ -309,8 +300,7 @@ static void contact_events_on_restored(pli_body* body, void* data) {
     memset(state->event_counts, 0, sizeof state->event_counts);
     plii_key_table_clear(&state->past.table);
     plii_key_table_clear(&state->present.table);
-    state->present.table.context = body->context;
-    if (!plii_key_table_reserve(&state->present.table, state->present.count)) { return; } /* all begin anew */
+    if (!contact_list_reserve(body->context, &state->present, state->present.count)) { return; } /* all begin anew */
     for (int i = 0; i < state->present.count; ++i) {
         (void)plii_key_table_add(&state->present.table, plii_pair_key_hash(state->present.items[i].key), i);
     }

@@ -36,9 +36,7 @@ pli_status pli_body_enable_normals(pli_body* body) {
 }
 PLII_DEFINE_DISABLE(pli_body_disable_normals, plii_check_body_idle, plii_drawn_normals_class)
 
-const pli_vec3* pli_body_get_face_normals(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->face_normals : NULL;
-}
+PLII_DEFINE_GET(const pli_vec3*, pli_body_get_face_normals, body, body->face_normals, NULL)
 
 PLII_DEFINE_DEFAULT(pli_vertex_buffer_def, .stride = 6 * (int)sizeof(float), .normal_offset = 3 * (int)sizeof(float),
                     .cookie = PLII_DEF_COOKIE)

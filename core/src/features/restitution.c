@@ -11,7 +11,8 @@
 #define RESTITUTION_LEAST_STEPS 2.0f
 /* Of the margin, how far from the surface a contact still counts as touching. */
 #define RESTITUTION_REACH 0.1f
-/* Of a node in the point of a contact. */
+/* Of a node in the point of a contact, that it counts: each is sent back by its own speed, lest one gets more than it
+   had. */
 #define RESTITUTION_LEAST_WEIGHT 0.2f
 /* Features that make contacts. */
 enum { RESTITUTION_MOST_KINDS = 8 };
@@ -29,11 +30,6 @@ typedef struct restitution_visit {
     restitution_state* state;
 } restitution_visit;
 
-/* The nodes that carry the point of a contact: each is sent back by its own speed, lest one gets more than it had. */
-static bool restitution_takes(const plii_contact_report* report, int k) {
-    return report->weights[k] > RESTITUTION_LEAST_WEIGHT;
-}
-
 /* Of a node along the normal, from the surface. */
 static float restitution_speed(const pli_body* body, const plii_contact_report* report, int k) {
     const pli_vec3 arm = pli_vec3_sub(report->point, report->rigid->state.pose.origin);
@@ -45,7 +41,7 @@ static void restitution_note(const plii_contact_report* report, void* user) {
     const restitution_visit* visit = user;
     restitution_state* state = visit->state;
     for (int k = 0; k < report->node_count; ++k) {
-        if (!restitution_takes(report, k)) { continue; }
+        if (!(report->weights[k] > RESTITUTION_LEAST_WEIGHT)) { continue; }
         if (!PLII_RESERVE(visit->body->context, &state->approaches, &state->capacity, state->count + 1)) { return; }
         state->approaches[state->count++] = restitution_speed(visit->body, report, k);
     }
@@ -71,7 +67,7 @@ static void restitution_return(const plii_contact_report* report, void* user) {
     const float slow = RESTITUTION_LEAST_STEPS * pli_vec3_length(body->world->def.gravity) * body->step.dt;
     const bool touches = report->gap < RESTITUTION_REACH * body->collision_margin;
     for (int k = 0; k < report->node_count; ++k) {
-        if (!restitution_takes(report, k)) { continue; }
+        if (!(report->weights[k] > RESTITUTION_LEAST_WEIGHT)) { continue; }
         if (state->index == state->end) { return; } /* the solve has found it itself */
         const float approach = state->approaches[state->index++];
         if (!(approach < -slow) || !touches) { continue; }

@@ -173,17 +173,15 @@ static int tether_too_far(const tether_state* state, const pli_vec3* landmarks, 
 
 // -------------------------------------------------------------------------------------------------------- anchors
 
-static void tether_list_constraints(pli_body* body, tether_state* state) {
-    state->constraint_count = 0;
-    if (body->anchored == NULL) { return; }
-    state->constraint_count = plii_features_list_constraints(body, 1, &state->constraints, &state->constraint_capacity);
-}
-
-/* True when they are other nodes than before. */
+/* Lists what holds nodes, and the origins in it. True when they are other nodes than before. */
 static bool tether_gather_origins(pli_body* body, tether_state* state) {
     const int before = state->origin_count;
     bool has_changed = false;
-    state->origin_count = 0;
+    state->constraint_count = state->origin_count = 0;
+    if (body->anchored != NULL) {
+        state->constraint_count =
+            plii_features_list_constraints(body, 1, &state->constraints, &state->constraint_capacity);
+    }
     for (PLII_EACH(const plii_node_constraint, constraint, state->constraints, state->constraint_count)) {
         if (!constraint->is_anchor || constraint->rigid->state.inverse_mass > 0.0f) { continue; }
         const int place = state->origin_count;
@@ -234,7 +232,6 @@ static void tether_find_landmarks(const pli_body* body, tether_state* state, con
 /* Origins as they are now, and the lengths from them. False as tether_measure, which is left out where nothing changed.
  */
 static bool tether_follow_origins(pli_body* body, tether_state* state, bool is_new) {
-    tether_list_constraints(body, state);
     const bool has_changed = tether_gather_origins(body, state) || is_new;
     return (!has_changed && state->link_revision == body->link_revision) || tether_measure(body, state);
 }

@@ -66,15 +66,12 @@ pli_status pli_body_enable_topology_changes(pli_body* body) {
 }
 PLII_DEFINE_DISABLE(pli_body_disable_topology_changes, plii_check_body_idle, plii_topology_changes_class)
 
-pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {
-    const topology_changes_state* state = plii_feature_state_for(body, &plii_topology_changes_class, __func__);
-    if (state == NULL) { return (pli_topology_changes){0}; }
-    return (pli_topology_changes){
-        .old_node_count = state->old_node_count,
-        .new_node_count = state->new_node_count,
-        .new_nodes = state->new_nodes,
-        .old_face_count = state->old_face_count,
-        .face_count = body->topology->face_count,
-        .face_parents = state->face_parents,
-    };
-}
+PLII_DEFINE_STATE_GET(pli_topology_changes, pli_body_get_topology_changes, topology_changes_state,
+                      plii_topology_changes_class,
+                      ((pli_topology_changes){.old_node_count = state->old_node_count,
+                                              .new_node_count = state->new_node_count,
+                                              .new_nodes = state->new_nodes,
+                                              .old_face_count = state->old_face_count,
+                                              .face_count = body->topology->face_count,
+                                              .face_parents = state->face_parents}),
+                      (pli_topology_changes){0})

@@ -154,9 +154,7 @@ void plii_file_ignored_rigids(plii_file* file, pli_body* body) {
         }
         body->ignored_rigid_count = count;
     }
-    if (count > 0) {
-        plii_file_elements(file, "S", body->ignored_rigids, (size_t)count, sizeof(*body->ignored_rigids));
-    }
+    plii_file_elements(file, "S", body->ignored_rigids, (size_t)count, sizeof(*body->ignored_rigids));
 }
 
 // ------------------------------------------------------------------------------------------------------- features

@@ -182,31 +182,19 @@ typedef struct file_letter_kind {
     bool is_pointer;
 } file_letter_kind;
 
-static const file_letter_kind letter_kinds[128] = {
-    ['f'] = {4, 4, false},
-    ['g'] = {4, 4, false},
-    ['i'] = {4, 4, false},
-    ['u'] = {4, 4, false},
-    ['n'] = {4, 4, false},
-    ['N'] = {4, 4, false},
-    ['F'] = {4, 4, false},
-    ['H'] = {4, 4, false},
-    ['L'] = {4, 4, false},
-    ['e'] = {4, 4, false},
-    ['d'] = {8, 8, false},
-    ['U'] = {8, 8, false},
-    ['h'] = {2, 2, false},
-    ['B'] = {sizeof(bool), sizeof(bool), false},
-    ['O'] = {sizeof(void*), 12, true},
-    ['P'] = {sizeof(void*), 4, true},
-    ['Q'] = {sizeof(void*), 4, true},
-    ['R'] = {sizeof(void*), 4, true},
-    ['S'] = {sizeof(void*), 4, true},
-    ['J'] = {sizeof(void*), 4, true},
-    ['X'] = {sizeof(void*), 0, false},
-    ['|'] = {sizeof(void*), 0, false},
-    ['*'] = {1, 0, false},
-};
+static file_letter_kind file_letter_kind_of(char c) {
+    const bool is_index = c == 'n' || c == 'N' || c == 'F' || c == 'H' || c == 'L';
+    if (is_index || c == 'f' || c == 'g' || c == 'i' || c == 'u' || c == 'e') {
+        return (file_letter_kind){4, 4, false};
+    }
+    if (c == 'B') { return (file_letter_kind){sizeof(bool), sizeof(bool), false}; }
+    if (c == 'h') { return (file_letter_kind){2, 2, false}; }
+    if (c == 'd' || c == 'U') { return (file_letter_kind){8, 8, false}; }
+    if (c == 'O') { return (file_letter_kind){sizeof(void*), 12, true}; }
+    if (c == 'P' || c == 'Q' || c == 'R' || c == 'S' || c == 'J') { return (file_letter_kind){sizeof(void*), 4, true}; }
+    if (c == 'X' || c == '|') { return (file_letter_kind){sizeof(void*), 0, false}; }
+    return (file_letter_kind){c == '*', 0, false};
+}
 
 typedef struct file_letter {
     char letter;
@@ -227,7 +215,7 @@ static file_letter file_next_letter(const char** fields) {
     const bool has_count = isdigit((unsigned char)**fields);
     file_letter next = {.count = has_count ? file_read_digits(fields) : 1};
     next.letter = *(*fields)++;
-    next.kind = letter_kinds[next.letter & 127];
+    next.kind = file_letter_kind_of(next.letter);
     if (next.letter == '|') { next.count = 0; }
     if (next.letter == 'e') { next.largest = file_read_digits(fields); }
     return next;
@@ -258,16 +246,6 @@ size_t plii_file_struct_size(const char* fields, size_t size) {
     return file_align(offset, largest);
 }
 
-static void file_check_int(plii_file* file, char letter, int largest, int value) {
-    const pli_body* body = file->body;
-    const int low = strchr("NHL", letter) != NULL ? -1 : 0;
-    int high = largest; /* of 'e' */
-    if (strchr("nN", letter) != NULL) { high = body->node_count - 1; }
-    if (strchr("FH", letter) != NULL) { high = body->topology->face_count - 1; }
-    if (letter == 'L') { high = body->link_count - 1; }
-    if (value < low || value > high) { plii_file_refuse(file, "an index is out of range"); }
-}
-
 static void file_check(plii_file* file, const file_letter* letter, const void* at) {
     union {
         float f;
@@ -281,7 +259,13 @@ static void file_check(plii_file* file, const file_letter* letter, const void* a
         plii_file_refuse(file, "something is not a number");
     }
     if (which == 'B' && value.truth > 1) { plii_file_refuse(file, "something is neither true nor false"); }
-    if (strchr("nNFHLe", which) != NULL) { file_check_int(file, which, letter->largest, value.index); }
+    if (strchr("nNFHLe", which) == NULL) { return; }
+    const int low = strchr("NHL", which) != NULL ? -1 : 0;
+    int high = letter->largest; /* of 'e' */
+    if (which == 'n' || which == 'N') { high = file->body->node_count - 1; }
+    if (which == 'F' || which == 'H') { high = file->body->topology->face_count - 1; }
+    if (which == 'L') { high = file->body->link_count - 1; }
+    if (value.index < low || value.index > high) { plii_file_refuse(file, "an index is out of range"); }
 }
 
 /* What is wrong becomes zero, which fits everything, so that nothing wrong is ever there. */

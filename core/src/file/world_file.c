@@ -18,9 +18,7 @@ enum { FILE_VERSION = 1 };
 #define FILE_MAGIC_0 0x57494c50u
 #define FILE_MAGIC_1 0x444c524fu
 
-pli_world_file_def pli_world_file_def_default(void) {
-    return (pli_world_file_def){.cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_world_file_def, .cookie = PLII_DEF_COOKIE)
 
 /* Little-endian; zeros for what is missing of a word. */
 static uint64_t file_word(const unsigned char* bytes, size_t size) {
@@ -65,6 +63,14 @@ typedef struct file_walk {
     int found_count;
 } file_walk;
 
+/* What pointers are counted in: all that there is by now. */
+static void file_count_in(plii_file* file, const pli_world* world) {
+    file->bodies = world->bodies;
+    file->rigids = world->rigids;
+    file->body_count = world->body_count;
+    file->rigid_count = world->rigid_count;
+}
+
 static void file_world_settings(plii_file* file, pli_world_def* def) {
     static const plii_state_part parts[] = {
         PLII_STATE_SPAN(pli_world_def, gravity, host_puts_to_sleep, PLII_SAVED, "5f3B"), {0}};
@@ -105,7 +111,6 @@ static void file_find_rigid(file_walk* walk, int index, uint64_t id) {
 
 static void file_rigids(file_walk* walk) {
     plii_file* file = &walk->stream;
-    const bool is_reading = file->mode == PLII_FILE_READ;
     const int count = plii_file_count(file, walk->world->rigid_count, 64);
     if (walk->target != NULL && count > 0 && !PLII_ALLOCATE(file->context, &walk->found, count)) {
         PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for the file");
@@ -119,10 +124,7 @@ static void file_rigids(file_walk* walk) {
         if (file->status != PLI_OK) { break; }
         plii_file_rigid(file, &walk->def, walk->world, i, walk->found != NULL ? walk->found[i] : NULL);
     }
-    if (is_reading) {
-        file->rigids = walk->world->rigids;
-        file->rigid_count = walk->world->rigid_count;
-    }
+    file_count_in(file, walk->world);
 }
 
 static void file_begin_body(plii_file* file, const pli_body* body, int index) {
@@ -141,10 +143,7 @@ static void file_bodies(file_walk* walk) {
         plii_file_begin_part(file, "nodes");
         (void)plii_file_body(file, world, is_reading ? NULL : world->bodies[i]);
     }
-    if (is_reading) {
-        file->bodies = world->bodies;
-        file->body_count = world->body_count;
-    }
+    file_count_in(file, world);
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {
         file_begin_body(file, world->bodies[i], i);
         plii_file_ignored_rigids(file, world->bodies[i]);
@@ -156,7 +155,7 @@ static void file_bodies(file_walk* walk) {
         plii_file_rigid_end(file, world->rigids[i]);
     }
     plii_file_begin_part(file, "order of the bodies");
-    if (count > 0) { plii_file_elements(file, "P", world->sweep, (size_t)count, sizeof(*world->sweep)); }
+    plii_file_elements(file, "P", world->sweep, (size_t)count, sizeof(*world->sweep));
 }
 
 /* Each body once. */
@@ -184,12 +183,7 @@ static pli_status file_begin(plii_file_mode mode, const pli_world_file_def* def,
                         .def = def != NULL ? *def : pli_world_file_def_default(),
                         .world = world};
     walk->stream.body_index = PLI_NULL_INDEX;
-    if (world != NULL) {
-        walk->stream.bodies = world->bodies;
-        walk->stream.rigids = world->rigids;
-        walk->stream.body_count = world->body_count;
-        walk->stream.rigid_count = world->rigid_count;
-    }
+    if (world != NULL) { file_count_in(&walk->stream, world); }
     return PLII_CHECK_MADE(context, pli_world_file_def, &walk->def, function);
 }
 
@@ -246,25 +240,22 @@ pli_status pli_world_file_write(const pli_world* world, const pli_world_file_def
 // ---------------------------------------------------------------------------------------------------------- reading
 
 static pli_status file_check_header(plii_file* file) {
-    if (file->from == NULL) { return PLII_FILE_FAIL(file, PLI_ERROR_NULL_ARGUMENT, "buffer is null"); }
+    pli_context* context = file->context;
+    const pli_status wrong = PLI_ERROR_FILE_FORMAT;
+    const char* function = file->function;
+    PLII_FAIL_IF(file->from == NULL, context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null");
     file_header header = {0};
     if (file->size >= PLII_FILE_HEADER_SIZE) { plii_file_fields(file, FILE_HEADER_FIELDS, &header); }
-    const pli_status wrong = PLI_ERROR_FILE_FORMAT;
-    if (header.magic[0] != FILE_MAGIC_0 || header.magic[1] != FILE_MAGIC_1) {
-        return PLII_FILE_FAIL(file, wrong, "the %zu bytes are no file of a world", file->size);
-    }
-    if (header.version != FILE_VERSION) {
-        return PLII_FILE_FAIL(file, wrong, "the file is of version %u, this is %u", (unsigned)header.version,
-                              (unsigned)FILE_VERSION);
-    }
-    if (header.size != file->size) {
-        return PLII_FILE_FAIL(file, wrong, "the file has %llu bytes, %zu were given", (unsigned long long)header.size,
-                              file->size);
-    }
-    if (header.reserved != 0 ||
-        header.checksum != plii_file_checksum(file->from + PLII_FILE_HEADER_SIZE, file->size - PLII_FILE_HEADER_SIZE)) {
-        return PLII_FILE_FAIL(file, wrong, "the file is damaged: its checksum is wrong");
-    }
+    PLII_FAIL_IF(header.magic[0] != FILE_MAGIC_0 || header.magic[1] != FILE_MAGIC_1, context, wrong, function,
+                 "the %zu bytes are no file of a world", file->size);
+    PLII_FAIL_IF(header.version != FILE_VERSION, context, wrong, function, "the file is of version %u, this is %u",
+                 (unsigned)header.version, (unsigned)FILE_VERSION);
+    PLII_FAIL_IF(header.size != file->size, context, wrong, function, "the file has %llu bytes, %zu were given",
+                 (unsigned long long)header.size, file->size);
+    const uint64_t checksum =
+        plii_file_checksum(file->from + PLII_FILE_HEADER_SIZE, file->size - PLII_FILE_HEADER_SIZE);
+    PLII_FAIL_IF(header.reserved != 0 || header.checksum != checksum, context, wrong, function,
+                 "the file is damaged: its checksum is wrong");
     return PLI_OK;
 }
 

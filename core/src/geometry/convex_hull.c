@@ -273,9 +273,7 @@ static bool hull_start(hull_work* work, const int corners[4]) {
     for (int i = 0; i < 4; ++i) {
         const int face = hull_add_face(work, corners[sides[i][0]], corners[sides[i][1]], corners[sides[i][2]]);
         if (face < 0) { return false; }
-        for (int k = 0; k < 3; ++k) {
-            work->faces[face].neighbours[k] = neighbours[i][k];
-        }
+        memcpy(work->faces[face].neighbours, neighbours[i], sizeof neighbours[i]);
     }
     for (int i = 0; i < work->point_count; ++i) {
         hull_assign(work, i, all, 4);

@@ -172,14 +172,6 @@ static bool gjk_may_call(const gjk_state* state) {
     return state->support_calls + 2 <= state->query->max_support_calls;
 }
 
-static pli_vec3 gjk_first_direction(const plii_gjk_query* query) {
-    const plii_dvec3 between = plii_dvec3_add(
-        plii_dvec3_sub(plii_dvec3_from(query->a->centre), plii_dvec3_from(query->b->centre)), query->offset);
-    pli_vec3 unit = pli_vec3_make(1, 0, 0);
-    (void)plii_dvec3_unit(between, &unit);
-    return unit;
-}
-
 /* Fills the simplex with what the last query knew, or with the point towards the other centre. */
 static void gjk_start(gjk_state* state, const plii_convex_cache* cache) {
     const int cached_count = cache == NULL ? 0 : cache->count;
@@ -188,7 +180,11 @@ static void gjk_start(gjk_state* state, const plii_convex_cache* cache) {
         if (!gjk_is_in_simplex(state, &v)) { state->simplex[state->count++] = v; }
         if (state->lower_bound > state->query->max_distance) { return; }
     }
-    if (state->count == 0) { state->simplex[state->count++] = gjk_support(state, gjk_first_direction(state->query)); }
+    if (state->count > 0) { return; }
+    const plii_dvec3 a = plii_dvec3_from(state->query->a->centre), b = plii_dvec3_from(state->query->b->centre);
+    pli_vec3 towards = pli_vec3_make(1, 0, 0);
+    (void)plii_dvec3_unit(plii_dvec3_add(plii_dvec3_sub(a, b), state->query->offset), &towards);
+    state->simplex[state->count++] = gjk_support(state, towards);
 }
 
 /* Drops the vertices that the nearest point does not need. */

@@ -4,7 +4,7 @@
    others and parts that cross each other do no harm. Where the sign changes far from any triangle there is a hole: the
    solid gets a surface there, and the distances around are lowered to it. */
 
-#include "geometry/sdf_grid.h"
+#include "geometry/triangle_soup.h"
 
 #include "math/bounds.h"
 
@@ -279,13 +279,13 @@ static bool sampling_fill(sampling_grid* grid) {
     return true;
 }
 
-pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling) {
+pli_status plii_soup_sample(plii_soup* soup, const int counts[3], float* samples) {
     if (soup->count == 0) { return PLI_ERROR_INVALID_MESH; }
-    sampling_grid grid = {.soup = soup, .distances = sampling->samples, .count = 1};
+    sampling_grid grid = {.soup = soup, .distances = samples, .count = 1};
     for (int axis = 0; axis < 3; ++axis) {
-        grid.counts[axis] = sampling->counts[axis];
+        grid.counts[axis] = counts[axis];
         grid.strides[axis] = grid.count;
-        grid.count *= (size_t)sampling->counts[axis];
+        grid.count *= (size_t)counts[axis];
     }
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
     if (PLII_ALLOCATE(soup->context, &grid.is_inside, grid.count) && winding_build(&grid.winding, soup)) {

@@ -27,6 +27,12 @@ void plii_soup_free(plii_soup* soup);
    PLI_NULL_INDEX, the search is faster the nearer the guess is. */
 int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance);
 
+/* Signed distances, in cells, to the solid that the triangles enclose, at the points of a grid: sample (i, j, k) lies
+   at the point (i, j, k). Fills `samples` [counts[0] * counts[1] * counts[2]], x first, negative inside; hides
+   triangles that lie inside of the solid.
+   @return PLI_ERROR_OUT_OF_MEMORY, or PLI_ERROR_INVALID_MESH when nothing is inside; without a message */
+pli_status plii_soup_sample(plii_soup* soup, const int counts[3], float* samples);
+
 /* Points at equal positions, where -0 is 0, are one place: `places` [count] receives the place of each, numbered by
    first points. Returns how many places there are, or PLI_NULL_INDEX when out of memory. */
 int plii_weld_points(pli_context* context, int count, const pli_vec3* points, int* places);

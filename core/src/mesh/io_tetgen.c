@@ -8,12 +8,10 @@
 #include "pliant/io.h"
 
 #include <stdio.h>
-#include <string.h>
 
 /* One of the files. */
 typedef struct tetgen_file {
     plii_text text;
-    char* path;
     const char* what;   /* its records are */
     int record_count;   /* what the first line promises */
     int first_index;    /* number of the first record, 0 or 1 */
@@ -75,7 +73,7 @@ static pli_status tetgen_end_file(tetgen_file* file) {
 }
 static pli_status tetgen_out_of_memory(const tetgen_file* file) {
     return plii_fail(file->text.context, PLI_ERROR_OUT_OF_MEMORY, file->text.function, "%s: no memory for %d %s",
-                     file->path, file->record_count, file->what);
+                     file->text.path, file->record_count, file->what);
 }
 
 static pli_status tetgen_read_points(tetgen_file* file, tetgen_mesh* mesh) {
@@ -159,15 +157,15 @@ typedef struct tetgen_part {
 static pli_status tetgen_read_file(pli_context* context, const char* base, const tetgen_part* part,
                                    const char* function, tetgen_mesh* mesh) {
     const size_t path_size = strlen(base) + strlen(part->extension) + 1;
-    tetgen_file file = {.path = plii_allocate(context, path_size), .what = part->what};
-    PLII_FAIL_IF(file.path == NULL, context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for a file name", base);
-    snprintf(file.path, path_size, "%s%s", base, part->extension);
+    tetgen_file file = {.what = part->what};
+    char* path = plii_allocate(context, path_size);
+    PLII_FAIL_IF(path == NULL, context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for a file name", base);
+    snprintf(path, path_size, "%s%s", base, part->extension);
     bool is_missing = false;
-    pli_status status =
-        plii_text_open(context, file.path, function, part->may_be_missing ? &is_missing : NULL, &file.text);
+    pli_status status = plii_text_open(context, path, function, part->may_be_missing ? &is_missing : NULL, &file.text);
     if (status == PLI_OK && !is_missing) { status = part->read(&file, mesh); }
     plii_text_close(&file.text);
-    plii_release(context, file.path, path_size);
+    plii_release(context, path, path_size);
     return status;
 }
 

@@ -5,26 +5,19 @@
 
 #include <string.h>
 
-/* The linear congruential generator of Numerical Recipes. */
-static uint32_t order_next_random(uint32_t* seed) {
-    *seed = UINT32_C(1664525) * *seed + UINT32_C(1013904223);
-    return *seed;
-}
+/* By the linear congruential generator of Numerical Recipes. */
+#define ORDER_SHUFFLE(type, items, count, seed)                                                                        \
+    for (PLII_EACH(type, item, items, count)) {                                                                        \
+        (seed) = UINT32_C(1664525) * (seed) + UINT32_C(1013904223);                                                    \
+        type *other = (items) + (seed) % (uint32_t)(count), swapped = *item;                                           \
+        *item = *other;                                                                                                \
+        *other = swapped;                                                                                              \
+    }
 
 void plii_mesh_shuffle(pli_mesh* mesh) {
     uint32_t seed = 243703;
-    for (int i = 0; i < mesh->link_count; ++i) {
-        const uint32_t other = order_next_random(&seed) % (uint32_t)mesh->link_count;
-        const pli_link link = mesh->links[i];
-        mesh->links[i] = mesh->links[other];
-        mesh->links[other] = link;
-    }
-    for (int i = 0; i < mesh->face_count; ++i) {
-        const uint32_t other = order_next_random(&seed) % (uint32_t)mesh->face_count;
-        const pli_face face = mesh->faces[i];
-        mesh->faces[i] = mesh->faces[other];
-        mesh->faces[other] = face;
-    }
+    ORDER_SHUFFLE(pli_link, mesh->links, mesh->link_count, seed)
+    ORDER_SHUFFLE(pli_face, mesh->faces, mesh->face_count, seed)
     plii_mesh_clear_topology(mesh);
 }
 

@@ -44,8 +44,6 @@ pli_status pli_mesh_set_total_mass(pli_mesh* mesh, float mass) {
 }
 
 /* Fills `sums` per node and how many elements were added, in the order of the elements. */
-typedef void mass_gather_fn(const pli_mesh* mesh, float* sums, float* ranks);
-
 static void mass_gather_faces(const pli_mesh* mesh, float* sums, float* ranks) {
     for (PLII_EACH(const pli_face, face, mesh->faces, mesh->face_count)) {
         const int* n = face->nodes;
@@ -108,15 +106,7 @@ static pli_status mass_share_out(pli_mesh* mesh, float mass, float* weights, con
     return PLI_OK;
 }
 
-/* Elements that masses follow. */
-typedef struct mass_kind {
-    mass_gather_fn* gather;
-    const char* what;
-} mass_kind;
-static const mass_kind mass_faces = {mass_gather_faces, "face with an area"};
-static const mass_kind mass_tetras = {mass_gather_tetras, "tetrahedron with a volume"};
-
-static pli_status mass_distribute(pli_mesh* mesh, float mass, const mass_kind* kind, const char* function) {
+static pli_status mass_distribute(pli_mesh* mesh, float mass, bool by_tetras, const char* function) {
     plii_scratch scratch = {.context = mesh->context};
     float* weights = PLII_TAKE(&scratch, float, mesh->node_count);
     float* ranks = PLII_TAKE(&scratch, float, mesh->node_count);
@@ -124,31 +114,32 @@ static pli_status mass_distribute(pli_mesh* mesh, float mass, const mass_kind* k
     if (scratch.is_short) {
         plii_fail(mesh->context, status, function, "no memory for the weights of %d nodes", mesh->node_count);
     } else {
-        kind->gather(mesh, weights, ranks);
-        status = mass_share_out(mesh, mass, weights, ranks, kind->what, function);
+        (by_tetras ? mass_gather_tetras : mass_gather_faces)(mesh, weights, ranks);
+        const char* what = by_tetras ? "tetrahedron with a volume" : "face with an area";
+        status = mass_share_out(mesh, mass, weights, ranks, what, function);
     }
     plii_scratch_free(&scratch);
     return status;
 }
 
-static pli_status mass_set_total(pli_mesh* mesh, float mass, const mass_kind* kind, const char* function) {
+static pli_status mass_set_total(pli_mesh* mesh, float mass, bool by_tetras, const char* function) {
     PLII_TRY(plii_check_mesh_change(mesh, function));
     PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", function));
-    return mass_distribute(mesh, mass, kind, function);
+    return mass_distribute(mesh, mass, by_tetras, function);
 }
 
 pli_status pli_mesh_set_total_mass_from_faces(pli_mesh* mesh, float mass) {
-    return mass_set_total(mesh, mass, &mass_faces, __func__);
+    return mass_set_total(mesh, mass, false, __func__);
 }
 pli_status pli_mesh_set_total_mass_from_tetras(pli_mesh* mesh, float mass) {
-    return mass_set_total(mesh, mass, &mass_tetras, __func__);
+    return mass_set_total(mesh, mass, true, __func__);
 }
 
 pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", __func__));
     const float mass = fabsf(pli_mesh_volume(mesh)) * density;
-    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, &mass_faces, __func__); }
+    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, false, __func__); }
     return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the faces enclose %g m^3 of %g kg/m^3",
                      (double)pli_mesh_volume(mesh), (double)density);
 }
@@ -161,7 +152,7 @@ pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float density) {
         measure += mass_tetra_measure(mesh, tetra);
     }
     const float mass = measure * density / 6.0f;
-    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, &mass_tetras, __func__); }
+    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, true, __func__); }
     return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the %d tetrahedra hold %g m^3 of %g kg/m^3",
                      mesh->tetra_count, (double)(measure / 6.0f), (double)density);
 }

@@ -57,7 +57,6 @@ float pli_mesh_volume(const pli_mesh* mesh) {
     return volume / 6.0f;
 }
 
-pli_bounds pli_mesh_bounds(const pli_mesh* mesh) {
-    if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return (pli_bounds){0}; }
-    return plii_bounds_of_points(mesh->node_count, mesh->positions);
-}
+PLII_DEFINE_GET(pli_bounds, pli_mesh_bounds, mesh,
+                mesh->node_count > 0 ? plii_bounds_of_points(mesh->node_count, mesh->positions) : (pli_bounds){0},
+                (pli_bounds){0})

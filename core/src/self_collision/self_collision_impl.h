@@ -43,8 +43,8 @@ static inline void plii_self_move(const plii_self_nodes* nodes, int node, pli_ve
     plii_add_xyz(&nodes->offsets[node], pli_vec3_scale(direction, length));
 }
 /* As the solvers without substeps see it. */
-static inline plii_self_nodes plii_self_nodes_of_body(pli_body* body) {
-    return (plii_self_nodes){NULL, body->positions, body->previous};
+static inline plii_self_nodes plii_self_nodes_of_body(pli_body* body, const pli_vec4* starts) {
+    return (plii_self_nodes){NULL, body->positions, starts};
 }
 /* And as XPBD does in a substep. */
 static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, const plii_substep* substep) {

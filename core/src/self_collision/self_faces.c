@@ -127,28 +127,25 @@ static void self_faces_finish(const pli_body* body, plii_self_faces_state* state
 /* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
 #define SELF_FACES_SUBSTEP_ROOM 0.1f
 
-static plii_self_nodes self_faces_nodes(pli_body* body, const plii_self_faces_state* state) {
-    return (plii_self_nodes){NULL, body->positions, state->starts};
-}
-
 static void self_faces_run_prepare(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     memcpy(state->starts, body->previous, (size_t)body->node_count * sizeof *state->starts);
-    const plii_self_nodes nodes = self_faces_nodes(body, state);
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body, state->starts);
     plii_self_faces_begin(body, state);
     plii_self_faces_restart(body, state, &nodes, state->travel);
 }
 
 static void self_faces_run_position(pli_body* body, void* data) {
-    const plii_self_nodes nodes = self_faces_nodes(body, data);
-    self_faces_solve(data, &nodes);
+    plii_self_faces_state* state = data;
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body, state->starts);
+    self_faces_solve(state, &nodes);
 }
 
 /* After velocities were taken from positions: they follow. */
 static void self_faces_run_finish(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     if (body->solver_class->has_substeps) { return; }
-    const plii_self_nodes nodes = self_faces_nodes(body, state);
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body, state->starts);
     plii_body_copy_positions(body, state->was);
     self_faces_finish(body, state, &nodes);
     for (int i = 0; i < body->node_count; ++i) {
@@ -215,7 +212,6 @@ const plii_feature_class plii_self_faces_class = {
         {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
-        {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, PLII_SAVED_AS("3f")},

@@ -10,20 +10,15 @@
 
 /* Sorted by the first node, then looked for among those of the same node. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state) {
-    const int corner_count = 3 * body->topology->face_count;
-    for (int c = 0; c < corner_count; ++c) {
-        const int* face = body->topology->faces[c / 3];
-        const int a = face[c % 3], b = face[(c + 1) % 3];
-        state->firsts[c] = a < b ? a : b;
-        state->seconds[c] = a < b ? b : a;
-    }
-    plii_csr_sort(body->node_count, corner_count, state->firsts, state->rows, state->corners);
+    const int(*faces)[3] = (const int(*)[3])body->topology->faces;
+    plii_csr_sort_edges(body->node_count, body->topology->face_count, faces, state->firsts, state->rows,
+                        state->corners);
     int kept = 0;
     double length = 0.0;
     for (int i = 0; i < body->node_count; ++i) {
         const int begin = kept;
         for (int k = state->rows[i]; k < state->rows[i + 1]; ++k) {
-            const int other = state->seconds[state->corners[k]];
+            const int c = state->corners[k], other = faces[c / 3][c % 3] + (faces[c / 3][(c + 1) % 3] - i);
             bool is_new = other != i;
             for (int m = begin; m < kept && is_new; ++m) {
                 is_new = state->edges[m][1] != other;
@@ -260,7 +255,7 @@ void plii_self_faces_begin(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     const plii_self_nodes nodes = {NULL, body->previous, body->previous};
     state->report = (pli_self_faces_report){.pairs = state->pair_count};
-    const plii_self_nodes predicted = plii_self_nodes_of_body(body);
+    const plii_self_nodes predicted = plii_self_nodes_of_body(body, body->previous);
     const float most = state->def.max_travel > 0.0f ? state->def.max_travel : state->mean_edge_length;
     state->travel = plii_self_faces_bound(body, &predicted, 0.5f * state->def.thickness, most);
     self_faces_count_motion(body, state, &nodes);

@@ -38,8 +38,8 @@ typedef struct plii_self_faces_state {
     pli_vec4* starts;       /* [node_count] at the start of the step */
     pli_vec3* was;          /* [node_count] before motions are cut short */
     pli_vec3* last;         /* [node_count] where `moved` has counted to */
-    int *firsts, *seconds;  /* [3 * face_count] nodes of the edges of all faces, while these are looked for, */
-    int *rows, *corners;    /* [node_count + 1], [3 * face_count] and these by their first node */
+    int* firsts;            /* [3 * face_count] first nodes of the edges of all faces, while these are looked for, */
+    int *rows, *corners;    /* [node_count + 1], [3 * face_count] and these by them */
     int (*edges)[2];        /* [3 * face_count], of which edge_count are in use */
     int edge_count;
     pli_bounds* boxes;

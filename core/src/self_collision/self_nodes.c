@@ -59,34 +59,28 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     state->report.is_truncated = state->report.is_truncated || pairs->is_truncated || !has_room;
 }
 
-/* At the start of a step without substeps, in which constraints move nodes from the ends of their paths. Positions are
-   the solver's own; those of the last search are others where that was in a step with substeps. */
-static void self_nodes_run_prepare(pli_body* body, void* data) {
-    self_nodes_state* state = data;
-    const pli_vec3 origin = state->origin;
-    const bool had_origin = pli_vec3_length_squared(origin) > 0.0f;
-    self_nodes_start_report(body, state);
-    state->origin = pli_vec3_make(0, 0, 0);
-    state->pairs.at = body->previous;
-    if (had_origin || !plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
-        state->pairs.thickness = state->def.thickness;
-        plii_self_node_pairs_search_step(body, &state->pairs, origin);
-    }
-    self_nodes_report(body, state);
-}
-
-/* At the start of a step with substeps. */
-static void self_nodes_begin_substeps(pli_body* body, void* data) {
+/* At the start of a step. Without substeps constraints move nodes from the ends of their paths. Positions are the
+   solver's own then; those of the last search are others where that was in a step with substeps. */
+static void self_nodes_begin(pli_body* body, void* data) {
     self_nodes_state* state = data;
     const plii_self_nodes nodes = {NULL, body->previous, body->previous};
+    const bool has_substeps = body->solver_class->has_substeps;
     const pli_vec3 origin = state->origin;
+    const bool has_other_origin = !has_substeps && pli_vec3_length_squared(origin) > 0.0f;
     self_nodes_start_report(body, state);
-    self_nodes_copy_positions(body, state, &nodes);
-    if (!plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
-        state->pairs.thickness = state->def.thickness;
-        state->origin = body->node_count > 0 ? plii_self_position(&nodes, 0) : pli_vec3_make(0, 0, 0);
-        if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
+    if (has_substeps) {
         self_nodes_copy_positions(body, state, &nodes);
+    } else {
+        state->origin = pli_vec3_make(0, 0, 0);
+        state->pairs.at = body->previous;
+    }
+    if (has_other_origin || !plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
+        state->pairs.thickness = state->def.thickness;
+        if (has_substeps) {
+            state->origin = plii_self_position(&nodes, 0);
+            if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
+            self_nodes_copy_positions(body, state, &nodes);
+        }
         plii_self_node_pairs_search_step(body, &state->pairs, pli_vec3_sub(origin, state->origin));
     }
     self_nodes_report(body, state);
@@ -185,7 +179,7 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
 
 static void self_nodes_run_position(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body, body->previous);
     state->pairs.at = nodes.offsets;
     plii_self_node_pairs_update(body, &state->pairs, &nodes, body->step.inverse_dt, body->step.dt, 0.0f);
     self_nodes_report(body, state);
@@ -235,7 +229,7 @@ static void self_nodes_run_update(pli_body* body, void* data) {
     self_nodes_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body, body->previous);
     self_nodes_limit(body, state, &nodes, body->velocities);
 }
 
@@ -297,10 +291,10 @@ const plii_feature_class plii_self_nodes_class = {
     .on_restored = self_nodes_on_restored,
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
-               [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, SELF_NODES_ORDER},
+               [PLII_STAGE_PREPARE] = {self_nodes_begin, SELF_NODES_ORDER},
                [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
     .substepped = &(const plii_substep_class){.order = SELF_NODES_SUBSTEP_ORDER,
-                                              .begin = self_nodes_begin_substeps,
+                                              .begin = self_nodes_begin,
                                               .restart = self_nodes_restart,
                                               .sweep = self_nodes_sweep,
                                               .finish = self_nodes_finish},

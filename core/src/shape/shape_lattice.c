@@ -86,19 +86,13 @@ static void lattice_sample(const lattice_data* lattice, const int key[3], lattic
     memcpy(cell->samples, distances, sizeof cell->samples);
 }
 
-/* 21 bits of each coordinate. */
-static uint64_t lattice_key(const int cell[3]) {
-    uint64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        key = key << 21 | ((uint64_t)(uint32_t)cell[axis] & 0x1fffffu);
-    }
-    return key;
-}
-
 /* The cell at some coordinates; sampled into `fallback` when there is no memory to keep it. */
 static const lattice_cell* lattice_find(const lattice_data* lattice, const int cell[3], lattice_cell* fallback) {
     lattice_cache* cache = lattice->cache;
-    const uint64_t key = lattice_key(cell);
+    uint64_t key = 0; /* 21 bits of each coordinate */
+    for (int axis = 0; axis < 3; ++axis) {
+        key = key << 21 | ((uint64_t)(uint32_t)cell[axis] & 0x1fffffu);
+    }
     int index = plii_key_table_find(&cache->table, key);
     if (index != PLI_NULL_INDEX) { return &cache->cells[index]; }
     if (cache->table.count >= LATTICE_MAX_CELLS) { plii_key_table_clear(&cache->table); }

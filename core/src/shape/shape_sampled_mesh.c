@@ -1,6 +1,6 @@
 /* The solid inside of triangles by distances on a dense grid (sdf_grid.c), trilinear; normals are its gradient. */
 
-#include "geometry/sdf_grid.h"
+#include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/definition.h"
 #include "shape/shape_impl.h"
@@ -17,12 +17,11 @@ typedef struct sampled_mesh {
     pli_vec3 origin; /* of sample (0, 0, 0) */
     float cell_size, inverse_cell_size;
     pli_bounds bounds; /* of the solid */
-    plii_sdf_grid sampling;
+    int counts[3];     /* of samples along each axis */
+    float* samples;    /* distances in cells, as plii_soup_sample gives them */
 } sampled_mesh;
 
-pli_sampled_mesh_def pli_sampled_mesh_def_default(void) {
-    return (pli_sampled_mesh_def){.cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_sampled_mesh_def, .cookie = PLII_DEF_COOKIE)
 
 /* The cell of a coordinate within the grid, and how far along it. */
 static int sampled_mesh_cell(float coordinate, int count, float* fraction) {
@@ -32,13 +31,13 @@ static int sampled_mesh_cell(float coordinate, int count, float* fraction) {
 }
 
 /* Distance in cells and its gradient at a point of the grid, in cells. */
-static float sampled_mesh_interpolate(const plii_sdf_grid* sampling, pli_vec3 p, pli_vec3* gradient) {
+static float sampled_mesh_interpolate(const sampled_mesh* mesh, pli_vec3 p, pli_vec3* gradient) {
     pli_vec3 f;
-    const size_t i = (size_t)sampled_mesh_cell(p.x, sampling->counts[0], &f.x);
-    const size_t j = (size_t)sampled_mesh_cell(p.y, sampling->counts[1], &f.y);
-    const size_t k = (size_t)sampled_mesh_cell(p.z, sampling->counts[2], &f.z);
-    const size_t row = (size_t)sampling->counts[0], layer = row * (size_t)sampling->counts[1];
-    const float* low = sampling->samples + i + row * j + layer * k;
+    const size_t i = (size_t)sampled_mesh_cell(p.x, mesh->counts[0], &f.x);
+    const size_t j = (size_t)sampled_mesh_cell(p.y, mesh->counts[1], &f.y);
+    const size_t k = (size_t)sampled_mesh_cell(p.z, mesh->counts[2], &f.z);
+    const size_t row = (size_t)mesh->counts[0], layer = row * (size_t)mesh->counts[1];
+    const float* low = mesh->samples + i + row * j + layer * k;
     const float* high = low + layer;
     const float corners[8] = {low[0], low[1], low[row + 1], low[row], high[0], high[1], high[row + 1], high[row]};
     return plii_shape_interpolate(corners, f, gradient);
@@ -50,13 +49,13 @@ static pli_vec3 sampled_mesh_unit(pli_vec3 v) {
 }
 
 static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli_vec3* normal) {
-    const int* counts = mesh->sampling.counts;
+    const int* counts = mesh->counts;
     const pli_vec3 last = pli_vec3_make((float)(counts[0] - 1), (float)(counts[1] - 1), (float)(counts[2] - 1));
     const pli_vec3 local = pli_vec3_sub(point, mesh->origin);
     const pli_vec3 p = pli_vec3_scale(local, mesh->inverse_cell_size);
     const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, pli_vec3_make(0, 0, 0)), last);
     pli_vec3 gradient;
-    const float distance = sampled_mesh_interpolate(&mesh->sampling, inside, &gradient) * mesh->cell_size;
+    const float distance = sampled_mesh_interpolate(mesh, inside, &gradient) * mesh->cell_size;
     *normal = sampled_mesh_unit(gradient);
     if (p.x == inside.x && p.y == inside.y && p.z == inside.z) { return distance; }
     const pli_vec3 offset = pli_vec3_sub(local, pli_vec3_scale(inside, mesh->cell_size));
@@ -120,7 +119,7 @@ static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, c
                  "cells of %g m and a padding of %g m need %.0f x %.0f x %.0f samples, more than %d", cell_size,
                  padding * cell_size, counts[0], counts[1], counts[2], PLI_SAMPLED_MESH_MAX_SAMPLES);
     for (int axis = 0; axis < 3; ++axis) {
-        mesh->sampling.counts[axis] = (int)counts[axis];
+        mesh->counts[axis] = (int)counts[axis];
     }
     const float shift = (float)(padding * cell_size);
     mesh->origin = pli_vec3_sub(bounds.min, pli_vec3_make(shift, shift, shift));
@@ -130,27 +129,26 @@ static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, c
 }
 
 static size_t sampled_mesh_bytes(const sampled_mesh* mesh) {
-    const int* counts = mesh->sampling.counts;
-    return (size_t)counts[0] * (size_t)counts[1] * (size_t)counts[2] * sizeof *mesh->sampling.samples;
+    const int* counts = mesh->counts;
+    return (size_t)counts[0] * (size_t)counts[1] * (size_t)counts[2] * sizeof *mesh->samples;
 }
 static void sampled_mesh_destroy(void* user) {
     sampled_mesh* mesh = user;
-    plii_release(mesh->context, mesh->sampling.samples, sampled_mesh_bytes(mesh));
+    plii_release(mesh->context, mesh->samples, sampled_mesh_bytes(mesh));
 }
 
 static pli_status sampled_mesh_sample(sampled_mesh* mesh, const pli_vec3* points, int triangle_count,
                                       const int* triangles, const char* function) {
     plii_soup soup = {.context = mesh->context};
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    mesh->sampling.samples = plii_allocate(mesh->context, sampled_mesh_bytes(mesh));
-    if (mesh->sampling.samples != NULL &&
+    mesh->samples = plii_allocate(mesh->context, sampled_mesh_bytes(mesh));
+    if (mesh->samples != NULL &&
         plii_soup_build(&soup, points, triangle_count, triangles, mesh->origin, mesh->inverse_cell_size)) {
-        status = plii_sdf_grid_run(&soup, &mesh->sampling);
+        status = plii_soup_sample(&soup, mesh->counts, mesh->samples);
     }
     plii_soup_free(&soup);
     PLII_FAIL_IF(status == PLI_ERROR_OUT_OF_MEMORY, mesh->context, status, function,
-                 "no memory for %d x %d x %d samples", mesh->sampling.counts[0], mesh->sampling.counts[1],
-                 mesh->sampling.counts[2]);
+                 "no memory for %d x %d x %d samples", mesh->counts[0], mesh->counts[1], mesh->counts[2]);
     PLII_FAIL_IF(status != PLI_OK, mesh->context, status, function,
                  "the %d triangles enclose nothing that cells of %g m show", triangle_count, (double)mesh->cell_size);
     return PLI_OK;

@@ -18,21 +18,16 @@ typedef struct plii_checksum {
 typedef void plii_checksum_kernel(plii_checksum* checksum, unsigned char* to, const unsigned char* bytes, size_t size);
 plii_checksum_kernel plii_checksum_blocks_base, plii_checksum_blocks_avx2;
 
-/* Adds whole blocks; `to` as above. */
-static inline void plii_checksum_add_blocks(const pli_context* context, plii_checksum* checksum, unsigned char* to,
-                                            const unsigned char* bytes, size_t size) {
-    PLII_KERNEL(context, plii_checksum_blocks)(checksum, to, bytes, size);
-}
-
 /* What is left over of the last block counts as zeros: whole blocks but for the end. */
 static inline void plii_checksum_add(const pli_context* context, plii_checksum* checksum, const unsigned char* bytes,
                                      size_t size) {
     const size_t left = size % PLII_CHECKSUM_BLOCK, whole = size - left;
-    plii_checksum_add_blocks(context, checksum, NULL, bytes, whole);
+    plii_checksum_kernel* add_blocks = PLII_KERNEL(context, plii_checksum_blocks);
+    add_blocks(checksum, NULL, bytes, whole);
     if (left > 0) {
         unsigned char rest[PLII_CHECKSUM_BLOCK] = {0};
         memcpy(rest, bytes + whole, left);
-        plii_checksum_add_blocks(context, checksum, NULL, rest, sizeof rest);
+        add_blocks(checksum, NULL, rest, sizeof rest);
     }
 }
 

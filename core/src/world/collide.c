@@ -255,18 +255,13 @@ static void world_collide_pairs(pli_world* world, const pli_body_pair* pairs, in
     }
 }
 
-static pli_status world_check_body_pair(const pli_world* world, const pli_body_pair* pair, const char* function) {
-    const pli_body *a = pair->body_a, *b = pair->body_b;
-    PLII_TRY(plii_check_handle(a, PLII_HANDLE_BODY, world->context, "the first body", function));
-    PLII_TRY(plii_check_handle(b, PLII_HANDLE_BODY, world->context, "the second body", function));
-    PLII_TRY(world_check_pair(world, a->world, b->world, function));
-    if (a == b) { return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a body cannot meet itself"); }
-    return PLI_OK;
-}
-
 static pli_status world_collide_checked(pli_world* world, const pli_body_pair* pairs, int count, const char* function) {
-    for (int i = 0; i < count; ++i) {
-        PLII_TRY(world_check_body_pair(world, &pairs[i], function));
+    for (PLII_EACH(const pli_body_pair, pair, pairs, count)) {
+        const pli_body *a = pair->body_a, *b = pair->body_b;
+        PLII_TRY(plii_check_handle(a, PLII_HANDLE_BODY, world->context, "the first body", function));
+        PLII_TRY(plii_check_handle(b, PLII_HANDLE_BODY, world->context, "the second body", function));
+        PLII_TRY(world_check_pair(world, a->world, b->world, function));
+        PLII_FAIL_IF(a == b, world->context, PLI_ERROR_INVALID_VALUE, function, "a body cannot meet itself");
     }
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);

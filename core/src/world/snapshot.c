@@ -78,7 +78,8 @@ static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
         memcpy(block, walk->from + walk->at, size);
     } else if (walk->mode == SNAPSHOT_SAVE && walk->at + size <= walk->size) {
         const size_t whole = size >= SNAPSHOT_LARGE ? size - size % PLII_CHECKSUM_BLOCK : 0;
-        if (whole > 0) { plii_checksum_add_blocks(walk->context, &walk->checksum, walk->to + walk->at, block, whole); }
+        plii_checksum_kernel* add_blocks = PLII_KERNEL(walk->context, plii_checksum_blocks);
+        if (whole > 0) { add_blocks(&walk->checksum, walk->to + walk->at, block, whole); }
         memcpy(walk->to + walk->at + whole, (const unsigned char*)block + whole, size - whole);
         walk->summed += whole;
     }
@@ -341,24 +342,17 @@ static pli_status snapshot_restore(snapshot_subject subject, pli_context* contex
     return snapshot_run(&walk, subject);
 }
 
-PLII_DEFINE_GET(size_t, pli_world_snapshot_size, world,
-                snapshot_size((snapshot_subject){.world = world}, world->context, __func__), 0)
-pli_status pli_world_save(const pli_world* world, void* buffer, size_t capacity, size_t* size) {
-    PLII_TRY(plii_check_world_idle(world, __func__));
-    return snapshot_save((snapshot_subject){.world = world}, world->context, buffer, capacity, size, __func__);
-}
-pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size) {
-    PLII_TRY(plii_check_world_idle(world, __func__));
-    return snapshot_restore((snapshot_subject){.world = world}, world->context, buffer, size, __func__);
-}
-
-PLII_DEFINE_GET(size_t, pli_body_snapshot_size, body,
-                snapshot_size((snapshot_subject){.body = body}, body->context, __func__), 0)
-pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    return snapshot_save((snapshot_subject){.body = body}, body->context, buffer, capacity, size, __func__);
-}
-pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    return snapshot_restore((snapshot_subject){.body = body}, body->context, buffer, size, __func__);
-}
+/* The calls of a user for what a snapshot is of. */
+#define SNAPSHOT_CALLS(kind, check)                                                                                    \
+    PLII_DEFINE_GET(size_t, pli_##kind##_snapshot_size, kind,                                                          \
+                    snapshot_size((snapshot_subject){.kind = kind}, kind->context, __func__), 0)                       \
+    pli_status pli_##kind##_save(const pli_##kind* kind, void* buffer, size_t capacity, size_t* size) {                \
+        PLII_TRY(check(kind, __func__));                                                                               \
+        return snapshot_save((snapshot_subject){.kind = kind}, kind->context, buffer, capacity, size, __func__);       \
+    }                                                                                                                  \
+    pli_status pli_##kind##_restore(pli_##kind* kind, const void* buffer, size_t size) {                               \
+        PLII_TRY(check(kind, __func__));                                                                               \
+        return snapshot_restore((snapshot_subject){.kind = kind}, kind->context, buffer, size, __func__);              \
+    }
+SNAPSHOT_CALLS(world, plii_check_world_idle)
+SNAPSHOT_CALLS(body, plii_check_body_idle)

@@ -29,13 +29,8 @@ static pli_status world_leave(pli_world* world, pli_status status) {
 
 // ----------------------------------------------------------------------------------------------------- life
 
-pli_world_def pli_world_def_default(void) {
-    return (pli_world_def){.gravity = {0, -10, 0},
-                           .air_density = 1.2f,
-                           .max_force_displacement = 1000.0f,
-                           .preallocates = true,
-                           .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_world_def, .gravity = {0, -10, 0}, .air_density = 1.2f, .max_force_displacement = 1000.0f,
+                    .preallocates = true, .cookie = PLII_DEF_COOKIE)
 
 static const plii_field world_fields[] = {
     PLII_FIELD(pli_world_def, gravity, -PLI_MAX_ACCELERATION, PLI_MAX_ACCELERATION),
@@ -122,18 +117,6 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     return PLI_OK;
 }
 
-/* Tells every feature of every body through one of its hooks that something goes away. */
-static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
-    for (PLII_EACH_BODY(body, world)) {
-        for (PLII_EACH_FEATURE(feature, body)) {
-            if (feature->klass->on_rigid_removed != NULL) {
-                feature->klass->on_rigid_removed(body, feature->state, rigid);
-            }
-        }
-        plii_body_stop_ignoring(body, rigid);
-    }
-}
-
 /* Those that name a body or a rigid body that is going. */
 static void world_drop_events(pli_world* world, const pli_body* body, const pli_rigid* rigid) {
     PLII_REMOVE_IF(pli_event, event, world->events, world->event_count,
@@ -168,7 +151,13 @@ pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
     plii_walk walk; /* some ask its shapes */
     plii_walk_begin(&walk, world->context, PLII_WALK_STEP);
-    world_forget_rigid(world, rigid);
+    for (PLII_EACH_BODY(body, world)) {
+        for (PLII_EACH_FEATURE(feature, body)) {
+            const plii_feature_class* klass = feature->klass;
+            if (klass->on_rigid_removed != NULL) { klass->on_rigid_removed(body, feature->state, rigid); }
+        }
+        plii_body_stop_ignoring(body, rigid);
+    }
     plii_walk_end(&walk);
     for (int i = rigid->world_index; i + 1 < world->rigid_count; ++i) {
         world->rigids[i] = world->rigids[i + 1];

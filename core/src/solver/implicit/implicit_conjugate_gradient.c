@@ -7,8 +7,6 @@
 
 #include "solver/implicit/implicit_gradient_filter.h"
 
-#include <string.h>
-
 enum { IMPLICIT_MAX_ROUNDS = 8, IMPLICIT_NODE_PASSES = 8 };
 #define IMPLICIT_LEAST_SLIDING 0.01      /* of what friction takes in a step */
 #define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */

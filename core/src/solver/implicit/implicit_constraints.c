@@ -5,8 +5,6 @@
 #include "base/csr.h"
 #include "body/pipeline.h"
 
-#include <string.h>
-
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
@@ -16,18 +14,17 @@
 // ------------------------------------------------------------------------------------------------- rigid bodies
 
 /* Inverse of a symmetric 3x3 matrix that may have zero rows where axes are locked. */
-static void implicit_invert_inertia(double a[3][3], double inertia[6]) {
+static void implicit_invert_inertia(double a[3][3], double inertia[3][3]) {
     const double trace = a[0][0] + a[1][1] + a[2][2], least = trace > 0.0 ? 1e-12 * trace : 1.0 / IMPLICIT_IMMOVABLE;
     const double xx = a[0][0] + least, yy = a[1][1] + least, zz = a[2][2] + least;
     const double xy = 0.5 * (a[0][1] + a[1][0]), xz = 0.5 * (a[0][2] + a[2][0]), yz = 0.5 * (a[1][2] + a[2][1]);
     const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
     const double inverse = 1.0 / (xx * cxx + xy * cxy + xz * cxz);
-    inertia[0] = cxx * inverse;
-    inertia[1] = cxy * inverse;
-    inertia[2] = cxz * inverse;
-    inertia[3] = (xx * zz - xz * xz) * inverse;
-    inertia[4] = (xy * xz - xx * yz) * inverse;
-    inertia[5] = (xx * yy - xy * xy) * inverse;
+    const double ixy = cxy * inverse, ixz = cxz * inverse, iyz = (xy * xz - xx * yz) * inverse;
+    const double rows[3][3] = {{cxx * inverse, ixy, ixz},
+                               {ixy, (xx * zz - xz * xz) * inverse, iyz},
+                               {ixz, iyz, (xx * yy - xy * xy) * inverse}};
+    memcpy(inertia, rows, sizeof rows);
 }
 
 static double implicit_axis_mass(float inverse_mass, float factor) {
@@ -104,8 +101,7 @@ static void implicit_sum_impulses(plii_implicit_constraints* constraints) {
 }
 
 /* Where iterations end early impulses are not yet what moves the rigid body; the rest is shared among them. */
-void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bool are_recorded) {
-    if (!are_recorded) { return; }
+void plii_implicit_constraints_report(plii_implicit_constraints* constraints) {
     implicit_sum_impulses(constraints);
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
@@ -494,11 +490,4 @@ void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
         constraint->stiffness = 1.0 / along;
         constraint->stiffness_across = 2.0 / fmax(across, IMPLICIT_LEAST_RESPONSE * along);
     }
-}
-
-bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->count; ++i) {
-        if (!constraints->items[i].is_anchor) { return true; }
-    }
-    return false;
 }

@@ -50,8 +50,8 @@ static inline double plii_implicit_block_stiffness(const plii_implicit_block* bl
 typedef struct plii_implicit_rigid {
     pli_rigid* rigid;
     bool is_dynamic;
-    double mass[3];    /* kg, by axis; what cannot move is very heavy */
-    double inertia[6]; /* kg m^2: xx, xy, xz, yy, yz, zz */
+    double mass[3];       /* kg, by axis; what cannot move is very heavy */
+    double inertia[3][3]; /* kg m^2 */
     double inverse_inertia[3][3];
     double change[6]; /* m/s, rad/s: what this body's system adds to the velocities */
     double before[6]; /* `change` where the system was linearised */
@@ -106,12 +106,10 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
                                       const plii_implicit_block* blocks, const plii_dvec3* base);
 /* After the blocks have changed; contacts that are released, as sweeps leave them sliding, are as before a solution. */
 void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released);
-/* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
-bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints);
 /* Hands the changes to the rigid bodies. */
 void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints);
 /* Tells those that ask what the solution has pushed them by. */
-void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bool are_recorded);
+void plii_implicit_constraints_report(plii_implicit_constraints* constraints);
 /* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */
 void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
                                         plii_implicit_constraint* constraint);
@@ -175,19 +173,16 @@ static inline void plii_implicit_add_velocity(const plii_implicit_rigid* rigid, 
 }
 /* sum = M q. */
 static inline void plii_implicit_rigid_mul(const plii_implicit_rigid* rigid, const double q[6], double sum[6]) {
-    const double* j = rigid->inertia;
     for (int i = 0; i < 3; ++i) {
+        const double* row = rigid->inertia[i];
         sum[i] = rigid->mass[i] * q[i];
+        sum[3 + i] = row[0] * q[3] + row[1] * q[4] + row[2] * q[5];
     }
-    sum[3] = j[0] * q[3] + j[1] * q[4] + j[2] * q[5];
-    sum[4] = j[1] * q[3] + j[3] * q[4] + j[4] * q[5];
-    sum[5] = j[2] * q[3] + j[4] * q[4] + j[5] * q[5];
 }
 static inline void plii_implicit_rigid_matrix(const plii_implicit_rigid* rigid, double m[6][6]) {
-    static const int at[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
     for (int i = 0; i < 6; ++i) {
         for (int k = 0; k < 6; ++k) {
-            m[i][k] = i < 3 && i == k ? rigid->mass[i] : i >= 3 && k >= 3 ? rigid->inertia[at[i - 3][k - 3]] : 0.0;
+            m[i][k] = i < 3 && i == k ? rigid->mass[i] : i >= 3 && k >= 3 ? rigid->inertia[i - 3][k - 3] : 0.0;
         }
     }
 }

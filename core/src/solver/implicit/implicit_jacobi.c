@@ -2,8 +2,6 @@
 
 #include "solver/implicit/implicit_system.h"
 
-#include <string.h>
-
 /* Sum over the neighbours of h^2 J_ij x_j. */
 static plii_dvec3 implicit_gather(const plii_implicit_system* system, int node, const plii_dvec3* x) {
     plii_dvec3 sum = {0};

@@ -9,8 +9,6 @@
 #include "math/bounds.h"
 #include "solver/implicit/implicit_system.h"
 
-#include <string.h>
-
 enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
 /* Energy that a step may gain, see plii_implicit_excess. */
 #define IMPLICIT_LARGEST_EXCESS 0.01
@@ -60,7 +58,7 @@ static void implicit_external_range(int begin, int end, void* data) {
             if (system->def->start == PLI_IMPLICIT_START_AT_REST) {
                 system->rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
             } else {
-                plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
+                plii_add_xyz(&body->velocities[i], change);
             }
         }
         if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
@@ -81,7 +79,12 @@ static void implicit_iterate(implicit_state* state, bool is_warm) {
         return;
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
-    if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->constraints)) {
+    bool is_weighted = state->def.method == PLI_IMPLICIT_CHEBYSHEV;
+    /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
+    for (int i = 0; i < state->constraints.count && is_weighted; ++i) {
+        is_weighted = state->constraints.items[i].is_anchor;
+    }
+    if (is_weighted) {
         /* It grows with the step; too large it does no harm, too small sweeps pass on little. */
         const double dt = (double)system->body->step.dt;
         if (state->spectral_radius == 0.0 || dt > IMPLICIT_LONGER_STEP * state->spectral_dt) {
@@ -220,10 +223,8 @@ static void implicit_solution_range(int begin, int end, void* data) {
             const plii_dvec3 velocity = plii_implicit_xyz(&body->velocities[i]);
             plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, system->solution[i])));
         }
-        const pli_vec3 position = plii_xyz(body->positions[i]);
-        plii_set_xyz(&body->previous[i], position);
-        plii_set_xyz(&body->positions[i],
-                     pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt)));
+        plii_set_xyz(&body->previous[i], plii_xyz(body->positions[i]));
+        plii_add_xyz(&body->positions[i], pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt));
     }
 }
 
@@ -346,7 +347,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         implicit_follow_solution(body, system);
     }
     plii_implicit_constraints_push_rigids(&state->constraints);
-    plii_implicit_constraints_report(&state->constraints, body->records_contacts);
+    if (body->records_contacts) { plii_implicit_constraints_report(&state->constraints); }
 }
 
 /* Taking back an error moves nodes, but gives them no speed. */
@@ -378,9 +379,7 @@ static void implicit_corrections_range(int begin, int end, void* data) {
     for (int i = begin; i < end; ++i) {
         const pli_vec3 solved = implicit_reached(body, i);
         const plii_dvec3 moved = plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), plii_dvec3_from(solved));
-        plii_set_xyz(&body->velocities[i],
-                     pli_vec3_add(plii_xyz(body->velocities[i]),
-                                  plii_dvec3_to_float(plii_dvec3_scale(moved, (double)body->step.inverse_dt))));
+        plii_add_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_scale(moved, (double)body->step.inverse_dt)));
     }
 }
 

@@ -4,8 +4,6 @@
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
-#include <string.h>
-
 typedef struct xpbd_hinge {
     int nodes[4]; /* the edge, then the tips; the first face has the edge from nodes[0] to nodes[1] */
     float rest_angle;
@@ -110,15 +108,6 @@ static xpbd_face_edge xpbd_edge_from(const pli_body* body, int corner) {
     return (xpbd_face_edge){face[k], face[(k + 1) % 3], face[(k + 2) % 3]};
 }
 
-static void xpbd_bending_sort_edges(const pli_body* body, const xpbd_bending_state* state) {
-    const int count = 3 * body->topology->face_count;
-    for (int i = 0; i < count; ++i) {
-        const xpbd_face_edge edge = xpbd_edge_from(body, i);
-        state->keys[i] = edge.from < edge.to ? edge.from : edge.to;
-    }
-    plii_csr_sort(body->node_count, count, state->keys, state->begin, state->corners);
-}
-
 /* Pairs of faces that run along the edge in opposite directions; of three and more on an edge each is taken once. */
 static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_state* state) {
     int count = 0, *corners = state->corners;
@@ -146,7 +135,8 @@ static void xpbd_bending_build(pli_body* body, void* data) {
     xpbd_bending_state* state = data;
     state->hinge_count = 0;
     if (body->topology->face_count == 0) { return; }
-    xpbd_bending_sort_edges(body, state);
+    plii_csr_sort_edges(body->node_count, body->topology->face_count, (const int(*)[3])body->topology->faces,
+                        state->keys, state->begin, state->corners);
     state->hinge_count = xpbd_bending_pair(body, state);
     plii_constraint_order(state->hinge_count, 4, state->nodes[0], state->masks, state->colors, state->order);
     for (int i = 0; i < state->hinge_count; ++i) {

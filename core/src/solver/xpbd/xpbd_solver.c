@@ -209,21 +209,17 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     return plii_body_changed(body, PLI_OK);
 }
 
-static void xpbd_disable_kinds(pli_body* body) {
+pli_status pli_body_disable_xpbd(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
+    if (state == NULL) { return PLI_OK; }
+    if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = pipeline->feature_count; i-- > 0;) {
         if (i >= pipeline->feature_count) { continue; } /* what only the last one needed went with it */
         const plii_feature_class* klass = pipeline->features[i].klass;
         if (klass->substepped != NULL && klass->substepped->is_of_xpbd) { plii_feature_disable(body, klass); }
     }
-}
-
-pli_status pli_body_disable_xpbd(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
-    if (state == NULL) { return PLI_OK; }
-    if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
-    xpbd_disable_kinds(body);
     plii_feature_disable(body, &plii_xpbd_class);
     return plii_body_changed(body, PLI_OK);
 }
