@@ -249,6 +249,40 @@ static void test_links_of_a_braced_surface_get_no_energy(void** unused) {
     }
 }
 
+// ---------------------------------------------------------------------------------------------------- XPBD volume
+
+/* Rigid links do not allow ten percent more volume, nor what a gas wants; a ball that rests stays so, and one that
+   turns goes on as it did. With unequal masses too. */
+static void test_volume_that_links_do_not_allow_turns_nothing(void** unused) {
+    (void)unused;
+    for (int trial = 0; trial < 12; ++trial) {
+        const bool has_gas = trial % 4 >= 2, turns = trial % 2 == 1;
+        const pli_vec3 centre = trial < 8 ? pli_vec3_make(0, 0, 0) : pli_vec3_make(70, -40, 25);
+        pli_body* body = make_ball(centre, trial / 4 != 1);
+        pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
+        volume.pressure_ratio = has_gas ? 1.0f : 1.1f;
+        volume.compliance = has_gas ? 1e-4f : 0.0f;
+        CHECK_OK(pli_body_enable_xpbd(body, NULL));
+        CHECK_OK(pli_body_enable_xpbd_links(body, NULL));
+        CHECK_OK(pli_body_enable_xpbd_volume(body, &volume));
+        if (has_gas) { CHECK_OK(pli_body_enable_pressure(body, 2000)); }
+        const float turn = turns ? 1.0f : 0.0f;
+        set_motion(body, centre, pli_vec3_make(0, 0, 0), pli_vec3_make(0.6f * turn, 1.2f * turn, -0.4f * turn), 0);
+        const motion start = motion_of(body);
+        double worst = 0.0;
+        for (int i = 0; i < 480; ++i) {
+            CHECK_OK(pli_world_step(world, (float)dt));
+            worst = fmax(worst, distance_of(motion_of(body).spin, start.spin));
+        }
+        const double more = motion_of(body).energy - start.energy;
+        print_message("%s%s, %s masses: turned by %.2g kg m^2/s, %.2g J more\n", has_gas ? "gas" : "ratio of 1.1",
+                      turns ? " in a ball that turns" : "", trial / 4 == 1 ? "unequal" : "equal", worst, more);
+        check_at_most(worst, 3e-3);
+        check_at_most(more, trial / 4 == 1 ? 0.2 : 1e-4); // nodes of 1 g swing
+        pli_body_destroy(body);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_matching_of_clusters_keeps_momentum, setup_weightless_world,
@@ -260,6 +294,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_links_between_unequal_masses_get_no_energy, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_links_of_a_braced_surface_get_no_energy, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_volume_that_links_do_not_allow_turns_nothing, setup_weightless_world,
                                         teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -96,11 +96,9 @@ PLI_API pli_status pli_body_disable_xpbd_tetras(pli_body* body);
 
 /// Volume inside the faces.
 typedef struct pli_xpbd_volume_def {
-    float compliance; ///< m^5/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid)
-    /// 0 to PLI_MAX_FACTOR, default 1: wanted volume over the volume at rest. Give the links a compliance with any
-    /// other: what they do not allow turns a free body (a ball of 1 m and 10 kg, 1.1 and rigid links: 7 N m)
-    float pressure_ratio;
-    uint32_t cookie; ///< set by the default function
+    float compliance;     ///< m^5/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid)
+    float pressure_ratio; ///< 0 to PLI_MAX_FACTOR, default 1: wanted volume over the volume at rest
+    uint32_t cookie;      ///< set by the default function
 } pli_xpbd_volume_def;
 
 /// Defaults of the fields.

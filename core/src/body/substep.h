@@ -52,6 +52,7 @@ typedef struct plii_substep_class {
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
     plii_substep_fn* restart;                   /* before the sweeps of a substep: multipliers to zero; optional */
     plii_substep_fn* sweep;                     /* NULL: it only begins with the step */
+    plii_substep_fn* after_links;               /* of XPBD, in each sweep; optional */
     plii_substep_fn* finish;                    /* after a substep, velocities are those of its end; optional */
     plii_substep_room_fn* room;                 /* optional */
     plii_substep_carry_fn* carry;               /* optional: what limits the node may move */

@@ -59,6 +59,10 @@ void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, c
     for (int k = 0; k < kinds->count; ++k) {
         const plii_feature* feature = kinds->at[k];
         feature->klass->substepped->sweep(body, feature->state, substep);
+        for (int i = 0; i < k && feature->klass->substepped->order == PLII_ORDER_LINKS; ++i) {
+            plii_substep_fn* after_links = kinds->at[i]->klass->substepped->after_links;
+            if (after_links != NULL) { after_links(body, kinds->at[i]->state, substep); }
+        }
     }
 }
 

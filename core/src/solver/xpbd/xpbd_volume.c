@@ -1,5 +1,6 @@
 /* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all their nodes. */
 
+#include "body/rigid_impl.h"
 #include "math/simd_float4.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -8,7 +9,8 @@ typedef struct xpbd_volume_state {
     double rest_volume; /* m^3 */
     float multiplier;
     float gas; /* N m */
-    bool is_closed;
+    bool is_closed, is_before_links;
+    pli_vec4 spin;       /* see xpbd_volume_turn */
     pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
 
@@ -87,8 +89,46 @@ static double xpbd_volume_add_gas(const pli_body* body, const xpbd_volume_state*
     return more > 0.0 ? fmax(missing - more, fmin(missing, -most)) : fmin(missing - more, fmax(missing, most));
 }
 
+/* A volume that the links do not allow is pushed out and drawn in again by each sweep. All keep the angular momentum
+   about where nodes are then, which is not where they end up: a free body would turn faster and faster. So it is turned
+   by what its angular momentum (about node 0, times the time of the substep) has changed from before this sweep to
+   after the links. Where a node is pinned nothing is finite. */
+static void xpbd_volume_turn(pli_body* body, void* data, const plii_substep* substep) {
+    xpbd_volume_state* state = data;
+    if (state->def.pressure_ratio == 1.0f && state->gas == 0.0f) { return; }
+    const xpbd_volume_nodes start = {body->positions, substep->start_displacements,
+                                     plii_float4_from(&body->positions[0]), plii_float4_all(0.0f)};
+    plii_float4 mass = start.apex, centre = mass, spin = mass, rows[3] = {mass, mass, mass};
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 moved = plii_float4_from(&substep->displacements[i]), own = 1.0f / plii_lanes_all_w(moved);
+        const plii_float4 arm = xpbd_volume_corner(&start, i), heavy = arm * own;
+        mass += own;
+        centre += heavy;
+        spin += plii_lanes_cross(heavy, moved);
+        rows[0] -= heavy * plii_lanes_all_x(arm);
+        rows[1] -= heavy * plii_lanes_all_y(arm);
+        rows[2] -= heavy * plii_lanes_all_z(arm);
+    }
+    const plii_float4 mean = centre / mass, missing = plii_float4_from(&state->spin) - spin;
+    plii_float4_to(&state->spin, spin);
+    if (state->is_before_links) { return; }
+    const float all = -mass[0],
+                size = -(rows[0][0] + rows[1][1] + rows[2][2]) * (1.0f + 1e-5f); /* as in a line it is 0 */
+    const pli_mat3 inertia =
+        plii_mat3_add((pli_mat3){{plii_lanes_vec3(rows[0]), plii_lanes_vec3(rows[1]), plii_lanes_vec3(rows[2])}},
+                      plii_point_response(size, plii_mat3_diagonal(all, all, all), plii_lanes_vec3(mean)));
+    const pli_vec3 turn = pli_mat3_mul_vec3(plii_mat3_inverse(inertia), plii_lanes_vec3(missing));
+    for (int i = 0; i < body->node_count && plii_vec3_is_finite(turn); ++i) {
+        const plii_float4 arm = xpbd_volume_corner(&start, i) - mean;
+        xpbd_volume_add(&substep->displacements[i], plii_lanes_cross(plii_lanes_from_vec3(&turn), arm));
+    }
+}
+
 static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_volume_state* state = data;
+    state->is_before_links = true;
+    xpbd_volume_turn(body, state, substep);
+    state->is_before_links = false;
     pli_vec4* displacements = substep->displacements;
     const double volume = state->is_closed ? xpbd_volume_gather(body, state->gradients, substep, true)
                                            : xpbd_volume_gather(body, state->gradients, substep, false);
@@ -134,13 +174,15 @@ const plii_feature_class plii_xpbd_volume_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_volume_state, def, PLII_SAVED, "2fu"),
                                     PLII_STATE_OF(xpbd_volume_state, rest_volume, PLII_SAVED, "d"),
                                     PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f"),
-                                    PLII_STATE_SPAN(xpbd_volume_state, gas, is_closed, PLII_LEFT, NULL)),
+                                    PLII_STATE_SPAN(xpbd_volume_state, gas, spin, PLII_LEFT, NULL)),
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .enable = xpbd_volume_enable,
     .build = xpbd_volume_build,
     .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
-    .substepped =
-        &(const plii_substep_class){.order = XPBD_VOLUME_ORDER, .is_of_xpbd = true, .sweep = xpbd_volume_sweep},
+    .substepped = &(const plii_substep_class){.order = XPBD_VOLUME_ORDER,
+                                              .is_of_xpbd = true,
+                                              .sweep = xpbd_volume_sweep,
+                                              .after_links = xpbd_volume_turn},
 };
 
 PLII_DEFINE_DEFAULT(pli_xpbd_volume_def, .pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE)
