@@ -14,8 +14,8 @@
 enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
 /* Energy that a step may gain, see plii_implicit_excess. */
 #define IMPLICIT_LARGEST_EXCESS 0.01
-/* Than the one that the spectral radius is of, which is estimated anew then. */
-#define IMPLICIT_LONGER_STEP 1.25
+/* Of implicit_mobility since the spectral radius was estimated, which is done anew then. */
+#define IMPLICIT_LARGEST_GROWTH 1.25
 /* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
 #define IMPLICIT_CONTACT_REACH 0.5f
 
@@ -27,7 +27,7 @@ typedef struct implicit_state {
     plii_implicit_holds holds;
     plii_implicit_system system; /* its arrays; all else is of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
-    double spectral_dt;          /* s, step that it was estimated in */
+    double spectral_mobility;    /* of the step that it was estimated in */
     pli_implicit_report report;
 } implicit_state;
 
@@ -73,6 +73,15 @@ static void implicit_descend(implicit_state* state, int iterations, bool is_warm
     state->report.residual = (float)residual;
 }
 
+/* What the spectral radius grows with: the step, and how light nodes are; s / kg^0.5. */
+static double implicit_mobility(const pli_body* body) {
+    double sum = 0.0;
+    for (int i = 0; i < body->node_count; ++i) {
+        sum += (double)body->positions[i].w;
+    }
+    return (double)body->step.dt * sqrt(sum);
+}
+
 static void implicit_iterate(implicit_state* state, bool is_warm) {
     plii_implicit_system* system = &state->system;
     const int sweeps = state->def.sweeps;
@@ -82,11 +91,11 @@ static void implicit_iterate(implicit_state* state, bool is_warm) {
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
     if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->constraints)) {
-        /* It grows with the step; too large it does no harm, too small sweeps pass on little. */
-        const double dt = (double)system->body->step.dt;
-        if (state->spectral_radius == 0.0 || dt > IMPLICIT_LONGER_STEP * state->spectral_dt) {
+        /* Too large it does no harm, too small sweeps pass on little. */
+        const double mobility = implicit_mobility(system->body);
+        if (state->spectral_radius == 0.0 || mobility > IMPLICIT_LARGEST_GROWTH * state->spectral_mobility) {
             state->spectral_radius = plii_implicit_spectral_radius(system);
-            state->spectral_dt = dt;
+            state->spectral_mobility = mobility;
         }
         state->report.spectral_radius = (float)state->spectral_radius;
         plii_implicit_chebyshev(system, sweeps, state->spectral_radius, is_warm);
