@@ -118,6 +118,7 @@ typedef struct manifold_limits {
 /* Against rigid bodies less: bodies that lie on plates came to rest later with the limits of two clusters. */
 static const manifold_limits manifold_rigid_limits = {12, 0.3f, 0.42f, 0.0025f};
 static const manifold_limits manifold_soft_limits = {20, 0.5f, 0.42f, 0.006f};
+#define MANIFOLD_TILT 0.15f /* of the margin: how far that may move the ends of a cluster on what stays where it is */
 
 static const manifold_limits* manifold_limits_of(const pli_cluster_contact* info) {
     return info->other != NULL ? &manifold_soft_limits : &manifold_rigid_limits;
@@ -181,9 +182,15 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
         {.cluster = plii_body_is_idle(body) ? NULL : cluster},
         {.cluster = other == NULL || plii_body_is_idle(info->other) ? NULL : other, .rigid = info->rigid}};
     const pli_transform a = cluster->frame, b = other != NULL ? other->frame : state->rigid_pose;
-    if (manifold_has_rotated(manifold, manifold_rotation(a, b), limits->relative_rotation)) { return false; }
-    const float aside_limit = limits->aside * body->collision_margin;
-    const float approach_limit = limits->approach * body->collision_margin;
+    const float margin = body->collision_margin, aside_limit = limits->aside * margin;
+    const float approach_limit = limits->approach * margin;
+    /* A ball rolls on to nodes without contacts. */
+    const bool may_roll = info->rigid != NULL && info->rigid->kind != PLI_RIGID_DYNAMIC;
+    const pli_vec3 size = pli_vec3_sub(cluster->bounds.max, cluster->bounds.min);
+    const float tilt = MANIFOLD_TILT * margin, squared_tilt = tilt * tilt / pli_vec3_length_squared(size);
+    const float rotation_limit =
+        may_roll ? plii_min(limits->relative_rotation, squared_tilt) : limits->relative_rotation;
+    if (manifold_has_rotated(manifold, manifold_rotation(a, b), rotation_limit)) { return false; }
     pli_cluster_contact now[PLII_MANIFOLD_POINTS];
     for (int i = 0; i < manifold->count; ++i) {
         now[i] = *info;
