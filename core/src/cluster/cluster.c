@@ -108,15 +108,13 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
     const pli_vec3 arm = pli_mat3_mul_vec3(cluster->frame.rotation, plii_xyz(members[0].rest));
     const plii_float4 about = plii_float4_from(&body->positions[members[0].node]) - plii_lanes_from_vec3(&arm);
     cluster_sums sums = {about, zero, zero, zero, zero, {zero, zero, zero}};
-    /* Velocities get what forces give in the substeps; positions have it. */
-    const bool is_predicted = body->solver_class->has_substeps && body->world->is_stepping;
+    const bool is_predicted = body->solver_class->has_substeps && body->world->is_stepping; /* velocities are not */
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 rest = plii_float4_from(&members[i].rest), mass = plii_lanes_all_w(rest);
         const int node = members[i].node;
         const plii_float4 x = plii_float4_from(&body->positions[node]), now = x - about;
-        const plii_float4 velocity = is_predicted
-                                         ? (x - plii_float4_from(&body->previous[node])) * body->step.inverse_dt
-                                         : plii_float4_from(&body->velocities[node]);
+        plii_float4 velocity = plii_float4_from(&body->velocities[node]);
+        if (is_predicted) { velocity = (x - plii_float4_from(&body->previous[node])) * body->step.inverse_dt; }
         const plii_float4 share = velocity * mass;
         sums.moment += now * mass;
         sums.momentum += share;
@@ -219,8 +217,8 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
     }
 }
 
-/* `rate`: 1/s, of velocities; XPBD starts from them, not from where nodes were predicted to be. What forces give in the
-   substeps is taken back as they go, so that what lies does not hop. */
+/* `rate`: 1/s, of velocities, which XPBD starts from. What stands against forces acts through its substeps as they do.
+ */
 static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float rate) {
     const plii_float4 zero = plii_float4_all(0.0f);
     const float late = 0.5f - 0.5f / (float)body->solver_class->pace(body).substeps;
@@ -228,12 +226,11 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float r
         pli_vec4* sum = &clusters->node_sums[i];
         if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.reference_mode)) {
             const plii_float4 moved = plii_lanes_xyz(plii_float4_from(sum) * (1.0f / sum->w));
-            const plii_float4 velocity = plii_float4_from(&body->velocities[i]),
-                              x = plii_float4_from(&body->positions[i]);
+            const plii_float4 v = plii_float4_from(&body->velocities[i]), x = plii_float4_from(&body->positions[i]);
             plii_float4_to(&body->positions[i], x + moved);
             if (rate > 0.0f) {
-                plii_float4_to(&body->velocities[i], velocity + moved * rate);
-                const plii_float4 given = x - plii_float4_from(&body->previous[i]) - velocity * body->step.dt;
+                plii_float4_to(&body->velocities[i], v + moved * rate);
+                const plii_float4 given = x - plii_float4_from(&body->previous[i]) - v * body->step.dt;
                 const float ratio = -plii_lanes_dot(given, moved) / plii_max(plii_lanes_dot(moved, moved), FLT_MIN);
                 plii_add_xyz(&body->previous[i], plii_lanes_vec3(moved * (-late * plii_clamp(ratio, 0.0f, 1.0f))));
             }

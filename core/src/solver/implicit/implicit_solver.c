@@ -12,12 +12,9 @@
 #include <string.h>
 
 enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
-/* Energy that a step may gain, see plii_implicit_excess. */
-#define IMPLICIT_LARGEST_EXCESS 0.01
-/* Of implicit_mobility since the spectral radius was estimated, which is done anew then. */
-#define IMPLICIT_LARGEST_GROWTH 1.25
-/* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
-#define IMPLICIT_CONTACT_REACH 0.5f
+#define IMPLICIT_LARGEST_EXCESS 0.01   /* of energy in a step, see plii_implicit_excess */
+#define IMPLICIT_LARGEST_GROWTH 1.5625 /* of step^2 / mass before the spectral radius is estimated anew */
+#define IMPLICIT_CONTACT_REACH 0.5f    /* of the margin, see plii_solver_class: bodies that lie keep their contacts */
 
 typedef struct implicit_state {
     pli_implicit_def def;
@@ -73,15 +70,6 @@ static void implicit_descend(implicit_state* state, int iterations, bool is_warm
     state->report.residual = (float)residual;
 }
 
-/* What the spectral radius grows with: the step, and how light nodes are; s / kg^0.5. */
-static double implicit_mobility(const pli_body* body) {
-    double sum = 0.0;
-    for (int i = 0; i < body->node_count; ++i) {
-        sum += (double)body->positions[i].w;
-    }
-    return (double)body->step.dt * sqrt(sum);
-}
-
 static void implicit_iterate(implicit_state* state, bool is_warm) {
     plii_implicit_system* system = &state->system;
     const int sweeps = state->def.sweeps;
@@ -91,8 +79,11 @@ static void implicit_iterate(implicit_state* state, bool is_warm) {
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
     if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->constraints)) {
-        /* Too large it does no harm, too small sweeps pass on little. */
-        const double mobility = implicit_mobility(system->body);
+        /* It grows with steps and as nodes get lighter; too large it does no harm, too small sweeps pass on little. */
+        double mobility = 0.0; /* s^2 / kg */
+        for (int i = 0; i < system->body->node_count; ++i) {
+            mobility += (double)(system->body->positions[i].w * system->body->step.dt * system->body->step.dt);
+        }
         if (state->spectral_radius == 0.0 || mobility > IMPLICIT_LARGEST_GROWTH * state->spectral_mobility) {
             state->spectral_radius = plii_implicit_spectral_radius(system);
             state->spectral_mobility = mobility;
