@@ -82,8 +82,19 @@ static pli_rigid* make_box(float half, float height, float mass, pli_vec3 veloci
     return rigid;
 }
 
+/* Of the nodes against what they lie on, m/s. */
+static float rms_speed(const pli_body* body, pli_vec3 velocity) {
+    const pli_body_view view = pli_body_get_view(body);
+    float sum = 0;
+    for (int k = 0; k < view.node_count; ++k) {
+        const pli_vec4 v = view.velocities[k];
+        sum += pli_vec3_length_squared(pli_vec3_sub(pli_vec3_make(v.x, v.y, v.z), velocity));
+    }
+    return sqrtf(sum / (float)view.node_count);
+}
+
 /* How high a cushion and a crate of 1 kg on it lie above the middle of their lift, and how fast nodes move against it,
-   rms and at most, in the last of four seconds; m, m/s. */
+   rms; means over the last of four seconds; m, m/s. */
 typedef struct ride {
     float cushion, crate, noise;
 } ride;
@@ -106,17 +117,12 @@ static ride ride_on_lift(solver_choice solver, pli_vec3 velocity) {
         CHECK_OK(pli_world_step(world, dt));
         CHECK_OK(pli_rigid_integrate(lift, pli_world_get_gravity(world), dt));
         CHECK_OK(pli_rigid_integrate(crate, pli_world_get_gravity(world), dt));
-        const pli_body_view view = pli_body_get_view(cushion);
-        float sum = 0;
-        for (int k = 0; i >= 180 && k < view.node_count; ++k) {
-            const pli_vec4 v = view.velocities[k];
-            sum += pli_vec3_length_squared(pli_vec3_sub(pli_vec3_make(v.x, v.y, v.z), velocity));
-        }
-        found.noise = fmaxf(found.noise, sqrtf(sum / (float)view.node_count));
+        if (i < 180) { continue; }
+        const float height = pli_rigid_get_state(lift).pose.origin.y;
+        found.cushion += (middle_of(cushion).y - height) / 60;
+        found.crate += (pli_rigid_get_state(crate).pose.origin.y - height) / 60;
+        found.noise += rms_speed(cushion, velocity) / 60;
     }
-    const float height = pli_rigid_get_state(lift).pose.origin.y;
-    found.cushion = middle_of(cushion).y - height;
-    found.crate = pli_rigid_get_state(crate).pose.origin.y - height;
     pli_body_destroy(cushion);
     pli_rigid_destroy(crate);
     pli_rigid_destroy(lift);
@@ -137,9 +143,10 @@ static void a_cushion_of_clusters_rides_at_any_speed(void** unused) {
                           (double)still.cushion, (double)moving.crate, (double)still.crate, (double)moving.noise,
                           (double)still.noise);
             check_near(moving.cushion, still.cushion, 5e-4);
-            check_near(moving.crate, still.crate, 1.5e-3);
-            check_near(moving.noise, still.noise, 5e-3);
+            check_near(moving.crate, still.crate, 3e-3);
+            check_near(moving.noise, still.noise, 0.01);
         }
+        check_at_most(still.noise, 0.06); /* 0.117 under XPBD if clusters did not know what gravity adds in a step */
     }
 }
 
@@ -194,11 +201,63 @@ static void a_ball_of_one_cluster_gets_its_shape_back(void** unused) {
     }
 }
 
+/* 100 nodes of one cluster in free fall for a second; its nodes take over its motion. */
+static void damped_clusters_fall_with_g(void** unused) {
+    (void)unused;
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_body* ball = make_ball((solver_choice)solver, 0);
+        CHECK_OK(pli_body_generate_clusters(ball, 1, 100, NULL));
+        pli_solver_settings unresisted = pli_body_get_solver_settings(ball);
+        unresisted.velocity_damping = 0;
+        CHECK_OK(pli_body_set_solver_settings(ball, &unresisted));
+        pli_cluster_settings settings;
+        CHECK_OK(pli_body_get_cluster_settings(ball, 0, &settings));
+        settings.node_damping = 1;
+        CHECK_OK(pli_body_set_cluster_settings(ball, 0, &settings));
+        for (int i = 0; i < 60; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+        }
+        const float speed = pli_body_get_view(ball).velocities[0].y;
+        print_message("solver %d: %.4f m/s after a second\n", solver, (double)speed);
+        check_near(speed, -10, 0.01);
+        pli_body_destroy(ball);
+    }
+}
+
+/* A ball of 1 m that is dropped from 5 and 45 cm has come to lie after six seconds, and does not roll on over edges of
+   its mesh, which contacts that are followed from step to step did not see until they were deep in the ground. */
+static void a_ball_of_one_cluster_stops_rolling(void** unused) {
+    (void)unused;
+    pli_rigid* ground = make_box(20, -0.15f, 0, pli_vec3_make(0, 0, 0));
+    for (int run = 0; run < 2; ++run) {
+        pli_mesh* mesh = NULL;
+        const pli_vec3 centre = pli_vec3_make(0, run == 0 ? 1.1f : 1.5f, 0), radii = pli_vec3_make(1, 1, 1);
+        CHECK_OK(pli_mesh_create_ellipsoid(context, centre, radii, 200, &mesh));
+        pli_body* ball = make_body(mesh, POSITION, 1, 0);
+        pli_cluster_settings settings;
+        CHECK_OK(pli_body_get_cluster_settings(ball, 0, &settings));
+        settings.matching = 0.5f;
+        CHECK_OK(pli_body_set_cluster_settings(ball, 0, &settings));
+        CHECK_OK(pli_body_enable_cluster_contacts(ball, NULL));
+        float fastest = 0;
+        for (int i = 0; i < 600; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+            if (i >= 360) { fastest = fmaxf(fastest, rms_speed(ball, pli_vec3_make(0, 0, 0))); }
+        }
+        print_message("from %.1f m: up to %.3f m/s after 6 s\n", (double)centre.y, (double)fastest);
+        check_at_most(fastest, 0.15);
+        pli_body_destroy(ball);
+    }
+    pli_rigid_destroy(ground);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_ball_of_clusters_lies_on_a_box, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_cushion_of_clusters_rides_at_any_speed, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_ball_of_clusters_hangs_from_a_joint, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(damped_clusters_fall_with_g, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_ball_of_one_cluster_stops_rolling, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_ball_of_one_cluster_gets_its_shape_back, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -108,10 +108,14 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
     const pli_vec3 arm = pli_mat3_mul_vec3(cluster->frame.rotation, plii_xyz(members[0].rest));
     const plii_float4 about = plii_float4_from(&body->positions[members[0].node]) - plii_lanes_from_vec3(&arm);
     cluster_sums sums = {about, zero, zero, zero, zero, {zero, zero, zero}};
+    const bool is_predicted = body->solver_class->has_substeps && body->world->is_stepping; /* velocities are not */
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 rest = plii_float4_from(&members[i].rest), mass = plii_lanes_all_w(rest);
-        const plii_float4 now = plii_float4_from(&body->positions[members[i].node]) - about;
-        const plii_float4 share = plii_float4_from(&body->velocities[members[i].node]) * mass;
+        const int node = members[i].node;
+        const plii_float4 x = plii_float4_from(&body->positions[node]), now = x - about;
+        plii_float4 velocity = plii_float4_from(&body->velocities[node]);
+        if (is_predicted) { velocity = (x - plii_float4_from(&body->previous[node])) * body->step.inverse_dt; }
+        const plii_float4 share = velocity * mass;
         sums.moment += now * mass;
         sums.momentum += share;
         sums.spin += plii_lanes_cross(now, share);
@@ -141,7 +145,8 @@ static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sum
     return covariance;
 }
 
-static void cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    if (cluster->has_frame) { return; }
     cluster->has_frame = true;
     if (clusters->def.reference_mode) {
         cluster_update_frame_of_bullet(body, clusters, cluster);
@@ -154,10 +159,6 @@ static void cluster_update_frame(const pli_body* body, const plii_clusters* clus
     const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
     plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
                                                             1.0f - cluster->settings.angular_damping));
-}
-
-void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    if (!cluster->has_frame) { cluster_update_frame(body, clusters, cluster); }
 }
 
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
@@ -179,7 +180,7 @@ static void clusters_update_from(pli_body* body, plii_clusters* clusters, int fi
         cluster->has_frame = false;
         cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
         if (needs_frame) {
-            cluster_update_frame(body, clusters, cluster);
+            plii_cluster_update_frame(body, clusters, cluster);
             cluster->has_frame = in_step || is_of_bullet; /* nodes may be placed before the next step */
         }
         if (matches) { cluster_match(body, clusters, cluster); }
@@ -216,16 +217,23 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
     }
 }
 
-/* `rate`: 1/s, of velocities; XPBD starts from them, not from where nodes were predicted to be. */
+/* `rate`: 1/s, of velocities, which XPBD starts from. What stands against forces acts through its substeps as they do.
+ */
 static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float rate) {
     const plii_float4 zero = plii_float4_all(0.0f);
+    const float late = 0.5f - 0.5f / (float)body->solver_class->pace(body).substeps;
     for (int i = 0; i < body->node_count; ++i) {
         pli_vec4* sum = &clusters->node_sums[i];
         if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.reference_mode)) {
-            const plii_float4 moved = plii_float4_from(sum) * (1.0f / sum->w);
-            plii_float4_to(&body->positions[i], plii_float4_from(&body->positions[i]) + plii_lanes_xyz(moved));
-            const plii_float4 velocity = plii_float4_from(&body->velocities[i]);
-            if (rate > 0.0f) { plii_float4_to(&body->velocities[i], velocity + plii_lanes_xyz(moved) * rate); }
+            const plii_float4 moved = plii_lanes_xyz(plii_float4_from(sum) * (1.0f / sum->w));
+            const plii_float4 v = plii_float4_from(&body->velocities[i]), x = plii_float4_from(&body->positions[i]);
+            plii_float4_to(&body->positions[i], x + moved);
+            if (rate > 0.0f) {
+                plii_float4_to(&body->velocities[i], v + moved * rate);
+                const plii_float4 given = x - plii_float4_from(&body->previous[i]) - v * body->step.dt;
+                const float ratio = -plii_lanes_dot(given, moved) / plii_max(plii_lanes_dot(moved, moved), FLT_MIN);
+                plii_add_xyz(&body->previous[i], plii_lanes_vec3(moved * (-late * plii_clamp(ratio, 0.0f, 1.0f))));
+            }
         }
         plii_float4_to(sum, zero);
     }
@@ -251,10 +259,8 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
 static void clusters_prepare(pli_body* body, void* state) {
     const bool is_of_velocities = body->solver_class == &plii_position_solver && body->solver.velocity_iterations > 0;
     const bool is_of_bullet = ((const plii_clusters*)state)->def.reference_mode;
-    clusters_apply(body, state, body->step.dt, false, is_of_velocities && !is_of_bullet ? body->step.inverse_dt : 0.0f);
-}
-static void clusters_begin_substeps(pli_body* body, void* state) {
-    clusters_apply(body, state, body->step.dt, false, body->step.inverse_dt);
+    const bool changes_velocities = body->solver_class->has_substeps || (is_of_velocities && !is_of_bullet);
+    clusters_apply(body, state, body->step.dt, false, changes_velocities ? body->step.inverse_dt : 0.0f);
 }
 
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
@@ -388,7 +394,7 @@ const plii_feature_class plii_clusters_class = {
         {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
          .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
         {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),
-    .substepped = &(const plii_substep_class){.order = CLUSTERS_APPLY_ORDER, .begin = clusters_begin_substeps},
+    .substepped = &(const plii_substep_class){.order = CLUSTERS_APPLY_ORDER, .begin = clusters_prepare},
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,

@@ -115,13 +115,10 @@ typedef struct manifold_limits {
     float relative_rotation; /* square of the angle that the sides may turn against each other, rad^2 */
 } manifold_limits;
 
-/* Against rigid bodies less: bodies that lie on plates came to rest later with the limits of two clusters. */
-static const manifold_limits manifold_rigid_limits = {12, 0.3f, 0.42f, 0.0025f};
-static const manifold_limits manifold_soft_limits = {20, 0.5f, 0.42f, 0.006f};
+/* Against rigid bodies, the first, less: what lies on plates came to rest later with the limits of two clusters. */
+static const manifold_limits manifold_limits_by_kind[2] = {{12, 0.3f, 0.42f, 0.0025f}, {20, 0.5f, 0.42f, 0.006f}};
+#define MANIFOLD_TILT 0.15f /* of the margin: how far that may move the ends of a cluster on what stays where it is */
 
-static const manifold_limits* manifold_limits_of(const pli_cluster_contact* info) {
-    return info->other != NULL ? &manifold_soft_limits : &manifold_rigid_limits;
-}
 static pli_mat3 manifold_rotation(pli_transform a, pli_transform b) {
     return pli_mat3_mul(pli_mat3_transpose(b.rotation), a.rotation);
 }
@@ -144,7 +141,7 @@ static void manifold_keep(const pli_body* body, const plii_cluster_contacts* sta
     manifold->key = key;
     manifold->margin = margin;
     /* Not all pairs of a pile are measured in the same step. */
-    manifold->age = (pair->cluster + pair->other_cluster) % (manifold_limits_of(pair)->age / 2);
+    manifold->age = (pair->cluster + pair->other_cluster) % (manifold_limits_by_kind[pair->other != NULL].age / 2);
 }
 
 static bool manifold_has_rotated(const plii_manifold* manifold, pli_mat3 relative_rotation, float limit) {
@@ -172,7 +169,7 @@ static bool manifold_move(const plii_manifold_point* point, pli_transform a, pli
    first has terms[0], the others terms[1]. There must be room for PLII_MANIFOLD_POINTS. */
 static bool manifold_update(const pli_body* body, const pli_cluster_contact* info, const plii_contact_terms terms[2],
                             const void* key, plii_manifold* manifold, plii_cluster_contacts* state) {
-    const manifold_limits* limits = manifold_limits_of(info);
+    const manifold_limits* limits = &manifold_limits_by_kind[info->other != NULL];
     if (++manifold->age > limits->age || manifold->key != key || manifold->margin != terms[0].margin) { return false; }
     plii_cluster* cluster = &plii_body_clusters(body)->items[info->cluster];
     plii_cluster* other = info->other != NULL ? &plii_body_clusters(info->other)->items[info->other_cluster] : NULL;
@@ -181,7 +178,12 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
         {.cluster = plii_body_is_idle(body) ? NULL : cluster},
         {.cluster = other == NULL || plii_body_is_idle(info->other) ? NULL : other, .rigid = info->rigid}};
     const pli_transform a = cluster->frame, b = other != NULL ? other->frame : state->rigid_pose;
-    if (manifold_has_rotated(manifold, manifold_rotation(a, b), limits->relative_rotation)) { return false; }
+    const pli_vec3 size = pli_vec3_sub(cluster->bounds.max, cluster->bounds.min);
+    const float tilt = MANIFOLD_TILT * body->collision_margin, least = tilt * tilt / pli_vec3_length_squared(size);
+    /* A ball rolls on to nodes without contacts. */
+    const bool may_roll = info->rigid != NULL && info->rigid->kind != PLI_RIGID_DYNAMIC;
+    const float rotation_limit = may_roll ? plii_min(limits->relative_rotation, least) : limits->relative_rotation;
+    if (manifold_has_rotated(manifold, manifold_rotation(a, b), rotation_limit)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;
     const float approach_limit = limits->approach * body->collision_margin;
     pli_cluster_contact now[PLII_MANIFOLD_POINTS];

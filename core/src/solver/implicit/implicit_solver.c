@@ -10,12 +10,9 @@
 #include "solver/implicit/implicit_system.h"
 
 enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
-/* Energy that a step may gain, see plii_implicit_excess. */
-#define IMPLICIT_LARGEST_EXCESS 0.01
-/* Than the one that the spectral radius is of, which is estimated anew then. */
-#define IMPLICIT_LONGER_STEP 1.25
-/* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
-#define IMPLICIT_CONTACT_REACH 0.5f
+#define IMPLICIT_LARGEST_EXCESS 0.01   /* of energy in a step, see plii_implicit_excess */
+#define IMPLICIT_LARGEST_GROWTH 1.5625 /* of step^2 / mass before the spectral radius is estimated anew */
+#define IMPLICIT_CONTACT_REACH 0.5f    /* of the margin, see plii_solver_class: bodies that lie keep their contacts */
 
 typedef struct implicit_state {
     pli_implicit_def def;
@@ -25,7 +22,7 @@ typedef struct implicit_state {
     plii_implicit_holds holds;
     plii_implicit_system system; /* its arrays; all else is of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
-    double spectral_dt;          /* s, step that it was estimated in */
+    double spectral_mobility;    /* of the step that it was estimated in */
     pli_implicit_report report;
 } implicit_state;
 
@@ -85,11 +82,14 @@ static void implicit_iterate(implicit_state* state, bool is_warm) {
         is_weighted = state->constraints.items[i].is_anchor;
     }
     if (is_weighted) {
-        /* It grows with the step; too large it does no harm, too small sweeps pass on little. */
-        const double dt = (double)system->body->step.dt;
-        if (state->spectral_radius == 0.0 || dt > IMPLICIT_LONGER_STEP * state->spectral_dt) {
+        /* It grows with steps and as nodes get lighter; too large it does no harm, too small sweeps pass on little. */
+        double mobility = 0.0; /* s^2 / kg */
+        for (int i = 0; i < system->body->node_count; ++i) {
+            mobility += (double)(system->body->positions[i].w * system->body->step.dt * system->body->step.dt);
+        }
+        if (state->spectral_radius == 0.0 || mobility > IMPLICIT_LARGEST_GROWTH * state->spectral_mobility) {
             state->spectral_radius = plii_implicit_spectral_radius(system);
-            state->spectral_dt = dt;
+            state->spectral_mobility = mobility;
         }
         state->report.spectral_radius = (float)state->spectral_radius;
         plii_implicit_chebyshev(system, sweeps, state->spectral_radius, is_warm);
