@@ -144,12 +144,40 @@ static void test_shapes_may_change_and_anchors_stay(void** unused) {
     scene_destroy(&s);
 }
 
+/* When turned in single precision the first spin takes 0.26 % onto the trace. */
+static void test_an_even_spin_keeps_the_inertia(void** unused) {
+    (void)unused;
+    const pli_vec3 spins[] = {{0, 3, 0}, {0.1f, 0.2f, -0.3f}, {0.01f, 0.02f, 0.015f}};
+    for (int k = 0; k < 3; ++k) {
+        scene s = scene_make();
+        pli_rigid_state state = pli_rigid_get_state(s.rigid);
+        const pli_mat3 principal = {{{1, 0, 0}, {0, 2, 0}, {0, 0, 4}}};
+        state.inverse_mass = 1;
+        state.inverse_inertia_world = principal;
+        state.angular_velocity = spins[k];
+        assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_DYNAMIC, &state), PLI_OK);
+        for (int i = 0; i < 200000; ++i) {
+            assert_int_equal(pli_rigid_integrate(s.rigid, pli_vec3_make(0, 0, 0), 1.0f / 60.0f), PLI_OK);
+        }
+        state = pli_rigid_get_state(s.rigid);
+        const pli_mat3 rotation = state.pose.rotation, inertia = state.inverse_inertia_world;
+        const pli_mat3 expected = pli_mat3_mul(pli_mat3_mul(rotation, principal), pli_mat3_transpose(rotation));
+        check_near(inertia.rows[0].x + inertia.rows[1].y + inertia.rows[2].z, 7, 7e-4f);
+        for (int i = 0; i < 3; ++i) {
+            const pli_vec3 off = pli_vec3_sub(inertia.rows[i], expected.rows[i]);
+            check_near(pli_vec3_length(off), 0, 2e-3f);
+        }
+        scene_destroy(&s);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_kind_may_change),
         cmocka_unit_test(test_what_was_dynamic_does_not_fall),
         cmocka_unit_test(test_factors_may_change),
         cmocka_unit_test(test_shapes_may_change_and_anchors_stay),
+        cmocka_unit_test(test_an_even_spin_keeps_the_inertia),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -26,7 +26,8 @@ typedef struct pli_solver_settings {
                             ///< the velocity. Bullet name: kVCF
     float velocity_damping; ///< [0, 1], default 0: share of the velocity lost per step. Bullet name: kDP
     /// PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale. Rigid bodies keep
-    /// their own time: what touches or holds dynamic ones is to keep 1, as far below it both get energy from nothing.
+    /// their own time: what touches or holds dynamic ones is to keep 1, as far below it both get energy from nothing,
+    /// and what touches moving kinematic ones too, as it takes part in this share of their motion and sinks in.
     float time_scale;
 } pli_solver_settings;
 

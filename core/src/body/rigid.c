@@ -4,6 +4,7 @@
 
 #include "body/pipeline.h"
 #include "math/bounds.h"
+#include "math/dvec3.h"
 #include "shape/shape_impl.h"
 
 #include <stdio.h>
@@ -417,16 +418,22 @@ pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
 
 // ---------------------------------------------------------------------------------------------- free motion
 
-/* Rotation by a vector, axis times angle in radians. */
-static pli_mat3 rigid_rotation(pli_vec3 rotation) {
-    const float angle = pli_vec3_length(rotation);
-    const float half = 0.5f * angle;
-    const float scale = angle > 1e-4f ? sinf(half) / angle : 0.5f;
-    return pli_mat3_from_quat((pli_quat){rotation.x * scale, rotation.y * scale, rotation.z * scale, cosf(half)});
+/* Transpose of a matrix whose rows go round by a vector, axis times angle in radians; twice, a tensor goes round. In
+   double, as an even spin makes the same errors in every step. */
+static pli_mat3 rigid_turn(pli_mat3 matrix, pli_vec3 rotation) {
+    const plii_dvec3 axis = plii_dvec3_from(rotation);
+    const double half = fmax(0.5 * plii_dvec3_length(axis), 1e-9), sine = sin(half) / half;
+    for (int i = 0; i < 3; ++i) {
+        const plii_dvec3 row = plii_dvec3_from(matrix.rows[i]), across = plii_dvec3_cross(axis, row);
+        const plii_dvec3 turned = plii_dvec3_add_scaled(row, across, sine * cos(half));
+        const plii_dvec3 inwards = plii_dvec3_cross(axis, across);
+        matrix.rows[i] = plii_dvec3_to_float(plii_dvec3_add_scaled(turned, inwards, 0.5 * sine * sine));
+    }
+    return pli_mat3_transpose(matrix);
 }
 
 pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
-    const pli_mat3 turned = pli_mat3_mul(rigid_rotation(pli_vec3_scale(angular_velocity, dt)), pose.rotation);
+    const pli_mat3 turned = rigid_turn(pli_mat3_transpose(pose.rotation), pli_vec3_scale(angular_velocity, dt));
     /* Orthonormal rows closest to the first row, then the second. */
     const pli_vec3 x = plii_vec3_safe_normalize(turned.rows[0]), y = turned.rows[1];
     const pli_vec3 across = plii_vec3_safe_normalize(pli_vec3_sub(y, pli_vec3_scale(x, pli_vec3_dot(x, y))));
@@ -449,9 +456,8 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     plii_twist velocity = {state.linear_velocity, state.angular_velocity};
     if (rigid->path.has_begun && ends_step) { velocity = rigid_with_shift(&rigid->path, velocity, dt); }
     state.pose = plii_rigid_advance(state.pose, velocity.linear, velocity.angular, dt);
-    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(velocity.angular, dt));
-    state.inverse_inertia_world =
-        pli_mat3_mul(pli_mat3_mul(rotation, state.inverse_inertia_world), pli_mat3_transpose(rotation));
+    const pli_vec3 rotation = pli_vec3_scale(velocity.angular, dt);
+    state.inverse_inertia_world = rigid_turn(rigid_turn(state.inverse_inertia_world, rotation), rotation);
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
     rigid->state = state;
     rigid->given = plii_rigid_velocity(rigid);
