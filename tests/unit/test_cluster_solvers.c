@@ -99,6 +99,13 @@ typedef struct ride {
     float cushion, crate, noise;
 } ride;
 
+static void set_matching(pli_body* body, float matching) { /* of its first cluster */
+    pli_cluster_settings settings;
+    CHECK_OK(pli_body_get_cluster_settings(body, 0, &settings));
+    settings.matching = matching;
+    CHECK_OK(pli_body_set_cluster_settings(body, 0, &settings));
+}
+
 static ride ride_on_lift(solver_choice solver, pli_vec3 velocity) {
     pli_mesh* mesh = NULL;
     const pli_vec3 centre = pli_vec3_make(0, 0.38f, 0), radii = pli_vec3_make(0.5f, 0.2f, 0.5f);
@@ -106,10 +113,7 @@ static ride ride_on_lift(solver_choice solver, pli_vec3 velocity) {
     pli_rigid* lift = make_box(3, 0, 0, velocity);
     pli_rigid* crate = make_box(0.15f, 0.77f, 1, velocity);
     pli_body* cushion = make_body(mesh, solver, 1, 0);
-    pli_cluster_settings settings;
-    CHECK_OK(pli_body_get_cluster_settings(cushion, 0, &settings));
-    settings.matching = 0.3f;
-    CHECK_OK(pli_body_set_cluster_settings(cushion, 0, &settings));
+    set_matching(cushion, 0.3f);
     CHECK_OK(pli_body_enable_cluster_contacts(cushion, NULL));
     CHECK_OK(pli_body_add_velocity(cushion, velocity));
     ride found = {0, 0, 0};
@@ -184,10 +188,7 @@ static void a_ball_of_one_cluster_gets_its_shape_back(void** unused) {
         if (has_xpbd != 0) { CHECK_OK(pli_body_enable_xpbd(ball, NULL)); }
         CHECK_OK(pli_body_enable_clusters(ball, NULL));
         CHECK_OK(pli_body_generate_clusters(ball, 1, 100, NULL));
-        pli_cluster_settings settings;
-        CHECK_OK(pli_body_get_cluster_settings(ball, 0, &settings));
-        settings.matching = 0.5f;
-        CHECK_OK(pli_body_set_cluster_settings(ball, 0, &settings));
+        set_matching(ball, 0.5f);
         const float volume = pli_body_volume(ball);
         for (int i = 0; i < 100; ++i) {
             const pli_vec4 x = pli_body_get_view(ball).positions[i];
@@ -234,10 +235,7 @@ static void a_ball_of_one_cluster_stops_rolling(void** unused) {
         const pli_vec3 centre = pli_vec3_make(0, run == 0 ? 1.1f : 1.5f, 0), radii = pli_vec3_make(1, 1, 1);
         CHECK_OK(pli_mesh_create_ellipsoid(context, centre, radii, 200, &mesh));
         pli_body* ball = make_body(mesh, POSITION, 1, 0);
-        pli_cluster_settings settings;
-        CHECK_OK(pli_body_get_cluster_settings(ball, 0, &settings));
-        settings.matching = 0.5f;
-        CHECK_OK(pli_body_set_cluster_settings(ball, 0, &settings));
+        set_matching(ball, 0.5f);
         CHECK_OK(pli_body_enable_cluster_contacts(ball, NULL));
         float fastest = 0;
         for (int i = 0; i < 600; ++i) {

@@ -217,8 +217,7 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
     }
 }
 
-/* `rate`: 1/s, of velocities, which XPBD starts from. What stands against forces acts through its substeps as they do.
- */
+/* `rate`: 1/s, of velocities, which XPBD starts from. What stands against forces acts through substeps as they do. */
 static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float rate) {
     const plii_float4 zero = plii_float4_all(0.0f);
     const float late = 0.5f - 0.5f / (float)body->solver_class->pace(body).substeps;

@@ -40,18 +40,15 @@ static pli_vec3 pose_offset(const pli_body* body, const pose_state* pose) {
 
 static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_vec3 origin, pli_mat3 covariance) {
     const plii_float4 from = plii_lanes_from_vec3(&origin);
-    plii_float4 rows[3];
-    for (int k = 0; k < 3; ++k) {
-        rows[k] = plii_lanes_from_vec3(&covariance.rows[k]);
-    }
+    plii_lanes_mat3 sums = plii_lanes_rows(&covariance);
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 now = (plii_float4_from(&body->positions[i]) - from) * pose->weights[i];
         const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
-        rows[0] += rest * plii_lanes_all_x(now);
-        rows[1] += rest * plii_lanes_all_y(now);
-        rows[2] += rest * plii_lanes_all_z(now);
+        sums.at[0] += rest * plii_lanes_all_x(now);
+        sums.at[1] += rest * plii_lanes_all_y(now);
+        sums.at[2] += rest * plii_lanes_all_z(now);
     }
-    return (pli_mat3){{plii_lanes_vec3(rows[0]), plii_lanes_vec3(rows[1]), plii_lanes_vec3(rows[2])}};
+    return (pli_mat3){{plii_lanes_vec3(sums.at[0]), plii_lanes_vec3(sums.at[1]), plii_lanes_vec3(sums.at[2])}};
 }
 
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */

@@ -229,8 +229,7 @@ static void tether_find_landmarks(const pli_body* body, tether_state* state, con
     state->spread = tether_spread(state, landmarks);
 }
 
-/* Origins as they are now, and the lengths from them. False as tether_measure, which is left out where nothing changed.
- */
+/* Origins as they are now, and the lengths from them, if anything has changed. False as tether_measure. */
 static bool tether_follow_origins(pli_body* body, tether_state* state, bool is_new) {
     const bool has_changed = tether_gather_origins(body, state) || is_new;
     return (!has_changed && state->link_revision == body->link_revision) || tether_measure(body, state);

@@ -9,8 +9,8 @@ typedef struct xpbd_volume_state {
     double rest_volume; /* m^3 */
     float multiplier;
     float gas; /* N m */
-    bool is_closed, is_before_links;
-    pli_vec4 spin;       /* see xpbd_volume_turn */
+    bool is_closed;
+    pli_vec4 spin;       /* see xpbd_volume_keep_spin */
     pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
 
@@ -93,8 +93,8 @@ static double xpbd_volume_add_gas(const pli_body* body, const xpbd_volume_state*
    about where nodes are then, which is not where they end up: a free body would turn faster and faster. So it is turned
    by what its angular momentum (about node 0, times the time of the substep) has changed from before this sweep to
    after the links. Where a node is pinned nothing is finite. */
-static void xpbd_volume_turn(pli_body* body, void* data, const plii_substep* substep) {
-    xpbd_volume_state* state = data;
+static void xpbd_volume_keep_spin(pli_body* body, xpbd_volume_state* state, const plii_substep* substep,
+                                  bool is_before_sweep) {
     if (state->def.pressure_ratio == 1.0f && state->gas == 0.0f) { return; }
     const xpbd_volume_nodes start = {body->positions, substep->start_displacements,
                                      plii_float4_from(&body->positions[0]), plii_float4_all(0.0f)};
@@ -111,7 +111,7 @@ static void xpbd_volume_turn(pli_body* body, void* data, const plii_substep* sub
     }
     const plii_float4 mean = centre / mass, missing = plii_float4_from(&state->spin) - spin;
     plii_float4_to(&state->spin, spin);
-    if (state->is_before_links) { return; }
+    if (is_before_sweep) { return; }
     const float all = -mass[0],
                 size = -(rows[0][0] + rows[1][1] + rows[2][2]) * (1.0f + 1e-5f); /* as in a line it is 0 */
     const pli_mat3 inertia =
@@ -124,11 +124,13 @@ static void xpbd_volume_turn(pli_body* body, void* data, const plii_substep* sub
     }
 }
 
+static void xpbd_volume_after_links(pli_body* body, void* data, const plii_substep* substep) {
+    xpbd_volume_keep_spin(body, data, substep, false);
+}
+
 static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_volume_state* state = data;
-    state->is_before_links = true;
-    xpbd_volume_turn(body, state, substep);
-    state->is_before_links = false;
+    xpbd_volume_keep_spin(body, state, substep, true);
     pli_vec4* displacements = substep->displacements;
     const double volume = state->is_closed ? xpbd_volume_gather(body, state->gradients, substep, true)
                                            : xpbd_volume_gather(body, state->gradients, substep, false);
@@ -182,7 +184,7 @@ const plii_feature_class plii_xpbd_volume_class = {
     .substepped = &(const plii_substep_class){.order = XPBD_VOLUME_ORDER,
                                               .is_of_xpbd = true,
                                               .sweep = xpbd_volume_sweep,
-                                              .after_links = xpbd_volume_turn},
+                                              .after_links = xpbd_volume_after_links},
 };
 
 PLII_DEFINE_DEFAULT(pli_xpbd_volume_def, .pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE)
