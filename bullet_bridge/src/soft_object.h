@@ -18,6 +18,9 @@ namespace pliant {
 /// btSdfCollisionShape, and contactTest casts shapes of that type to it.
 constexpr int soft_shape_type = FAST_CONCAVE_MESH_PROXYTYPE;
 
+/// Its address tells the shapes of the bridge from those of a game.
+inline constexpr char soft_shape_name[] = "PliantSoftBody";
+
 class SoftObject;
 
 ATTRIBUTE_ALIGNED16(class) SoftShape : public btConcaveShape {
@@ -37,7 +40,10 @@ public:
     void setMargin(btScalar margin) override;
     btScalar getMargin() const override;
     const char* getName() const override {
-        return "PliantSoftBody";
+        return soft_shape_name;
+    }
+    const SoftObject& object() const {
+        return object_;
     }
     /// Bit for bit: where soft objects are unless a game moves them.
     bool is_identity(const btTransform& transform) const {
@@ -106,10 +112,11 @@ public:
     /// Null when the object is no soft body.
     static const SoftObject* from(const btCollisionObject* object) {
         // Classes of a game may have no run-time type information, and a cast of their objects would crash.
-        const bool may_be = object != nullptr && object->getInternalType() == CO_USER_TYPE &&
-                            object->getCollisionShape() != nullptr &&
-                            object->getCollisionShape()->getShapeType() == soft_shape_type;
-        return may_be ? dynamic_cast<const SoftObject*>(object) : nullptr;
+        const btCollisionShape* shape = object != nullptr ? object->getCollisionShape() : nullptr;
+        const bool may_be = shape != nullptr && object->getInternalType() == CO_USER_TYPE &&
+                            shape->getShapeType() == soft_shape_type && shape->getName() == soft_shape_name;
+        const SoftObject* owner = may_be ? &static_cast<const SoftShape*>(shape)->object() : nullptr;
+        return owner == object ? owner : nullptr;
     }
 
 private:

@@ -40,6 +40,7 @@ int main(void) {
     cloth_def.solver.position_iterations = 10;
     const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
     check(pli_body_create(world, mesh, &cloth_def, &cloth));
+    check(pli_body_enable_colored_links(cloth)); // several links at once
     check(pli_body_enable_rigid_contacts(cloth, &contacts));
 
     for (int step = 0; step < 90; ++step) {
