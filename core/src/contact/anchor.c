@@ -95,6 +95,16 @@ static void anchor_note_starts(pli_body* body, void* state) {
     }
 }
 
+/* What the node is to do beside its motion: go along, and a share of what it was off at the start of the step. Bullet
+   takes the share of the way from where it is now, its motion included: a node alone then swings to and fro, farther
+   each time, where the share is over 2/3. */
+static pli_vec3 anchor_error(const pli_body* body, const plii_anchor* anchor, pli_vec3 goal_motion, float hardness) {
+    const pli_vec3 node = plii_xyz(body->positions[anchor->node]), start = plii_xyz(body->previous[anchor->node]);
+    const pli_vec3 from = body->world->def.reference_mode ? node : start;
+    const pli_vec3 way = pli_vec3_scale(pli_vec3_sub(anchor->step.goal, from), hardness);
+    return pli_vec3_add(pli_vec3_sub(goal_motion, pli_vec3_sub(node, start)), way);
+}
+
 static void anchor_solve(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
     const float dt = body->step.dt;
@@ -110,9 +120,7 @@ static void anchor_solve(pli_body* body, void* state) {
         const pli_vec3 node = plii_xyz(*position), offset = anchor->step.offset;
         const pli_vec3 goal_motion =
             is_fixed ? anchor->step.goal_motion : pli_vec3_scale(plii_rigid_velocity_at(anchor->rigid, offset), dt);
-        const pli_vec3 moved = pli_vec3_sub(node, plii_xyz(body->previous[anchor->node]));
-        const pli_vec3 way = pli_vec3_scale(pli_vec3_sub(anchor->step.goal, node), anchors->hardness);
-        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(goal_motion, moved), way);
+        const pli_vec3 error = anchor_error(body, anchor, goal_motion, anchors->hardness);
         const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
         /* Neither side can move, or the soft body leaves finite numbers and must not take the rigid body along. */
         if (!plii_vec3_is_finite(impulse)) { continue; }
