@@ -48,6 +48,7 @@ struct EngineOptions {
 // The solver that a scene runs with.
 struct SolverRun {
     SolverKind kind = SolverKind::position_based;
+    bool is_reference = false; // as btSoftBody's
     int substeps = 1;
     int iterations = 1; // bullet: the most that a soft body has
     pli_implicit_method implicit_method = PLI_IMPLICIT_JACOBI;

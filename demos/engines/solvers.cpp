@@ -53,6 +53,7 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
     const SolverKind own = own_solver(description, engine, options);
     SolverRun run;
     run.kind = options.solver.kind.value_or(own);
+    run.is_reference = options.reference;
     if (engine == EngineKind::bullet && run.kind != SolverKind::position_based) {
         throw Error(std::string("btSoftBody has no solver ") + solver_name(run.kind));
     }
@@ -209,14 +210,16 @@ void enable_self_collision(pli_body* body, const scene_soft_def& def, const Solv
 scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run) {
     scene_soft_def def = record.def;
     if (run.kind != SolverKind::position_based) { def.velocity_links = false; }
-    if (run.kind != SolverKind::xpbd) { return def; }
-    if (def.has_clusters && pli_mesh_get_view(record.mesh.get()).tetra_count > 0) { // tetrahedra keep their volumes
+    const bool keeps_volumes = run.kind == SolverKind::xpbd && pli_mesh_get_view(record.mesh.get()).tetra_count > 0;
+    if (def.has_clusters && keeps_volumes) {
         def.has_rigid_contacts = true;
         def.rigid_contacts.friction = def.cluster_contacts.friction;
         def.has_clusters = def.has_cluster_contacts = false;
     }
-    def.rigid_contacts.friction = coulomb_friction(def.rigid_contacts.friction);
-    def.soft_contacts.friction = coulomb_friction(def.soft_contacts.friction);
+    // Of soft contacts the value is the coefficient: Bullet's share acts only where bodies approach, and a sheet slides
+    // off another alike.
+    if (!run.is_reference) { def.rigid_contacts.friction = coulomb_friction(def.rigid_contacts.friction); }
+    if (run.kind != SolverKind::xpbd) { return def; }
     constexpr float recovery_speed = 1.0f; // m/s, whatever the scene wants of btSoftBody's solver
     def.rigid_contacts.recovery_speed = def.soft_contacts.recovery_speed = recovery_speed;
     return def;
