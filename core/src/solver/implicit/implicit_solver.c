@@ -493,10 +493,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
         if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
-    if (is_new) {
-        state->had_links = plii_feature_is_enabled(body, &plii_links_class);
-        plii_feature_disable(body, &plii_links_class);
-    }
+    if (is_new) { state->had_links = plii_feature_disable(body, &plii_links_class); }
     state->def = used;
     state->spectral_radius = 0.0;
     return plii_body_changed(body, PLI_OK);

@@ -202,10 +202,7 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     const bool is_new = body->solver_class != &xpbd_solver;
     xpbd_state* state = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_xpbd_class, &used, sizeof used, (void**)&state));
-    if (is_new) {
-        state->had_links = plii_feature_is_enabled(body, &plii_links_class);
-        plii_feature_disable(body, &plii_links_class);
-    }
+    if (is_new) { state->had_links = plii_feature_disable(body, &plii_links_class); }
     return plii_body_changed(body, PLI_OK);
 }
 
