@@ -105,10 +105,7 @@ static void gradient_start_residual(plii_implicit_system* system) {
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
-        plii_implicit_rigid_mul(rigid, rigid->change, rigid->residual);
-        for (int k = 0; k < 6; ++k) {
-            rigid->residual[k] = rigid->is_dynamic ? -rigid->residual[k] : 0.0;
-        }
+        plii_implicit_rigid_mul(rigid, rigid->change, -1.0, rigid->residual);
     }
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_dvec3 impulse = {0};
@@ -136,7 +133,7 @@ static double gradient_multiply(plii_implicit_system* system) {
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
-        if (rigid->is_dynamic) { plii_implicit_rigid_mul(rigid, rigid->direction, rigid->product); }
+        if (rigid->is_dynamic) { plii_implicit_rigid_mul(rigid, rigid->direction, 1.0, rigid->product); }
     }
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
