@@ -474,10 +474,8 @@ static double gradient_first_block(int begin, int end, const void* data) {
 
 int plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm, double* residual) {
     plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < system->body->node_count; ++i) {
-        if (!is_warm) { system->solution[i] = (plii_dvec3){0}; }
-        system->direction[i] = (plii_dvec3){0};
-    }
+    if (!is_warm) { memset(system->solution, 0, plii_implicit_vector_size(system->body)); }
+    memset(system->direction, 0, plii_implicit_vector_size(system->body));
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         memset(rigid->direction, 0, sizeof rigid->direction);
     }
