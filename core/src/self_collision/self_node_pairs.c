@@ -320,9 +320,9 @@ static void self_nodes_search(const pli_body* body, plii_self_node_pairs* state)
 typedef struct self_nodes_paths {
     const pli_body* body;
     plii_self_node_pairs* state;
-    const plii_self_nodes* nodes;
+    const plii_self_nodes* nodes; /* that move; NULL: by their velocities */
     pli_vec3 shift;
-    float scale, share; /* of motions; of the travel since the search */
+    float scale, share, decay; /* of motions; of the travel since the search; of margins */
 } self_nodes_paths;
 
 static double self_nodes_leaving_block(int begin, int end, const void* data) {
@@ -363,23 +363,29 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
     return true;
 }
 
-static void self_nodes_step_range(int begin, int end, void* data) {
+static void self_nodes_travel_range(int begin, int end, void* data) {
     const self_nodes_paths* paths = data;
-    plii_self_node_pairs* state = paths->state;
-    const pli_body* body = paths->body;
     for (int i = begin; i < end; ++i) {
-        plii_add_xyz(&state->searched[i], paths->shift);
-        const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
-        self_nodes_set_travel(state, i, motion, 1.0f, SELF_NODES_MARGIN_DECAY);
+        const pli_vec3 motion =
+            paths->nodes != NULL ? plii_self_motion(paths->nodes, i) : plii_xyz(paths->body->velocities[i]);
+        plii_add_xyz(&paths->state->searched[i], paths->shift);
+        self_nodes_set_travel(paths->state, i, pli_vec3_scale(motion, paths->scale), paths->share, paths->decay);
     }
 }
 
+/* Of all nodes, which go on for `time`, from `now` on. */
+static void self_nodes_search_all(self_nodes_paths* paths, float now, float time) {
+    const pli_body* body = paths->body;
+    plii_parallel_for(body->context, self_nodes_travel_range, paths, body->node_count, plii_grain(SELF_NODES_PATH_NS));
+    paths->state->searched_at = now;
+    paths->state->travel_time = time;
+    self_nodes_search(body, paths->state);
+}
+
 void plii_self_node_pairs_search_step(const pli_body* body, plii_self_node_pairs* state, pli_vec3 shift) {
-    self_nodes_paths paths = {.body = body, .state = state, .shift = shift};
-    plii_parallel_for(body->context, self_nodes_step_range, &paths, body->node_count, plii_grain(SELF_NODES_PATH_NS));
-    state->searched_at = 0.0f;
-    state->travel_time = body->step.dt;
-    self_nodes_search(body, state);
+    const float dt = body->step.dt;
+    self_nodes_paths paths = {body, state, NULL, shift, dt, 1.0f, SELF_NODES_MARGIN_DECAY};
+    self_nodes_search_all(&paths, 0.0f, dt);
 }
 
 // ------------------------------------------------------------------------------------------------------ later
@@ -439,14 +445,6 @@ static void self_nodes_set_path(plii_self_node_pairs* state, int node, pli_vec3 
     plii_set_xyz(&state->searched[node], begin);
 }
 
-static void self_nodes_update_range(int begin, int end, void* data) {
-    const self_nodes_paths* paths = data;
-    for (int i = begin; i < end; ++i) {
-        const pli_vec3 motion = pli_vec3_scale(plii_self_motion(paths->nodes, i), paths->scale);
-        self_nodes_set_travel(paths->state, i, motion, paths->share, 1.0f);
-    }
-}
-
 void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
                                  float rate, float now, float left) {
     const float since = now - state->searched_at;
@@ -454,12 +452,8 @@ void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* sta
     const int strayed = self_nodes_count(body, state, self_nodes_strayed_block, share);
     if (strayed == 0) { return; }
     if (strayed + state->apart_count > self_nodes_max_apart(body->node_count)) {
-        self_nodes_paths paths = {.state = state, .nodes = nodes, .scale = left * rate, .share = share};
-        plii_parallel_for(body->context, self_nodes_update_range, &paths, body->node_count,
-                          plii_grain(SELF_NODES_PATH_NS));
-        state->searched_at = now;
-        state->travel_time = left;
-        self_nodes_search(body, state);
+        self_nodes_paths paths = {body, state, nodes, {0, 0, 0}, left * rate, share, 1.0f};
+        self_nodes_search_all(&paths, now, left);
         return;
     }
     const uint64_t shortages = plii_thread.shortages;
