@@ -152,7 +152,8 @@ static float target_room(const pli_body* body, const void* data, const plii_subs
 // --------------------------------------------------------------------------------------------------------- the list
 
 /* A mass that the caller has given to a node meanwhile stays. */
-static void target_let_go_all(pli_body* body, target_state* state) {
+static void target_let_go_all(pli_body* body, void* data) {
+    target_state* state = data;
     for (PLII_EACH(const target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         state->places[node] = 0;
@@ -291,6 +292,7 @@ const plii_feature_class plii_target_class = {
     .substepped =
         &(const plii_substep_class){
             .order = TARGET_SUBSTEP_ORDER, .sweep = target_sweep, .room = target_room, .is_idle = target_is_idle},
+    .disable = target_let_go_all,
     .topology_reserve = target_topology_reserve,
     .topology_commit = target_topology_commit,
 };
@@ -402,14 +404,7 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     return plii_body_changed(body, PLI_OK);
 }
 
-pli_status pli_body_disable_targets(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    target_state* state = plii_feature_state(body, &plii_target_class);
-    if (state == NULL) { return PLI_OK; }
-    target_let_go_all(body, state);
-    plii_feature_disable(body, &plii_target_class);
-    return plii_body_changed(body, PLI_OK);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_targets, plii_check_body_idle, plii_target_class)
 
 pli_status pli_body_move_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     return target_move(body, positions, normals, count, false, __func__);
