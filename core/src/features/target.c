@@ -334,12 +334,8 @@ static pli_status target_check_def(pli_body* body, const pli_targets_def* def, c
     PLII_TRY(PLII_CHECK_MADE(context, pli_targets_def, def, function));
     if (def->targets == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "targets is null"); }
     PLII_FAIL_IF(def->count < 1, context, PLI_ERROR_INVALID_VALUE, function, "count is %d, below 1", def->count);
-    if (def->positions != NULL) {
-        PLII_TRY(plii_check_finite_points(context, def->count, def->positions, "position", function));
-    }
-    if (def->normals != NULL) {
-        PLII_TRY(plii_check_finite_points(context, def->count, def->normals, "normal", function));
-    }
+    PLII_TRY(plii_check_finite_points(context, def->count, def->positions, "position", function));
+    PLII_TRY(plii_check_finite_points(context, def->count, def->normals, "normal", function));
     plii_scratch scratch = {.context = context};
     int* users = PLII_TAKE(&scratch, int, body->node_count);
     pli_status status = PLI_OK;
@@ -364,7 +360,7 @@ static pli_status target_move(pli_body* body, const pli_vec3* positions, const p
                  "count is %d, the body has %d targets", count, given);
     if (positions == NULL) { return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "positions is null"); }
     PLII_TRY(plii_check_finite_points(body->context, count, positions, "position", function));
-    if (normals != NULL) { PLII_TRY(plii_check_finite_points(body->context, count, normals, "normal", function)); }
+    PLII_TRY(plii_check_finite_points(body->context, count, normals, "normal", function));
     for (int i = 0; i < count; ++i) {
         PLII_TRY(target_check_normal(body, &state->items[i].limits, normals, i, function));
     }
