@@ -56,6 +56,5 @@ float pli_mesh_volume(const pli_mesh* mesh) {
     return volume / 6.0f;
 }
 
-PLII_DEFINE_GET(pli_bounds, pli_mesh_bounds, mesh,
-                mesh->node_count > 0 ? plii_bounds_of_points(mesh->node_count, mesh->positions) : (pli_bounds){0},
+PLII_DEFINE_GET(pli_bounds, pli_mesh_bounds, mesh, plii_bounds_of_points(mesh->node_count, mesh->positions),
                 (pli_bounds){0})
