@@ -469,24 +469,23 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
                                 const gradient_filter* filter, plii_dvec3 free, plii_dvec3* x) {
     const plii_dvec3 before = *x;
     const double pressing = gradient_keep_pressing(constraints, filter);
+    plii_dvec3 there = free;
     for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
         const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
         const plii_dvec3 yield = gradient_yield(constraint, plii_dvec3_sub(goal, before));
         const double alone =
             plii_implicit_block_stiffness(&constraint->block) * plii_dvec3_length(plii_dvec3_sub(goal, free));
         constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_limit(yield, pressing + alone));
-    }
-    for (GRADIENT_EACH(const plii_implicit_constraint, constraint, constraints, filter)) {
-        free = plii_dvec3_add(free, plii_implicit_block_solve(&constraint->block, constraint->impulse));
+        there = plii_dvec3_add(there, plii_implicit_block_solve(&constraint->block, constraint->impulse));
     }
     for (int pass = 0; pass < IMPLICIT_NODE_PASSES; ++pass) {
         for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
             const plii_dvec3 n = constraint->normal, answer = plii_implicit_block_solve(&constraint->block, n),
-                             off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), free);
+                             off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), there);
             const double more =
                 fmax(plii_dvec3_dot(n, off) / plii_dvec3_dot(n, answer), -plii_dvec3_dot(n, constraint->impulse));
             constraint->impulse = plii_dvec3_add_scaled(constraint->impulse, n, more);
-            free = plii_dvec3_add_scaled(free, answer, more);
+            there = plii_dvec3_add_scaled(there, answer, more);
         }
     }
     for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
@@ -494,7 +493,7 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
         gradient_judge_contact(constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, off,
                                constraint->impulse);
     }
-    *x = free;
+    *x = there;
 }
 
 /* Anchored, or squeezed. */
