@@ -37,12 +37,12 @@ enum { TETHER_LANDMARKS = 4 };
 
 typedef struct tether_state {
     pli_tethers_def def;
+    int landmarks[TETHER_LANDMARKS]; /* origins, or PLI_NULL_INDEX */
+    uint32_t link_revision;          /* another one: they are to be measured anew */
+    float spread;        /* from 1 on: how many times as far as the body is long landmarks are from each other */
     pli_tether* tethers; /* [node_count] to the nearest origin */
     /* [node_count] m, from each landmark to a node; infinite where it is none, or the nearest origin. */
     float (*far)[TETHER_LANDMARKS];
-    int landmarks[TETHER_LANDMARKS]; /* origins, or PLI_NULL_INDEX */
-    float spread; /* from 1 on: how many times as far as the body is long landmarks are from each other */
-    uint32_t link_revision;
     plii_node_constraint* constraints;
     int constraint_count, constraint_capacity;
     tether_origin* origins;
@@ -498,11 +498,8 @@ const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
     .settings = PLII_LIMITS_AT(offsetof(tether_state, def), PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
-                                    PLII_STATE_OF(tether_state, landmarks, PLII_SAVED, "4N"),
-                                    PLII_STATE(tether_state, spread, PLII_LEFT),
-                                    /* Whether they are to be measured anew. */
-                                    PLII_STATE_OF(tether_state, link_revision, PLII_SAVED, "u")),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(tether_state, def, link_revision, PLII_SAVED, "fu4Nu"),
+                                    PLII_STATE(tether_state, spread, PLII_LEFT)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &(const plii_substep_class){.order = TETHER_SUBSTEP_ORDER,
