@@ -32,12 +32,6 @@ typedef struct swept_ends {
     int edge_count, edge_capacity;
 } swept_ends;
 
-typedef struct swept_work {
-    plii_edit edit;
-    swept_ends ends; /* of the sweep so far */
-    int parted;      /* links */
-} swept_work;
-
 // ----------------------------------------------------------------------------------------------------------- the blade
 
 /* In double: blades are long and thin. */
@@ -78,12 +72,14 @@ static bool swept_is_inside(const swept_blade* blade, plii_dvec3 point) {
     return true;
 }
 
-/* One blade on the present state of the edit. */
+/* A sweep, and one of its blades on the present state of the edit. */
 typedef struct swept_pass {
-    swept_work* work;
-    plii_edit* edit;
+    plii_edit edit;
+    swept_ends ends; /* of the sweep so far */
+    int parted;      /* links */
+    /* Of the blade. */
     plii_scratch scratch;
-    const swept_blade* blade;
+    swept_blade blade;
     int node_count;        /* before the pass */
     double* heights;       /* [node_count] over the blade's plane */
     uint8_t* marks;        /* [node_count] */
@@ -93,7 +89,7 @@ typedef struct swept_pass {
 } swept_pass;
 
 static plii_dvec3 swept_point(const swept_pass* pass, int node) {
-    return plii_dvec3_from(plii_edit_position(pass->edit, node));
+    return plii_dvec3_from(plii_edit_position(&pass->edit, node));
 }
 static bool swept_is_on_blade(const swept_pass* pass, int node) {
     return node < pass->node_count && (pass->marks[node] & SWEPT_ON_BLADE) != 0;
@@ -113,7 +109,7 @@ static double swept_crossing(const swept_pass* pass, int a, int b) {
     }
     const double t = height_a / (height_a - height_b);
     const plii_dvec3 start = swept_point(pass, a), edge = plii_dvec3_sub(swept_point(pass, b), start);
-    return swept_is_inside(pass->blade, plii_dvec3_add_scaled(start, edge, t)) ? t : -1.0;
+    return swept_is_inside(&pass->blade, plii_dvec3_add_scaled(start, edge, t)) ? t : -1.0;
 }
 
 // --------------------------------------------------------------------------------------------------------- what is met
@@ -121,8 +117,8 @@ static double swept_crossing(const swept_pass* pass, int a, int b) {
 static bool swept_meet_edge(swept_pass* pass, int end_a, int end_b, unsigned flags) {
     const int a = end_a < end_b ? end_a : end_b, b = end_a < end_b ? end_b : end_a;
     if (pass->heights[a] == 0.0 && pass->heights[b] == 0.0) { /* in the plane */
-        if (swept_is_inside(pass->blade, swept_point(pass, a))) { swept_mark(pass, a, SWEPT_ON_BLADE); }
-        if (swept_is_inside(pass->blade, swept_point(pass, b))) { swept_mark(pass, b, SWEPT_ON_BLADE); }
+        if (swept_is_inside(&pass->blade, swept_point(pass, a))) { swept_mark(pass, a, SWEPT_ON_BLADE); }
+        if (swept_is_inside(&pass->blade, swept_point(pass, b))) { swept_mark(pass, b, SWEPT_ON_BLADE); }
         return true;
     }
     const double t = swept_crossing(pass, a, b);
@@ -139,7 +135,7 @@ static bool swept_meet_edge(swept_pass* pass, int end_a, int end_b, unsigned fla
 }
 
 static bool swept_find_edges(swept_pass* pass) {
-    const plii_edit* edit = pass->edit;
+    const plii_edit* edit = &pass->edit;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         if (!plii_edit_link_is_bending(link) && !swept_meet_edge(pass, link->nodes[0], link->nodes[1], 0)) {
             return false;
@@ -198,7 +194,7 @@ static bool swept_removes(const plii_edit_link* link, void* user) {
 }
 
 static bool swept_part_rope_links(swept_pass* pass) {
-    plii_edit* edit = pass->edit;
+    plii_edit* edit = &pass->edit;
     const int count = edit->link_count;
     for (int i = 0; i < count; ++i) {
         plii_edge* edge = swept_crossed_edge(pass, edit->links[i].nodes[0], edit->links[i].nodes[1]);
@@ -215,7 +211,7 @@ static bool swept_part_rope_links(swept_pass* pass) {
                                   is_forward ? at_b : at_a)) {
             return false;
         }
-        pass->work->parted += 1;
+        pass->parted += 1;
     }
     return true;
 }
@@ -226,7 +222,7 @@ static int swept_rope_side(const swept_pass* pass, int other) {
 }
 
 static bool swept_part_rope_nodes(swept_pass* pass) {
-    plii_edit* edit = pass->edit;
+    plii_edit* edit = &pass->edit;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         for (int k = 0; k < 2; ++k) {
             if (!swept_is_on_blade(pass, link->nodes[k])) { continue; }
@@ -240,7 +236,7 @@ static bool swept_part_rope_nodes(swept_pass* pass) {
         if ((marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) != SWEPT_ON_BLADE || (marks & both) != both) { continue; }
         copies[i] = plii_edit_copy_node(edit, i);
         if (copies[i] == PLI_NULL_INDEX) { return false; }
-        pass->work->parted += 1;
+        pass->parted += 1;
     }
     for (int i = 0; copies != NULL && i < edit->link_count; ++i) {
         const int nodes[2] = {edit->links[i].nodes[0], edit->links[i].nodes[1]};
@@ -262,7 +258,7 @@ static bool swept_add_nodes(swept_pass* pass) {
     for (int i = 0; !pass->scratch.is_short && i < edges->count; ++i) {
         plii_edge* edge = &edges->edges[order[i]];
         if (edge->flags != (SWEPT_OF_FACE | SWEPT_CROSSED)) { continue; }
-        edge->node = plii_edit_add_node(pass->edit, edge->a, edge->b, edge->share);
+        edge->node = plii_edit_add_node(&pass->edit, edge->a, edge->b, edge->share);
         if (edge->node == PLI_NULL_INDEX) { return false; }
     }
     return !pass->scratch.is_short;
@@ -273,7 +269,7 @@ static bool swept_open(swept_pass* pass, int a, int b) {
 }
 
 static bool swept_open_closed_edges(swept_pass* pass) {
-    const swept_ends* ends = &pass->work->ends;
+    const swept_ends* ends = &pass->ends;
     for (int i = 0; i < ends->edge_count; ++i) {
         const int a = ends->edges[i][0], b = ends->edges[i][1];
         const int node = plii_edge_map_node(&pass->edges, a, b);
@@ -325,8 +321,8 @@ static bool swept_judge_face(swept_pass* pass, const int* nodes) {
 }
 
 static bool swept_judge_faces(swept_pass* pass) {
-    for (int i = 0; i < pass->edit->face_count; ++i) {
-        if (!swept_judge_face(pass, pass->edit->faces[i].nodes)) { return false; }
+    for (int i = 0; i < pass->edit.face_count; ++i) {
+        if (!swept_judge_face(pass, pass->edit.faces[i].nodes)) { return false; }
     }
     /* An edge between two nodes on the blade is opened when it has faces on both sides of the plane. */
     for (PLII_EACH(const plii_edge, border, pass->borders.edges, pass->borders.count)) {
@@ -341,13 +337,13 @@ static bool swept_judge_faces(swept_pass* pass) {
 
 /* Tips are the nodes of the cut that are still closed. */
 static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node_count) {
-    swept_ends* ends = &pass->work->ends;
+    swept_ends* ends = &pass->ends;
     PLII_REMOVE_IF(int, tip, ends->tips, ends->tip_count, is_parted[*tip] != 0);
     for (int i = 0; i < node_count; ++i) {
         const unsigned marks = i < pass->node_count ? pass->marks[i] : SWEPT_ON_BLADE | SWEPT_HAS_FACE;
         const bool is_on_surface = (marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) == (SWEPT_ON_BLADE | SWEPT_HAS_FACE);
         if (!is_on_surface || is_parted[i] != 0 || (marks & SWEPT_IS_TIP) != 0) { continue; }
-        if (!PLII_RESERVE(pass->edit->context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
+        if (!PLII_RESERVE(pass->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
         ends->tips[ends->tip_count++] = i;
     }
     return true;
@@ -355,11 +351,11 @@ static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node
 
 /* An edge is open when one of its ends is parted. */
 static bool swept_find_closed_edges(swept_pass* pass, const uint8_t* is_parted) {
-    swept_ends* ends = &pass->work->ends;
+    swept_ends* ends = &pass->ends;
     ends->edge_count = 0;
     for (PLII_EACH(const plii_edge, edge, pass->cuts.edges, pass->cuts.count)) {
         if (is_parted[edge->a] != 0 || is_parted[edge->b] != 0) { continue; }
-        if (!PLII_RESERVE(pass->edit->context, &ends->edges, &ends->edge_capacity, ends->edge_count + 1)) {
+        if (!PLII_RESERVE(pass->edit.context, &ends->edges, &ends->edge_capacity, ends->edge_count + 1)) {
             return false;
         }
         ends->edges[ends->edge_count][0] = edge->a;
@@ -369,56 +365,54 @@ static bool swept_find_closed_edges(swept_pass* pass, const uint8_t* is_parted) 
 }
 
 static bool swept_separate(swept_pass* pass) {
-    const int node_count = pass->edit->node_count;
+    const int node_count = pass->edit.node_count;
     uint8_t* is_parted = PLII_TAKE(&pass->scratch, uint8_t, node_count);
     return is_parted != NULL &&
-           plii_cut_separate(pass->edit, &pass->cuts, pass->heights, pass->node_count, is_parted,
-                             &pass->work->parted) &&
+           plii_cut_separate(&pass->edit, &pass->cuts, pass->heights, pass->node_count, is_parted, &pass->parted) &&
            swept_find_tips(pass, is_parted, node_count) && swept_find_closed_edges(pass, is_parted);
 }
 
 // ----------------------------------------------------------------------------------------------------------- the whole
 
 static pli_status swept_run_pass(swept_pass* pass) {
-    plii_edit* edit = pass->edit;
+    plii_edit* edit = &pass->edit;
     for (int i = 0; i < pass->node_count; ++i) {
-        const plii_dvec3 offset = plii_dvec3_sub(swept_point(pass, i), pass->blade->corners[0]);
-        pass->heights[i] = plii_dvec3_dot(pass->blade->normal, offset);
+        const plii_dvec3 offset = plii_dvec3_sub(swept_point(pass, i), pass->blade.corners[0]);
+        pass->heights[i] = plii_dvec3_dot(pass->blade.normal, offset);
     }
-    for (int i = 0; i < pass->work->ends.tip_count; ++i) {
-        swept_mark(pass, pass->work->ends.tips[i], SWEPT_IS_TIP);
+    for (int i = 0; i < pass->ends.tip_count; ++i) {
+        swept_mark(pass, pass->ends.tips[i], SWEPT_IS_TIP);
     }
     if (!swept_find_edges(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
     PLII_TRY(plii_edit_check_tetras(edit, swept_meets_tetra, pass, "the blade meets"));
     const int link_count = edit->link_count;
     plii_edit_remove_links(edit, swept_removes, pass); /* also those over the inside of a face */
-    pass->work->parted += link_count - edit->link_count;
+    pass->parted += link_count - edit->link_count;
     if (!swept_meets_something(pass)) { return PLI_OK; }
     bool ok = swept_part_rope_links(pass) && swept_part_rope_nodes(pass) && swept_add_nodes(pass) &&
               swept_judge_faces(pass) && swept_open_closed_edges(pass);
     if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
-        pass->work->parted += plii_edge_map_node(&pass->edges, link->nodes[0], link->nodes[1]) != PLI_NULL_INDEX;
+        pass->parted += plii_edge_map_node(&pass->edges, link->nodes[0], link->nodes[1]) != PLI_NULL_INDEX;
     }
     ok = plii_edit_split(edit, &pass->edges) && swept_separate(pass);
     return ok ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 /* Cuts by one triangle. PLI_ERROR_OUT_OF_MEMORY has no message yet. */
-static pli_status swept_cut(swept_work* work, const pli_vec3 corners[3]) {
-    swept_blade blade;
-    if (!swept_make_blade(corners, &blade)) { return PLI_OK; }
-    plii_edit* edit = &work->edit;
-    pli_context* context = edit->context;
-    swept_pass pass = {.work = work, .edit = edit, .blade = &blade, .node_count = edit->node_count};
-    pass.scratch.context = pass.edges.table.context = pass.borders.table.context = pass.cuts.table.context = context;
-    pass.heights = PLII_TAKE(&pass.scratch, double, pass.node_count);
-    pass.marks = PLII_TAKE(&pass.scratch, uint8_t, pass.node_count);
-    const pli_status status = pass.scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(&pass);
-    plii_scratch_free(&pass.scratch);
-    plii_edge_map_free(&pass.edges);
-    plii_edge_map_free(&pass.borders);
-    plii_edge_map_free(&pass.cuts);
+static pli_status swept_cut(swept_pass* pass, const pli_vec3 corners[3]) {
+    if (!swept_make_blade(corners, &pass->blade)) { return PLI_OK; }
+    pli_context* context = pass->edit.context;
+    pass->node_count = pass->edit.node_count;
+    pass->scratch = (plii_scratch){.context = context};
+    pass->edges = pass->borders = pass->cuts = (plii_edge_map){.table.context = context};
+    pass->heights = PLII_TAKE(&pass->scratch, double, pass->node_count);
+    pass->marks = PLII_TAKE(&pass->scratch, uint8_t, pass->node_count);
+    const pli_status status = pass->scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(pass);
+    plii_scratch_free(&pass->scratch);
+    plii_edge_map_free(&pass->edges);
+    plii_edge_map_free(&pass->borders);
+    plii_edge_map_free(&pass->cuts);
     return status;
 }
 
@@ -468,12 +462,12 @@ static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {
 }
 
 /* `corners` of two triangles. */
-static pli_status swept_cut_all(swept_work* work, const pli_vec3 (*corners)[3]) {
-    const pli_body* body = work->edit.body;
+static pli_status swept_cut_all(swept_pass* pass, const pli_vec3 (*corners)[3]) {
+    const pli_body* body = pass->edit.body;
     for (int i = 0; i < 2; ++i) {
-        if (swept_may_meet(body, corners[i])) { PLII_TRY(swept_cut(work, corners[i])); }
+        if (swept_may_meet(body, corners[i])) { PLII_TRY(swept_cut(pass, corners[i])); }
     }
-    plii_edit* edit = &work->edit;
+    plii_edit* edit = &pass->edit;
     edit->is_unchanged = edit->node_count == edit->old_node_count && edit->link_count == edit->old_link_count;
     return PLI_OK;
 }
@@ -481,19 +475,19 @@ static pli_status swept_cut_all(swept_work* work, const pli_vec3 (*corners)[3]) 
 /* Cuts and leaves the ends of the cut in `trace`. */
 static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (*corners)[3], bool goes_on,
                             const char* function, int* parted) {
-    swept_work work = {.parted = 0};
-    PLII_TRY(plii_edit_open(body, function, &work.edit));
-    const bool is_ready = !goes_on || trace_copy_ends(body->context, &trace->ends, &work.ends);
+    swept_pass pass = {.parted = 0};
+    PLII_TRY(plii_edit_open(body, function, &pass.edit));
+    const bool is_ready = !goes_on || trace_copy_ends(body->context, &trace->ends, &pass.ends);
     const pli_status status =
-        plii_edit_end(&work.edit, is_ready ? swept_cut_all(&work, corners) : PLI_ERROR_OUT_OF_MEMORY);
+        plii_edit_end(&pass.edit, is_ready ? swept_cut_all(&pass, corners) : PLI_ERROR_OUT_OF_MEMORY);
     if (status == PLI_OK) {
-        *parted = work.parted;
+        *parted = pass.parted;
         const swept_ends old = trace->ends;
-        trace->ends = work.ends;
-        work.ends = old;
+        trace->ends = pass.ends;
+        pass.ends = old;
     }
-    PLII_RELEASE(body->context, work.ends.tips, work.ends.tip_capacity);
-    PLII_RELEASE(body->context, work.ends.edges, work.ends.edge_capacity);
+    PLII_RELEASE(body->context, pass.ends.tips, pass.ends.tip_capacity);
+    PLII_RELEASE(body->context, pass.ends.edges, pass.ends.edge_capacity);
     return status;
 }
 
