@@ -41,13 +41,6 @@ static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* st
     plii_parallel_for(body->context, self_nodes_copy_range, &copy, body->node_count, plii_grain(SELF_NODES_COPY_NS));
 }
 
-static void self_nodes_start_report(const pli_body* body, self_nodes_state* state) {
-    const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
-    state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
-    state->pairs.is_truncated = false;
-    state->pairs.searches = 0;
-}
-
 /* After searches: what they found. */
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
@@ -67,7 +60,10 @@ static void self_nodes_begin(pli_body* body, void* data) {
     const bool has_substeps = body->solver_class->has_substeps;
     const pli_vec3 origin = state->origin;
     const bool has_other_origin = !has_substeps && pli_vec3_length_squared(origin) > 0.0f;
-    self_nodes_start_report(body, state);
+    const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
+    state->report = (pli_self_collision_report){.limited_nodes = has_substeps ? 0 : limited};
+    state->pairs.is_truncated = false;
+    state->pairs.searches = 0;
     if (has_substeps) {
         self_nodes_copy_positions(body, state, &nodes);
     } else {

@@ -446,17 +446,6 @@ static void gradient_judge_point(const pli_body* body, const plii_implicit_const
     gradient_judge_contact(constraint, mass, off, impulse);
 }
 
-/* Leaves the impulses along the normals. Their sum. */
-static double gradient_keep_pressing(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
-    double sum = 0.0;
-    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
-        const double along = fmax(plii_dvec3_dot(constraint->normal, constraint->impulse), 0.0);
-        constraint->impulse = plii_dvec3_scale(constraint->normal, along);
-        sum += along;
-    }
-    return sum;
-}
-
 /* Where iterations ended early, the error left times the viscosity of what sticks can be more than friction bears. */
 static plii_dvec3 gradient_limit(plii_dvec3 impulse, double most) {
     const double length = plii_dvec3_length(impulse);
@@ -468,7 +457,12 @@ static plii_dvec3 gradient_limit(plii_dvec3 impulse, double most) {
 static void gradient_judge_node(const pli_body* body, const plii_implicit_constraints* constraints,
                                 const gradient_filter* filter, plii_dvec3 free, plii_dvec3* x) {
     const plii_dvec3 before = *x;
-    const double pressing = gradient_keep_pressing(constraints, filter);
+    double pressing = 0.0;
+    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) { /* is left of the impulses */
+        const double along = fmax(plii_dvec3_dot(constraint->normal, constraint->impulse), 0.0);
+        constraint->impulse = plii_dvec3_scale(constraint->normal, along);
+        pressing += along;
+    }
     plii_dvec3 there = free;
     for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
         const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
