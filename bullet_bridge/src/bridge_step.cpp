@@ -126,7 +126,7 @@ void Bridge::Impl::follow_kinematic() {
         RigidProxy& proxy = *found->second;
         kinematic_.push_back(&proxy);
         Ahead body;
-        if (!proxy.is_behind(followed_dt_, body.low, body.high)) { continue; }
+        if (!proxy.comes_on(followed_dt_, body.low, body.high)) { continue; }
         array[i]->getCollisionShape()->getAabb(array[i]->getWorldTransform(), body.ahead_low, body.ahead_high);
         ahead_.push_back(body);
     }

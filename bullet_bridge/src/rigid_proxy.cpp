@@ -360,10 +360,10 @@ bool RigidProxy::has_changed(btScalar dt) const {
            fingerprint_ != shape_fingerprint(*object_->getCollisionShape());
 }
 
-bool RigidProxy::is_behind(btScalar dt, btVector3& low, btVector3& high) const {
+bool RigidProxy::comes_on(btScalar dt, btVector3& low, btVector3& high) const {
     if (rigid_ == nullptr || !is_driven(dt)) { return false; }
     const Motion motion = driven_motion(dt);
-    if (!motion.is_led || motion.end == object_->getWorldTransform()) { return false; }
+    if (!motion.is_led) { return false; }
     btVector3 start_low, start_high;
     object_->getCollisionShape()->getAabb(motion.end, low, high);
     object_->getCollisionShape()->getAabb(motion.start, start_low, start_high);

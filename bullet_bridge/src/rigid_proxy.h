@@ -61,8 +61,8 @@ public:
     void go_along(btScalar dt);
     /// The object was put elsewhere, has another shape, or has become a sensor or ceased to be one since it took part.
     bool has_changed(btScalar dt) const;
-    /// Bounds of a kinematic body in the step, where Bullet has it further ahead; false: it is not.
-    bool is_behind(btScalar dt, btVector3& low, btVector3& high) const;
+    /// Bounds of a kinematic body in the step, at whose end or further ahead Bullet has it; false: it does not come on.
+    bool comes_on(btScalar dt, btVector3& low, btVector3& high) const;
     /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it
     /// back, and wakes it if something acted on it.
     void write_back(bool always_activates);

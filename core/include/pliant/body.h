@@ -25,9 +25,10 @@ typedef struct pli_solver_settings {
     float drift_correction; ///< default 1, up to PLI_MAX_FACTOR of either sign: share of the drift solve that enters
                             ///< the velocity. Bullet name: kVCF
     float velocity_damping; ///< [0, 1], default 0: share of the velocity lost per step. Bullet name: kDP
-    /// PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale. Rigid bodies keep
-    /// their own time: what touches or holds dynamic ones is to keep 1, as far below it both get energy from nothing,
-    /// and what touches moving kinematic ones too, as it takes part in this share of their motion and sinks in.
+    /// PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale. Velocities of the
+    /// body and impulses on it are in its own time. Rigid bodies keep that of the world; contacts, anchors and tethers
+    /// convert between the two, so that a lift takes a slow cloth along, and a ball gets no energy from it. Clusters
+    /// and joints do not, nor do worlds with reference_mode: what of these meets rigid bodies that move is to keep 1.
     float time_scale;
 } pli_solver_settings;
 

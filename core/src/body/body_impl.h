@@ -92,9 +92,10 @@ struct pli_body {
 
     const plii_solver_class* solver_class;
     plii_pipeline pipeline;
-    bool has_swept_contacts; /* found in this step, see plii_iterated_sweeps_class */
-    bool leaps;              /* in this step its bounds move by more than the margin, where plii_follows_rigids */
-    bool has_early_bounds;   /* those of this step are taken already; see pli_world_def.reference_mode */
+    float host_dt, rigid_pace; /* s, of the step for rigid bodies; how many times as fast the body sees them */
+    bool has_swept_contacts;   /* found in this step, see plii_iterated_sweeps_class */
+    bool leaps;                /* in this step its bounds move by more than the margin, where plii_follows_rigids */
+    bool has_early_bounds;     /* those of this step are taken already; see pli_world_def.reference_mode */
 
     /* Filled by services, NULL while nobody needs them. */
     pli_vec3* forces;       /* [node_count] N, consumed by integration */
@@ -124,7 +125,7 @@ struct pli_body {
     /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
     pli_body *island, *island_next;
     pli_rigid* followed_rigids;                      /* list by path.next, see body/substep_rigid.h */
-    void (*finish_rigids)(pli_body* body, float dt); /* set when there are some; dt of a substep, s */
+    void (*finish_rigids)(pli_body* body, float dt); /* set when there are some; s, of a substep for them */
     const pli_rigid** ignored_rigids;
     int ignored_rigid_count, ignored_rigid_capacity;
 };

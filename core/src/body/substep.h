@@ -30,6 +30,7 @@ typedef struct plii_substep_limits {
    before; what rounding left out is in the displacements, so that nothing is lost however short a substep is. */
 struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
+    float host_dt, inverse_host_dt;     /* s, the same for rigid bodies */
     float remaining;                    /* s, of the step after it */
     int index;                          /* of the substep in the step */
     bool is_absolute;                   /* displacements are positions, as positions are where nodes are */

@@ -81,6 +81,8 @@ static void iterated_sweeps_prepare(pli_body* body, void* data) {
     if (!plii_follows_rigids(body) || body->solver.position_iterations == 0) { return; }
     state->substep = (plii_substep){.dt = body->step.dt,
                                     .inverse_dt = body->step.inverse_dt,
+                                    .host_dt = body->host_dt,
+                                    .inverse_host_dt = 1.0f / body->host_dt,
                                     .is_absolute = true,
                                     .has_new_positions = true,
                                     .displacements = body->positions,

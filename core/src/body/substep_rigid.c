@@ -51,7 +51,7 @@ void plii_substep_rigid_pivot_turn(plii_substep_rigid_pivot* pivot) {
 
 static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt) {
     plii_rigid_path* path = &rigid->path;
-    const float rate = body->step.inverse_dt;
+    const float rate = 1.0f / body->host_dt;
     path->start = plii_rigid_velocity(rigid);
     path->moved = path->gain = plii_twist_zero();
     path->drift = plii_twist_sub(plii_twist_scale(path->shift, rate), path->carried);
@@ -76,9 +76,9 @@ static void substep_rigid_move(pli_rigid* rigid, float dt) {
 void plii_substep_rigids_restart(const pli_body* body, const plii_substep* substep) {
     for (pli_rigid* rigid = body->followed_rigids; rigid != NULL; rigid = rigid->path.next) {
         if (substep->index == 0) {
-            substep_rigid_begin(rigid, body, substep->dt);
+            substep_rigid_begin(rigid, body, substep->host_dt);
         } else {
-            substep_rigid_move(rigid, substep->dt);
+            substep_rigid_move(rigid, substep->host_dt);
         }
         plii_rigid_set_velocity(rigid, plii_twist_add(plii_rigid_velocity(rigid), rigid->path.gain));
     }
@@ -96,7 +96,7 @@ void plii_substep_rigids_finish(pli_body* body, float dt) {
             continue;
         }
         substep_rigid_move(rigid, dt);
-        const plii_twist expected = plii_twist_scale(plii_twist_add(path->start, path->drift), body->step.dt);
+        const plii_twist expected = plii_twist_scale(plii_twist_add(path->start, path->drift), body->host_dt);
         path->shift = plii_twist_add(path->shift, plii_twist_sub(path->moved, expected));
         path->carried = plii_twist_add(path->carried, plii_twist_sub(plii_rigid_velocity(rigid), path->start));
     }

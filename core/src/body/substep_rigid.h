@@ -11,7 +11,7 @@
 void plii_substep_follow_rigid(pli_body* body, pli_rigid* rigid);
 /* At the start of every substep, and after the last one. */
 void plii_substep_rigids_restart(const pli_body* body, const plii_substep* substep);
-/* dt: s, of a substep */
+/* dt: s, of a substep in their time */
 void plii_substep_rigids_finish(pli_body* body, float dt);
 
 typedef struct plii_substep_rigid_point {
@@ -40,13 +40,14 @@ static inline plii_twist plii_substep_rigid_velocity(const pli_rigid* rigid) {
 static inline pli_vec3 plii_substep_rigid_point_motion(const plii_substep_rigid_point* point,
                                                        const plii_substep* substep) {
     const plii_twist velocity = plii_substep_rigid_velocity(point->rigid);
-    return pli_vec3_scale(pli_vec3_add(velocity.linear, pli_vec3_cross(velocity.angular, point->offset)), substep->dt);
+    return pli_vec3_scale(pli_vec3_add(velocity.linear, pli_vec3_cross(velocity.angular, point->offset)),
+                          substep->host_dt);
 }
 /* A correction in kg m, as the multiplier times a gradient; the opposite of what the node gets. */
 static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point* point, pli_vec3 push,
                                                  const plii_substep* substep) {
     if (point->rigid->state.inverse_mass == 0.0f) { return; } /* and nothing is written, as others may touch it too */
-    plii_rigid_apply_impulse(point->rigid, pli_vec3_scale(push, substep->inverse_dt), point->offset);
+    plii_rigid_apply_impulse(point->rigid, pli_vec3_scale(push, substep->inverse_host_dt), point->offset);
     point->rigid->path.is_pushed = true;
 }
 /* m, of what is left before a rigid body is held hard: a share per time, less the nearer it is, so that it does not

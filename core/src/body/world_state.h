@@ -85,6 +85,16 @@ static inline void plii_world_begin_body(const pli_body* body) {
     const plii_pass pass = {body->world_index, NULL};
     plii_thread.pass = pass;
 }
+/* Of a point of a rigid body in this step, m; m/s and N s in the time of the soft body, see rigid_pace. */
+static inline pli_vec3 plii_rigid_motion_at(const pli_body* body, const pli_rigid* rigid, pli_vec3 offset) {
+    return pli_vec3_scale(plii_rigid_velocity_at(rigid, offset), body->host_dt);
+}
+static inline pli_vec3 plii_rigid_pace_at(const pli_body* body, const pli_rigid* rigid, pli_vec3 offset) {
+    return pli_vec3_scale(plii_rigid_velocity_at(rigid, offset), body->rigid_pace);
+}
+static inline void plii_rigid_push_at(const pli_body* body, pli_rigid* rigid, pli_vec3 impulse, pli_vec3 offset) {
+    plii_rigid_apply_impulse(rigid, pli_vec3_scale(impulse, 1.0f / body->rigid_pace), offset);
+}
 /* Rigid bodies that take impulses go along while the body is solved (substep_rigid.h). */
 static inline bool plii_follows_rigids(const pli_body* body) {
     const plii_solver_class* solver = body->solver_class;

@@ -20,10 +20,9 @@ typedef struct plii_anchor {
     unsigned pose_version;
     union { /* for one step */
         struct {
-            pli_vec3 offset;      /* from the centre of the rigid body, world axes */
-            pli_vec3 goal;        /* of the node */
-            pli_vec3 goal_motion; /* of a rigid body that takes no impulses */
-            pli_mat3 matrix;      /* from the change of displacement that is wanted to an impulse */
+            pli_vec3 offset; /* from the centre of the rigid body, world axes */
+            pli_vec3 goal;   /* of the node */
+            pli_mat3 matrix; /* from the change of displacement that is wanted to an impulse */
         } step;
         struct {
             plii_substep_rigid_pivot pivot;
@@ -52,7 +51,7 @@ static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
 /* Of a static or kinematic body: where its velocities lead, from where its host has put it since the prediction. */
 static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
     const pli_rigid_state* state = &anchor->rigid->state;
-    float left = body->step.dt / body->solver.time_scale; /* of the host's time */
+    float left = body->host_dt;
     if (anchor->pose_version != anchor->rigid->pose_version) { left = body->interval.lead; }
     if (anchor->rigid->kind == PLI_RIGID_STATIC || !(left > 0.0f)) { return state->pose; }
     return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, left);
@@ -69,7 +68,6 @@ static void anchor_prepare(pli_body* body, void* state) {
         const pli_vec3 offset = pli_mat3_mul_vec3(rigid_state->pose.rotation, anchor->pivot);
         anchor->step.offset = offset;
         anchor->step.goal = pli_vec3_add(offset, rigid_state->pose.origin);
-        anchor->step.goal_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, offset), dt);
         anchor->step.matrix = body->world->def.reference_mode
                                   ? plii_effective_mass(dt, inverse_mass, rigid_state->inverse_mass,
                                                         rigid_state->inverse_inertia_world, offset)
@@ -118,15 +116,14 @@ static void anchor_solve(pli_body* body, void* state) {
         }
         const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
         const pli_vec3 node = plii_xyz(*position), offset = anchor->step.offset;
-        const pli_vec3 goal_motion =
-            is_fixed ? anchor->step.goal_motion : pli_vec3_scale(plii_rigid_velocity_at(anchor->rigid, offset), dt);
+        const pli_vec3 goal_motion = plii_rigid_motion_at(body, anchor->rigid, offset);
         const pli_vec3 error = anchor_error(body, anchor, goal_motion, anchors->hardness);
         const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
         /* Neither side can move, or the soft body leaves finite numbers and must not take the rigid body along. */
         if (!plii_vec3_is_finite(impulse)) { continue; }
         plii_set_xyz(position, pli_vec3_add(node, pli_vec3_scale(impulse, dt * position->w)));
         if (is_fixed) { continue; }
-        plii_rigid_apply_impulse(anchor->rigid, pli_vec3_neg(impulse), offset);
+        plii_rigid_push_at(body, anchor->rigid, pli_vec3_neg(impulse), offset);
         anchor->rigid->path.is_pushed = true;
     }
 }
@@ -140,7 +137,7 @@ static void anchor_finish(pli_body* body, void* state) {
         const pli_transform end = anchor_end_pose(body, anchor);
         plii_set_xyz(&body->positions[anchor->node], pli_transform_point(end, anchor->pivot));
         const pli_vec3 offset = pli_mat3_mul_vec3(end.rotation, anchor->pivot);
-        plii_set_xyz(&body->velocities[anchor->node], plii_rigid_velocity_at(anchor->rigid, offset));
+        plii_set_xyz(&body->velocities[anchor->node], plii_rigid_pace_at(body, anchor->rigid, offset));
     }
 }
 
@@ -368,7 +365,7 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
     /* In a step nodes are where they are to be at its end. */
     const bool is_ahead = body->world->is_stepping && !body->world->def.reference_mode;
     plii_rigid_begin_path(def->rigid);
-    const pli_transform pose = is_ahead ? plii_rigid_end_pose(def->rigid, body->step.dt) : def->rigid->state.pose;
+    const pli_transform pose = is_ahead ? plii_rigid_end_pose(def->rigid, body->host_dt) : def->rigid->state.pose;
     anchor->pivot =
         def->local_pivot != NULL ? *def->local_pivot : plii_localize(pose, plii_xyz(body->positions[def->node]));
     anchor_note_start(anchor);

@@ -45,7 +45,7 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
     const plii_dvec3 arm = rigid_faces_arm(candidate, candidate->begin.rotation, contact);
     contact->arm = plii_dvec3_to_float(
         plii_dvec3_add_scaled(arm, plii_dvec3_from(contact->normal), (double)body->collision_margin));
-    contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt));
+    contact->base = pli_vec3_sub(surface, plii_rigid_motion_at(body, rigid, contact->arm));
     contact->impulse_matrix = plii_rigid_effective_mass(dt, face_weight, rigid, contact->arm);
     const pli_vec3 torque = pli_vec3_cross(contact->arm, contact->normal);
     const pli_vec3 spin = plii_rigid_spin_of(rigid, contact->normal, contact->arm);
@@ -63,7 +63,7 @@ static float rigid_faces_room(const pli_body* body, const plii_rigid_faces_candi
         !plii_bounds_overlap(plii_bounds_grow(other->bounds, margin), (pli_bounds){point, point})) {
         return INFINITY;
     }
-    const pli_transform pose = pli_transform_mul(plii_rigid_end_pose(other->rigid, body->step.dt), other->shape_pose);
+    const pli_transform pose = pli_transform_mul(plii_rigid_end_pose(other->rigid, body->host_dt), other->shape_pose);
     pli_vec3 normal;
     const float distance = plii_shape_distance(other->shape, pli_transform_inverse_point(pose, point), &normal);
     const float cosine = pli_vec3_dot(pli_mat3_mul_vec3(pose.rotation, normal), contact->normal);
@@ -97,7 +97,7 @@ static void rigid_faces_prepare_all(const pli_body* body, plii_rigid_faces* stat
     for (PLII_EACH(plii_rigid_face_contact, contact, state->contacts, state->count)) {
         if (contact->candidate != candidate) {
             candidate = contact->candidate;
-            end = plii_rigid_end_pose(state->candidates[candidate].rigid, body->step.dt);
+            end = plii_rigid_end_pose(state->candidates[candidate].rigid, body->host_dt);
         }
         plii_rigid_faces_prepare_contact(body, &state->candidates[candidate], end, contact);
     }
@@ -110,10 +110,10 @@ static void rigid_faces_prepare(pli_body* body, void* data) {
 
 /* Impulse from the face to the rigid body; zero when nothing is to be done. A contact that has pushed too much, because
    others have pushed since, takes back what it can: that keeps the torques of contacts around a body in balance. */
-static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_contact* contact, float dt) {
+static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_contact* contact) {
     const pli_vec3 n = contact->normal;
     const pli_vec3 point = plii_rigid_faces_point(body->positions, contact);
-    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->arm), dt);
+    const pli_vec3 rigid_motion = plii_rigid_motion_at(body, contact->rigid, contact->arm);
     const pli_vec3 apart = pli_vec3_sub(point, pli_vec3_add(contact->base, rigid_motion));
     const float error = pli_vec3_dot(n, apart) - body->collision_margin - contact->target;
     if (!(error < 0.0f)) { return pli_vec3_scale(n, plii_min(error / contact->normal_response, contact->push)); }
@@ -129,7 +129,7 @@ static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, in
     float longest = 0.0f;
     for (int i = first; i < state->count; ++i) {
         plii_rigid_face_contact* contact = &state->contacts[i];
-        const pli_vec3 impulse = rigid_faces_impulse(body, contact, dt);
+        const pli_vec3 impulse = rigid_faces_impulse(body, contact);
         if (!(pli_vec3_length_squared(impulse) > 0.0f)) { continue; }
         contact->push = plii_max(contact->push - pli_vec3_dot(impulse, contact->normal), 0.0f);
         const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
@@ -142,7 +142,7 @@ static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, in
         }
         if (body->solver_class->solves_constraints) { continue; }
         if (body->records_contacts) { plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(impulse)); }
-        plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
+        plii_rigid_push_at(body, contact->rigid, impulse, contact->arm);
         contact->rigid->needs_reintegration = true;
     }
     return longest;
@@ -152,7 +152,7 @@ static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, in
 static void rigid_faces_stop(pli_body* body, const plii_rigid_faces* state, int first) {
     for (int i = first; i < state->count; ++i) {
         const plii_rigid_face_contact* contact = &state->contacts[i];
-        const pli_vec3 n = contact->normal, surface = plii_rigid_velocity_at(contact->rigid, contact->arm);
+        const pli_vec3 n = contact->normal, surface = plii_rigid_pace_at(body, contact->rigid, contact->arm);
         const pli_vec3 point = plii_contact_blend(body->velocities, contact->nodes, contact->weights);
         const float speed = pli_vec3_dot(n, pli_vec3_sub(point, surface));
         if (!(contact->push > 0.0f) || !(speed < 0.0f) || !(contact->normal_response > 0.0f)) { continue; }
@@ -163,7 +163,7 @@ static void rigid_faces_stop(pli_body* body, const plii_rigid_faces* state, int 
             plii_add_xyz(&body->velocities[node], pli_vec3_scale(impulse, -weights[k] * body->positions[node].w));
         }
         if (body->records_contacts) { plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(impulse)); }
-        plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
+        plii_rigid_push_at(body, contact->rigid, impulse, contact->arm);
     }
 }
 
@@ -236,7 +236,7 @@ static float rigid_faces_longest_way(const pli_body* body, const plii_rigid_face
         const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(candidate->bounds.max, candidate->bounds.min));
         surfaces = plii_max(surfaces, pli_vec3_length(velocity.linear) + pli_vec3_length(velocity.angular) * radius);
     }
-    return sqrtf(nodes) + surfaces * body->step.dt + 2.0f * body->collision_margin;
+    return sqrtf(nodes) + surfaces * body->host_dt + 2.0f * body->collision_margin;
 }
 
 /* Links that were solved after the contacts may have pulled faces through a body. Drift iterations lose the start of
@@ -307,8 +307,7 @@ static void rigid_faces_visit_contacts(const pli_body* body, const void* data, p
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_face_contact* contact = &state->contacts[i];
         const pli_vec3 x = plii_rigid_faces_point(body->positions, contact), n = contact->normal;
-        const pli_vec3 surface = pli_vec3_add(
-            contact->base, pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->arm), body->step.dt));
+        const pli_vec3 motion = plii_rigid_motion_at(body, contact->rigid, contact->arm);
         plii_contact_report report = plii_contact_report_make(contact->rigid, NULL);
         report.shape = contact->shape;
         *(body->topology->face_count > 0 ? &report.face : &report.link) = contact->element;
@@ -318,7 +317,7 @@ static void rigid_faces_visit_contacts(const pli_body* body, const void* data, p
         memcpy(report.nodes, contact->nodes, sizeof report.nodes);
         memcpy(report.weights, &contact->weights, sizeof report.weights);
         report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
-        report.gap = pli_vec3_dot(n, pli_vec3_sub(x, surface)) - body->collision_margin;
+        report.gap = pli_vec3_dot(n, pli_vec3_sub(x, pli_vec3_add(contact->base, motion))) - body->collision_margin;
         visit(&report, user);
     }
 }

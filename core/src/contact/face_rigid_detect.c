@@ -65,7 +65,7 @@ static bool held_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_
     if (!pass->is_at_end) { return true; }
     const pli_vec3 x = plii_xyz(body->positions[contact->node]);
     const pli_vec3 surface = plii_rigid_velocity_at(rigid, pli_vec3_sub(x, pass->begin.origin));
-    return pli_vec3_dot(n, x) + contact->normal.w - pli_vec3_dot(n, surface) * body->step.dt >= least;
+    return pli_vec3_dot(n, x) + contact->normal.w - pli_vec3_dot(n, surface) * body->host_dt >= least;
 }
 
 /* A node with no room between two surfaces is held by its own contacts: those of faces would drag it out from there. */
@@ -112,14 +112,14 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
                                   .candidate_index = candidate_index,
                                   .has_links = body->topology->face_count == 0,
                                   .begin = candidate->begin,
-                                  .end = plii_rigid_end_pose(candidate->rigid, body->step.dt),
+                                  .end = plii_rigid_end_pose(candidate->rigid, body->host_dt),
                                   .radius = shape->def.support != NULL ? shape->def.radius : 0.0f};
     const pli_bounds local = plii_bounds_transform(shape->def.bounds(shape->def.user), candidate->shape_pose);
     pass.core =
         (plii_face_core){.shape = shape,
                          .pose = candidate->shape_pose,
                          .rotation = pass.begin.rotation,
-                         .rotation_vector = pli_vec3_scale(candidate->rigid->state.angular_velocity, body->step.dt),
+                         .rotation_vector = pli_vec3_scale(candidate->rigid->state.angular_velocity, body->host_dt),
                          .reach = pli_vec3_length(plii_vec3_max(pli_vec3_neg(local.min), local.max))};
     const pli_bounds before = plii_bounds_transform(local, pass.begin), after = plii_bounds_transform(local, pass.end);
     pass.bounds = plii_bounds_grow(plii_bounds_join(before, after),
@@ -252,8 +252,7 @@ pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii
 // ---------------------------------------------------------------------------------------------------- making contacts
 
 static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigid_face_contact* contact) {
-    const pli_vec3 rigid_motion =
-        pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->arm), pass->body->step.dt);
+    const pli_vec3 rigid_motion = plii_rigid_motion_at(pass->body, contact->rigid, contact->arm);
     const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(pass->body->positions, contact), contact->start);
     return plii_contact_slip(pli_vec3_sub(face_motion, rigid_motion), contact->normal,
                              pass->state->def.friction * contact->rigid->friction);

@@ -57,11 +57,10 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     const pli_body* body = candidate->body;
     const plii_rigid_contacts* state = candidate->state;
     const pli_rigid* rigid = candidate->rigid;
-    const float dt = body->step.dt;
     contact->arm = pli_vec3_sub(x, rigid->state.pose.origin);
-    contact->matrix = plii_effective_mass(dt, body->positions[contact->node].w, rigid->state.inverse_mass,
+    contact->matrix = plii_effective_mass(body->step.dt, body->positions[contact->node].w, rigid->state.inverse_mass,
                                           rigid->state.inverse_inertia_world, contact->arm);
-    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt);
+    const pli_vec3 rigid_motion = plii_rigid_motion_at(body, rigid, contact->arm);
     const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), rigid_motion);
     contact->slip = plii_contact_slip(motion, plii_xyz(contact->normal), state->def.friction * rigid->friction);
 }
@@ -266,7 +265,7 @@ static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, con
     if (!candidate->is_swept) { reach += plii_step_fall(body); }
     const float speed =
         pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * place->radius;
-    return reach + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
+    return reach + plii_min(speed * body->host_dt, 0.5f * place->least_extent);
 }
 
 /* Nodes that go along may be where the shape will be. */
@@ -325,7 +324,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     const bool may_move = rigid->kind != PLI_RIGID_STATIC && candidate.boxes == NULL;
     if (may_move && !candidate.is_as_in_bullet) {
         plii_rigid_begin_path(rigid);
-        candidate.motion = plii_twist_scale(plii_rigid_end_velocity(rigid, body->step.dt), body->step.dt);
+        candidate.motion = plii_twist_scale(plii_rigid_end_velocity(rigid, body->host_dt), body->host_dt);
     }
     pli_status status = PLI_OK;
     for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
@@ -351,8 +350,7 @@ static void rigid_contacts_solve_one(pli_body* body, const plii_rigid_contacts* 
     const pli_vec3 normal = plii_xyz(contact->normal);
     pli_vec4* position = &body->positions[contact->node];
     const pli_vec3 x = plii_xyz(*position), moved = pli_vec3_sub(x, plii_xyz(body->previous[contact->node]));
-    const pli_vec3 velocity = plii_rigid_velocity_at(contact->rigid, contact->arm);
-    const pli_vec3 motion = pli_vec3_sub(moved, pli_vec3_scale(velocity, body->step.dt));
+    const pli_vec3 motion = pli_vec3_sub(moved, plii_rigid_motion_at(body, contact->rigid, contact->arm));
     const float along_normal = pli_vec3_dot(motion, normal);
     if (!(along_normal <= PLII_EPSILON)) { return; }
     const float gap = plii_min(pli_vec3_dot(x, normal) + contact->normal.w, body->collision_margin);
@@ -412,7 +410,7 @@ static void rigid_contacts_visit(const pli_body* body, const void* data, plii_co
         report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
         const pli_vec3 arm =
             pli_vec3_sub(x, contact->rigid->state.pose.origin); /* what moves alone takes planes along */
-        const float moved = pli_vec3_dot(plii_rigid_velocity_at(contact->rigid, arm), n) * body->step.dt;
+        const float moved = pli_vec3_dot(plii_rigid_velocity_at(contact->rigid, arm), n) * body->host_dt;
         report.gap = pli_vec3_dot(n, x) + contact->normal.w - (contact->is_fixed ? moved : 0.0f);
         visit(&report, user);
     }

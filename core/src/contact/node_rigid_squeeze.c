@@ -17,7 +17,7 @@ static float squeeze_gap(const plii_rigid_contact* contact, const pli_vec4* x) {
 static float squeeze_approach(const pli_body* body, const plii_rigid_contact* contact) {
     const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[contact->node]), contact->rigid->state.pose.origin);
     const float speed = pli_vec3_dot(plii_xyz(contact->normal), plii_rigid_velocity_at(contact->rigid, arm));
-    return speed * body->step.dt;
+    return speed * body->host_dt;
 }
 
 static void squeeze_node(const pli_body* body, plii_rigid_contact* a, plii_rigid_contact* b) {

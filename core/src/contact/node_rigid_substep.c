@@ -107,7 +107,7 @@ static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pli
         const pli_rigid* rigid = from->rigid;
         const pli_vec3 x = plii_xyz(body->positions[from->node]);
         const pli_vec3 offset = from->goes_along ? from->offset : pli_vec3_sub(x, rigid->state.pose.origin);
-        rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_velocity_at(rigid, offset));
+        rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_pace_at(body, rigid, offset));
     }
     return (groups->count - 1) * PLII_RIGID_GROUP_SIZE + record;
 }

@@ -61,13 +61,13 @@ static float point_raised(const plii_point_contact* contact) { /* in the substep
     return point_raise(contact, contact->surface.rigid->path.moved);
 }
 static inline float point_raise_of_substep(const plii_point_contact* contact, const plii_substep* substep) {
-    return point_raise(contact, plii_substep_rigid_velocity(contact->surface.rigid)) * substep->dt;
+    return point_raise(contact, plii_substep_rigid_velocity(contact->surface.rigid)) * substep->host_dt;
 }
 /* kg m along the normal, against the surface. */
 static inline void point_press_surface(const plii_point_contact* contact, float push, const plii_substep* substep) {
     /* Bodies on other threads may press on one that takes no impulses. */
     if (contact->surface.rigid->state.inverse_mass == 0.0f) { return; }
-    plii_rigid_apply_along(contact->surface.rigid, contact->normal, contact->spin, -push * substep->inverse_dt);
+    plii_rigid_apply_along(contact->surface.rigid, contact->normal, contact->spin, -push * substep->inverse_host_dt);
     contact->surface.rigid->path.is_pushed = true;
 }
 

@@ -33,7 +33,7 @@ typedef struct restitution_visit {
 /* Of a node along the normal, from the surface. */
 static float restitution_speed(const pli_body* body, const plii_contact_report* report, int k) {
     const pli_vec3 arm = pli_vec3_sub(report->point, report->rigid->state.pose.origin);
-    const pli_vec3 surface = plii_rigid_velocity_at(report->rigid, arm);
+    const pli_vec3 surface = plii_rigid_pace_at(body, report->rigid, arm);
     return pli_vec3_dot(report->normal, pli_vec3_sub(plii_xyz(body->velocities[report->nodes[k]]), surface));
 }
 
@@ -56,7 +56,7 @@ static void restitution_push(pli_body* body, const plii_contact_report* report, 
     if (!(lacking > 0.0f) || !plii_vec3_is_finite(impulse)) { return; }
     plii_add_xyz(&body->velocities[report->nodes[k]], pli_vec3_scale(impulse, own));
     if (report->rigid->state.inverse_mass > 0.0f) {
-        plii_rigid_apply_impulse(report->rigid, pli_vec3_neg(impulse), arm);
+        plii_rigid_push_at(body, report->rigid, pli_vec3_neg(impulse), arm);
     }
 }
 

@@ -285,14 +285,15 @@ static void tether_apply_load(const pli_body* body, const tether_state* state, c
     const float distance = pli_vec3_length(apart);
     if (!(distance > 0.0f)) { return; }
     const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
-    const pli_vec3 relative = pli_vec3_sub(plii_rigid_velocity_at(load->pivot.point.rigid, load->pivot.point.offset),
-                                           plii_xyz(body->velocities[tether->origin]));
+    const plii_substep_rigid_point* point = &load->pivot.point;
+    const pli_vec3 velocity = plii_rigid_pace_at(body, point->rigid, point->offset);
+    const pli_vec3 relative = pli_vec3_sub(velocity, plii_xyz(body->velocities[tether->origin]));
     const float longest = tether_longest(state, tether);
     const float allowed = (tether_limit(longest, distance, body->step.dt) - distance) * body->step.inverse_dt;
     const float excess = pli_vec3_dot(unit, relative) - allowed;
-    const float weight = plii_substep_rigid_point_weight(&load->pivot.point, unit);
+    const float weight = plii_substep_rigid_point_weight(point, unit);
     if (!(excess > 0.0f) || !(weight > 0.0f) || !plii_is_finite(excess / weight)) { return; }
-    plii_rigid_apply_impulse(load->pivot.point.rigid, pli_vec3_scale(unit, -excess / weight), load->pivot.point.offset);
+    plii_rigid_push_at(body, point->rigid, pli_vec3_scale(unit, -excess / weight), point->offset);
 }
 
 static void tether_solve(pli_body* body, void* data) {

@@ -125,7 +125,7 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
 static bool world_overlaps_rigid(pli_body* body, const pli_rigid* rigid) {
     const bool is_ahead = plii_follows_rigids(body);
     const bool is_swept = is_ahead || body->sweeping_features > 0 || body->solver_class->contact_reach > 0.0f;
-    pli_bounds bounds = is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds;
+    pli_bounds bounds = is_swept ? plii_rigid_swept_bounds(rigid, body->host_dt) : rigid->step_bounds;
     if (is_ahead) { bounds = plii_bounds_grow(bounds, body->collision_margin); }
     return plii_bounds_overlap(body->bounds, bounds) && world_meets_rigid(body, rigid);
 }

@@ -58,13 +58,14 @@ static int implicit_constraints_find_rigid(pli_body* body, plii_implicit_constra
     return count;
 }
 
-void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints) {
+void plii_implicit_constraints_push_rigids(const pli_body* body, plii_implicit_constraints* constraints) {
     for (PLII_EACH(const plii_implicit_rigid, touched, constraints->rigids, constraints->rigid_count)) {
         const double* q = touched->change;
         const plii_twist change = {{(float)q[0], (float)q[1], (float)q[2]}, {(float)q[3], (float)q[4], (float)q[5]}};
         const bool is_finite = plii_vec3_is_finite(change.linear) && plii_vec3_is_finite(change.angular);
         if (!touched->is_dynamic || !is_finite) { continue; }
-        plii_rigid_set_velocity(touched->rigid, plii_twist_add(plii_rigid_velocity(touched->rigid), change));
+        const plii_twist own = plii_twist_scale(change, 1.0f / body->rigid_pace);
+        plii_rigid_set_velocity(touched->rigid, plii_twist_add(plii_rigid_velocity(touched->rigid), own));
         if (plii_rigid_is_moved_by_host(touched->rigid)) { touched->rigid->needs_reintegration = true; }
     }
 }
@@ -138,14 +139,13 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
     implicit_constraint_report(constraint, plii_dvec3_scale(direction, push / h));
     if (!touched->is_dynamic) { return; }
-    const pli_vec3 linear = rigid->state.linear_velocity, angular = rigid->state.angular_velocity;
-    plii_rigid_apply_impulse(rigid, pli_vec3_scale(unit, (float)(-push / h)), arm);
-    const pli_vec3 changes[2] = {pli_vec3_sub(rigid->state.linear_velocity, linear),
-                                 pli_vec3_sub(rigid->state.angular_velocity, angular)};
-    for (int i = 0; i < 2; ++i) {
-        touched->change[3 * i] += (double)changes[i].x;
-        touched->change[3 * i + 1] += (double)changes[i].y;
-        touched->change[3 * i + 2] += (double)changes[i].z;
+    const plii_twist before = plii_rigid_velocity(rigid);
+    plii_rigid_push_at(body, rigid, pli_vec3_scale(unit, (float)(-push / h)), arm);
+    const plii_twist change = plii_twist_scale(plii_twist_sub(plii_rigid_velocity(rigid), before), body->rigid_pace);
+    const float changes[6] = {change.linear.x,  change.linear.y,  change.linear.z,
+                              change.angular.x, change.angular.y, change.angular.z};
+    for (int k = 0; k < 6; ++k) {
+        touched->change[k] += (double)changes[k];
     }
 }
 
@@ -192,7 +192,7 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
 
 /* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet. */
 static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid* rigid, pli_vec3 local) {
-    const float dt = body->step.dt, lead = body->interval.lead / dt;
+    const float dt = body->host_dt, lead = body->interval.lead / dt;
     const pli_transform begin = rigid->path.begin;
     plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
     /* By a step of the world, which that of the body may go beyond. */
@@ -204,7 +204,7 @@ static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid*
                                              plii_dvec3_from(pli_mat3_mul_vec3(begin.rotation, local)));
     plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(rigid->state.pose.origin), plii_dvec3_from(begin.origin));
     moved = plii_dvec3_add_scaled(moved, plii_dvec3_from(velocity.linear), (double)dt);
-    return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)dt);
+    return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)body->step.dt);
 }
 
 /* Those of a point of a face without the ones that have no weight. */

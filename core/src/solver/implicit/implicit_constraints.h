@@ -107,7 +107,7 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
 /* After the blocks have changed; contacts that are released, as sweeps leave them sliding, are as before a solution. */
 void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released);
 /* Hands the changes to the rigid bodies. */
-void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints);
+void plii_implicit_constraints_push_rigids(const pli_body* body, plii_implicit_constraints* constraints);
 /* Tells those that ask what the solution has pushed them by. */
 void plii_implicit_constraints_report(plii_implicit_constraints* constraints);
 /* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */

@@ -16,11 +16,11 @@ static double energy_of_link(const pli_body* body, int link, plii_dvec3 a, plii_
 }
 
 /* The work of impulses on a rigid body, and twice the energy of its change of velocity. */
-static void energy_add_rigid(const plii_implicit_rigid* rigid, double* work, double* scale) {
+static void energy_add_rigid(const plii_implicit_rigid* rigid, float pace, double* work, double* scale) {
     double p[6];
     const double* q = rigid->change;
     plii_implicit_rigid_mul(rigid, q, 1.0, p);
-    const plii_twist before = plii_rigid_velocity(rigid->rigid);
+    const plii_twist before = plii_twist_scale(plii_rigid_velocity(rigid->rigid), pace);
     const double v[6] = {(double)before.linear.x,  (double)before.linear.y,  (double)before.linear.z,
                          (double)before.angular.x, (double)before.angular.y, (double)before.angular.z};
     for (int k = 0; k < 6; ++k) {
@@ -72,7 +72,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
         kinetic += m * plii_dvec3_dot(v, v);
     }
     for (PLII_EACH(const plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
-        if (rigid->is_dynamic) { energy_add_rigid(rigid, &work, &scale); }
+        if (rigid->is_dynamic) { energy_add_rigid(rigid, body->rigid_pace, &work, &scale); }
     }
     work -= energy_given(system->constraints) + energy_of_holds(system);
     return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);

@@ -343,7 +343,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         share = plii_implicit_search(system);
         implicit_follow_solution(body, system);
     }
-    plii_implicit_constraints_push_rigids(&state->constraints);
+    plii_implicit_constraints_push_rigids(body, &state->constraints);
     if (body->records_contacts) { plii_implicit_constraints_report(&state->constraints); }
 }
 

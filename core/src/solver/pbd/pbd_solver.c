@@ -71,6 +71,10 @@ void plii_solver_update_predicted_bounds(pli_body* body) {
 void plii_solver_set_step(pli_body* body, float dt) {
     body->step.dt = dt * body->solver.time_scale;
     body->step.inverse_dt = 1.0f / body->step.dt;
+    /* Rigid bodies keep their own time. */
+    const bool is_as_in_bullet = !plii_follows_rigids(body) && !body->solver_class->solves_constraints;
+    body->host_dt = is_as_in_bullet ? body->step.dt : dt;
+    body->rigid_pace = is_as_in_bullet ? 1.0f : 1.0f / body->solver.time_scale;
 }
 
 static void solver_predict(pli_body* body, float dt) {
@@ -117,7 +121,7 @@ void plii_solver_couple(pli_body* body) {
 static void solver_end(pli_body* body) {
     const plii_step* step = &body->step;
     const pli_solver_settings* settings = &body->solver;
-    if (body->followed_rigids != NULL) { body->finish_rigids(body, step->dt); }
+    if (body->followed_rigids != NULL) { body->finish_rigids(body, body->host_dt); }
     if (settings->position_iterations > 0) {
         plii_pbd_nodes nodes = solver_nodes_of(body);
         nodes.rate = step->inverse_dt * (1.0f - settings->velocity_damping);

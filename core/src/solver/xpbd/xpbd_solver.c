@@ -75,6 +75,8 @@ static void xpbd_begin(pli_body* body) {
     const float parts = (float)state->def.substeps;
     state->substep = (plii_substep){.dt = step->dt / parts,
                                     .inverse_dt = step->inverse_dt * parts,
+                                    .host_dt = body->host_dt / parts,
+                                    .inverse_host_dt = 1.0f / body->host_dt * parts,
                                     .displacements = state->displacements,
                                     .start_displacements = state->start_displacements,
                                     .limits = &state->kinds.limits};
@@ -134,7 +136,7 @@ static void xpbd_end(pli_body* body) {
         const pli_vec3 velocity = plii_xyz(body->velocities[i]);
         if (body->positions[i].w > 0.0f) { plii_set_xyz(&body->velocities[i], pli_vec3_scale(velocity, kept)); }
     }
-    plii_substep_rigids_finish(body, state->substep.dt);
+    plii_substep_rigids_finish(body, state->substep.host_dt);
     body->substep = NULL;
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
