@@ -223,17 +223,26 @@ static void couple_settle(const couple_pair* pair, const plii_soft_contacts_stat
 
 typedef enum couple_pass { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_SETTLE } couple_pass;
 
+/* Contacts with one body come from the first one on and from the middle on in turn: those in a row move the same nodes,
+   and each would wait for what the one before it writes. */
 static void couple_run(pli_body* body, const plii_soft_contacts_state* state, couple_pass pass) {
+    const plii_soft_contact* contacts = state->contacts;
     const couple_time time = couple_now(body);
-    couple_pair pair = {.face.body = NULL};
-    for (int i = 0; i < state->count; ++i) {
-        const plii_soft_contact* contact = &state->contacts[i];
-        if (contact->is_bullet) { continue; }
-        if (contact->face_body != pair.face.body) { pair = couple_pair_of(body, contact->face_body, time); }
-        if (pass == SOFT_COUPLE_SETTLE) {
-            couple_settle(&pair, state, i);
-        } else {
-            couple_solve(&pair, state, i, pass == SOFT_COUPLE_FIRST);
+    for (int first = 0, end; first < state->count; first = end) {
+        pli_body* other = contacts[first].face_body;
+        for (end = first; end < state->count && contacts[end].face_body == other;) {
+            ++end;
+        }
+        if (contacts[first].is_bullet) { continue; }
+        const couple_pair pair = couple_pair_of(body, other, time);
+        const int half = (end - first + 1) / 2;
+        for (int k = 0; k < end - first; ++k) {
+            const int index = first + k / 2 + k % 2 * half;
+            if (pass == SOFT_COUPLE_SETTLE) {
+                couple_settle(&pair, state, index);
+            } else {
+                couple_solve(&pair, state, index, pass == SOFT_COUPLE_FIRST);
+            }
         }
     }
 }

@@ -157,9 +157,10 @@ static bool soft_is_near(const plii_soft_contacts_pass* pass, plii_soft_contacts
 
 /* The node is on one side of the face at the start of the step and on the other one now, and meets it between. */
 static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const int* face, const soft_corners* now,
-                         const plii_triangle_size* size, soft_pick* pick) {
+                         soft_pick* pick) {
+    const pli_vec3 normal = plii_measure_triangle(now->at[0], now->at[1], now->at[2]).normal;
     const soft_corners before = soft_seen(pass->face_body->previous, face, pass->node_body->previous[node]);
-    const float to = -pli_vec3_dot(now->at[0], size->normal);
+    const float to = -pli_vec3_dot(now->at[0], normal);
     const pli_vec3 cross =
         pli_vec3_cross(pli_vec3_sub(before.at[1], before.at[0]), pli_vec3_sub(before.at[2], before.at[0]));
     const float volume = -pli_vec3_dot(before.at[0], cross); /* six times that of the face and the node */
@@ -177,7 +178,7 @@ static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const in
     const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
     pick->weights = closest.weights;
-    pick->normal = from > 0.0f ? size->normal : pli_vec3_neg(size->normal);
+    pick->normal = from > 0.0f ? normal : pli_vec3_neg(normal);
     return true;
 }
 
@@ -214,11 +215,8 @@ static void soft_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts
                          bool may_cross, soft_picks* picks) {
     const int* face = pass->face_body->topology->faces[face_index];
     const soft_corners now = soft_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
-    const plii_triangle_size size = plii_measure_triangle(now.at[0], now.at[1], now.at[2]);
-    const float height = -pli_vec3_dot(now.at[0], size.normal);
-    if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
     soft_pick pick = {.face = face_index};
-    if (may_cross && soft_crosses(pass, near.node, face, &now, &size, &pick)) {
+    if (may_cross && soft_crosses(pass, near.node, face, &now, &pick)) {
         if (pick.time < picks->crossed.time) { picks->crossed = pick; }
         return;
     }
@@ -258,8 +256,10 @@ static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_con
     }
     const plii_triangle4 now =
         plii_triangle4_seen(face_body->positions, faces, plii_xyz(node_body->positions[near.node]));
+    const float reach = 1.001f * near.reach;
+    if (!plii_triangle4_may_be_near(&now, reach)) { return; }
     const plii_distance4 distance = plii_triangle4_distance(&now);
-    const float reach = 1.001f * near.reach, coarse = SOFT_CONTACTS_COARSE * near.reach;
+    const float coarse = SOFT_CONTACTS_COARSE * near.reach;
     const plii_float4 height = distance.height, squared = distance.squared;
     const int low = plii_lanes_bits((height <= reach) & (height >= -reach));
     const int close = plii_lanes_bits(squared <= reach * reach);
@@ -267,12 +267,14 @@ static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_con
     const int crossed = is_coarse | soft_may_cross(pass, near, faces, &distance);
     const int wanted = distance.usable & low & ((1 << count) - 1);
     const int looked_at = wanted & (crossed | (close & distance.inside));
-    for (int k = 0; k < count; ++k) {
-        if (looked_at >> k & 1) {
-            soft_look_at(pass, near, face_indices[k], (crossed >> k & 1) != 0, picks);
-        } else if ((wanted & close) >> k & 1 && squared[k] < rim->squared) {
-            *rim = (soft_rim){squared[k], face_indices[k]};
-        }
+    for (int bits = looked_at; bits != 0; bits &= bits - 1) {
+        const int k = __builtin_ctz((unsigned)bits);
+        soft_look_at(pass, near, face_indices[k], (crossed >> k & 1) != 0, picks);
+    }
+    const int nearer = wanted & close & ~looked_at & plii_lanes_bits(squared < rim->squared);
+    for (int bits = nearer; bits != 0; bits &= bits - 1) {
+        const int k = __builtin_ctz((unsigned)bits);
+        if (squared[k] < rim->squared) { *rim = (soft_rim){squared[k], face_indices[k]}; }
     }
 }
 
@@ -457,7 +459,9 @@ static pli_bounds soft_looked_at(const plii_soft_contacts_pass* pass, plii_soft_
 /* Of the nodes from `first` on, those that follow each other in space too. */
 static int soft_gather(const plii_soft_contacts_pass* pass, int first, pli_bounds* all) {
     const plii_soft_contacts_state* search = pass->search;
-    const float most = SOFT_CONTACTS_SPREAD * 2.0f * search->nodes[first].reach;
+    const pli_vec3 face = pli_vec3_sub(search->boxes[0].max, search->boxes[0].min); /* others are hardly larger */
+    const float wide = 2.0f * search->nodes[first].reach, size = plii_max(face.x, plii_max(face.y, face.z));
+    const float most = wide + plii_max(wide, 2.0f * size);
     *all = soft_looked_at(pass, search->nodes[first]);
     int end = first + 1;
     for (; end < search->node_count && end - first < SOFT_CONTACTS_TOGETHER; ++end) {
@@ -472,7 +476,7 @@ static int soft_gather(const plii_soft_contacts_pass* pass, int first, pli_bound
 
 static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
-    for (int first = 0, end; first < search->node_count; first = end) {
+    for (int first = 0, end; search->face_count > 0 && first < search->node_count; first = end) {
         pli_bounds all;
         end = soft_gather(pass, first, &all);
         const int group_count = plii_bvh4_find_groups(&search->near, &all, search->groups);

@@ -52,6 +52,14 @@ PLII_SIMD_INLINE plii_float4 plii_triangle4_edge_squared(plii_vec3x4 start, plii
     return plii_vec3x4_dot(nearest, nearest);
 }
 
+/* False: the point is farther from the planes of all of them. */
+PLII_SIMD_INLINE bool plii_triangle4_may_be_near(const plii_triangle4* triangle, float distance) {
+    const plii_vec3x4 a = triangle->a;
+    const plii_vec3x4 cross = plii_vec3x4_cross(plii_vec3x4_sub(triangle->b, a), plii_vec3x4_sub(triangle->c, a));
+    const plii_float4 volume = plii_vec3x4_dot(a, cross), limit = plii_vec3x4_dot(cross, cross) * (distance * distance);
+    return plii_lanes_bits(volume * volume > 1.001f * limit) != 15;
+}
+
 PLII_SIMD_INLINE plii_distance4 plii_triangle4_distance(const plii_triangle4* triangle) {
     const plii_vec3x4 a = triangle->a, b = triangle->b, c = triangle->c;
     const plii_vec3x4 ab = plii_vec3x4_sub(b, a), ac = plii_vec3x4_sub(c, a), bc = plii_vec3x4_sub(c, b);
