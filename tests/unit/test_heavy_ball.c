@@ -65,13 +65,14 @@ static void heavy_balls_do_not_pass(void** unused) {
         const outcome result = drop(mass, has_rim, has_faces, has_tethers);
         assert_false(result.passed);
         /* From 0.5. 20 kg without tethers stretch the sheet sixfold, which throws them back: how far is chance. On
-           tethers at the rim they rest at 0.16. */
-        check_at_most(result.highest, has_tethers ? 0.18 : mass == 20 ? 0.5 : 0.15);
+           tethers at the rim they rest at 0.18. */
+        check_at_most(result.highest, has_tethers ? 0.2 : mass == 20 ? 0.5 : 0.15);
         if (has_tethers) {
-            print_message("%g kg, %s%s: lowest %.2f m, stretch %.1f %%\n", (double)mass, has_rim ? "rim" : "corners",
-                          has_faces ? ", faces" : "", (double)result.lowest, 100 * (double)result.stretch);
+            print_message("%g kg, %s%s: lowest %.2f m, highest %.3f m, stretch %.1f %%\n", (double)mass,
+                          has_rim ? "rim" : "corners", has_faces ? ", faces" : "", (double)result.lowest,
+                          (double)result.highest, 100 * (double)result.stretch);
             check_at_most(-result.lowest, 0.01);
-            check_at_most(result.stretch, has_rim ? 0.13 : 0.05);
+            check_at_most(result.stretch, 0.06);
         }
     }
 }
