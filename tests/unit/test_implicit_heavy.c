@@ -201,9 +201,9 @@ static void test_tethers_hold_a_heavy_ball(void** unused) {
         }
         print_message("%s: lowest at %.3f m, stretch %.3f at most, %.3f at the end\n", method_name(method == 1),
                       (double)lowest, (double)most, (double)pli_body_max_stretch(body));
-        assert_true(lowest > 0.09f);
-        check_at_most(most, 0.2);
-        if (seconds == 5) { check_at_most(pli_body_max_stretch(body), 0.15); }
+        assert_true(lowest > 0.13f);
+        check_at_most(most, 0.07);
+        if (seconds == 5) { check_at_most(pli_body_max_stretch(body), 0.04); }
         pli_body_destroy(body);
         pli_rigid_destroy(ball);
     }

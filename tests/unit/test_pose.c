@@ -2,7 +2,7 @@
 
 #include "failing_allocator.h"
 #include "sample_mesh.h"
-#include "test_world.h"
+#include "solver_choice.h"
 
 #include <string.h>
 
@@ -161,6 +161,48 @@ static void test_a_pinned_body_of_any_size_keeps_its_shape(void** unused) {
         check_near(left, 1, 0.01);
         check_at_most(stretch, 0.05);
         pli_body_destroy(body);
+    }
+}
+
+/* A ball of 1 m has come to lie after ten seconds: friction holds the nodes that matching pushes about on the ground.
+ */
+static void test_a_ball_on_the_ground_stays_where_it_lies(void** unused) {
+    (void)unused;
+    static const solver_choice solvers[] = {POSITION, SWEEPS, GRADIENTS, XPBD};
+    pli_shape* box = NULL;
+    assert_int_equal(pli_shape_create_box(context, pli_vec3_make(20, 1, 20), &box), PLI_OK);
+    pli_rigid_def ground = pli_rigid_def_default();
+    ground.shapes = &box;
+    ground.shape_count = 1;
+    ground.state.pose.origin.y = -1;
+    assert_int_equal(pli_rigid_create(world, &ground, &(pli_rigid*){NULL}), PLI_OK);
+    pli_shape_release(box);
+    for (size_t k = 0; k < sizeof solvers / sizeof *solvers; ++k) {
+        pli_mesh* mesh = NULL;
+        pli_body* ball = NULL;
+        const pli_vec3 centre = pli_vec3_make(0, 1.1f, 0), radii = pli_vec3_make(1, 1, 1);
+        assert_int_equal(pli_mesh_create_ellipsoid(context, centre, radii, 150, &mesh), PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 1), PLI_OK);
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.02f;
+        def.solver.position_iterations = 4;
+        def.solver.velocity_damping = 0.05f;
+        assert_int_equal(pli_body_create(world, mesh, &def, &ball), PLI_OK);
+        pli_mesh_destroy(mesh);
+        pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+        contacts.friction = 0.5f;
+        assert_int_equal(pli_body_enable_rigid_contacts(ball, &contacts), PLI_OK);
+        use_solver(ball, solvers[k]);
+        assert_int_equal(pli_body_enable_pose_matching(ball, 0.3f), PLI_OK);
+        pli_vec3 before = {0, 0, 0};
+        for (int i = 0; i < 1200; ++i) {
+            if (i == 600) { before = middle_of(ball); }
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        const float way = pli_vec3_length(pli_vec3_sub(middle_of(ball), before));
+        print_message("solver %d: %.2g mm in ten seconds\n", (int)solvers[k], 1000 * (double)way);
+        check_at_most(way, 0.002);
+        pli_body_destroy(ball);
     }
 }
 
@@ -337,6 +379,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_a_pinned_body_of_any_size_keeps_its_shape, setup_weightless_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_ball_on_the_ground_stays_where_it_lies, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_degenerate_shapes_stay_finite, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_shape_squashed_flat_stays_finite, setup_weightless_world,
                                         teardown_world),

@@ -218,7 +218,7 @@ static void bytes_are_those_of_the_page_of_costs(void** unused) {
     trial t;
     start(&t, TRIAL_SELF_GRIDS, POSITION, 1);
     pli_body* body = t.bodies[0];
-    const size_t n = (size_t)GRID * GRID, per_node[] = {24, 4, 24, 45};
+    const size_t n = (size_t)GRID * GRID, per_node[] = {24, 4, 40, 45};
     const pli_aero_def aero = pli_aero_def_default();
     size_t before = pli_body_snapshot_size(body);
     assert_true(before >= 48 * n && before < 48 * n + 600);

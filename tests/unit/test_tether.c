@@ -390,7 +390,7 @@ static void test_tethers_cost_little(void** state) {
     pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
     const size_t before = pli_body_bytes(sheet);
     tether(sheet, 0);
-    check_at_most(pli_body_bytes(sheet) - before, (size_t)(36 * 24 + 2500)); /* and the list of features */
+    check_at_most(pli_body_bytes(sheet) - before, (size_t)(36 * 40 + 2500)); /* and the list of features */
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
     const size_t settled = pli_context_allocated_bytes(context);
     for (int i = 0; i < 10; ++i) {

@@ -5,7 +5,7 @@
 /// than the body reaches from there to it. For ropes, cloth and capes that hang from these and are not meant to
 /// stretch: what links carry only from one to the next, iteration by iteration, tethers see at once. They bound the
 /// distance to the origins, not the length of each link: at speed some links stretch, others get slack. A node is held
-/// by the nearest origin and by up to four that are far from each other. Work with each solver, whichever comes first.
+/// by the nearest origin and by up to eight that are far from each other. Work with each solver, whichever comes first.
 /// Source: Kim, Chentanez, Müller, "Long Range Attachments"; distances after Novotni and Klein, "Computing Geodesic
 /// Distances on Triangular Meshes".
 
@@ -34,7 +34,7 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// measure anew and change when enabled.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
-/// Cost: 24 B per node, about 150 B per anchor; two looks at distances per node and iteration or substep. Measuring
+/// Cost: 40 B per node, about 150 B per anchor; two looks at distances per node and iteration or substep. Measuring
 /// is a search of shortest paths for the nearest origins, and one for each of the others.
 PLI_API pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def);
 

@@ -7,6 +7,7 @@
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 #include "features/tether_measure.h"
+#include "math/simd_float4.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
@@ -33,7 +34,7 @@ typedef struct tether_origin {
     pli_vec3 start, end;
 } tether_origin;
 
-enum { TETHER_LANDMARKS = 4 };
+enum { TETHER_LANDMARKS = 8 }; /* of a rectangle its corners and the middles of its sides */
 
 typedef struct tether_state {
     pli_tethers_def def;
@@ -158,13 +159,14 @@ static float tether_longest(const tether_state* state, const pli_tether* tether)
     return tether->length * tether_factor(state);
 }
 
-/* Bits of the landmarks that a node is too far from. */
-static int tether_too_far(const tether_state* state, const pli_vec3* landmarks, int node, pli_vec3 at, float factor) {
+/* Bits of the landmarks that a node is too far from, which are looked at in fours. */
+static int tether_too_far(const tether_state* state, const plii_vec3x4* landmarks, int node, pli_vec3 at,
+                          float factor) {
     int bits = 0;
-    for (int k = 0; k < TETHER_LANDMARKS; ++k) {
-        const float longest = state->far[node][k] * factor;
-        const pli_vec3 apart = pli_vec3_sub(at, landmarks[k]);
-        bits |= (pli_vec3_length_squared(apart) > longest * longest) << k;
+    for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; k += 4) {
+        const plii_float4 longest = plii_float4_load(&state->far[node][k]) * factor;
+        const plii_vec3x4 apart = plii_vec3x4_sub(plii_vec3x4_all(at), landmarks[k / 4]);
+        bits |= plii_lanes_bits(plii_vec3x4_dot(apart, apart) > longest * longest) << k;
     }
     return bits;
 }
@@ -263,12 +265,13 @@ static void tether_hold(pli_body* body, int node, int origin, float longest, con
 static void tether_hold_nodes(pli_body* body, tether_state* state, const plii_substep* substep) {
     pli_vec3 landmarks[TETHER_LANDMARKS];
     tether_find_landmarks(body, state, substep, landmarks);
+    const plii_vec3x4 fours[] = {plii_vec3x4_from(landmarks), plii_vec3x4_from(landmarks + 4)};
     const float factor = tether_factor(state) * (body->solver_class->solves_constraints ? TETHER_YIELD : 1.0f);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }
         tether_hold(body, i, tether->origin, tether->length * factor, substep);
-        const int too_far = tether_too_far(state, landmarks, i, tether_position(body, substep, i), factor);
+        const int too_far = tether_too_far(state, fours, i, tether_position(body, substep, i), factor);
         for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
             const float longest = state->far[i][k] * factor;
             if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest, substep); }
@@ -499,7 +502,7 @@ const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
     .settings = PLII_LIMITS_AT(offsetof(tether_state, def), PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(tether_state, def, link_revision, PLII_SAVED, "fu4Nu"),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(tether_state, def, link_revision, PLII_SAVED, "fu8Nu"),
                                     PLII_STATE(tether_state, spread, PLII_LEFT)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
@@ -511,7 +514,7 @@ const plii_feature_class plii_tether_class = {
                                               .carry = tether_carry},
     .arrays =
         PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
-                    {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("4f")},
+                    {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("8f")},
                     PLII_LEFT_COUNTED(tether_state, constraints, constraint_capacity, constraint_count),
                     {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
                     PLII_LEFT_COUNTED(tether_state, loads, load_capacity, load_count)),

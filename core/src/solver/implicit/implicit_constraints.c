@@ -119,12 +119,15 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     if (touched->is_dynamic) {
         off = plii_dvec3_add_scaled(off, plii_implicit_point_change(touched->change, constraint->arm), h);
     }
-    double distance = plii_dvec3_length(off);
-    plii_dvec3 direction = plii_dvec3_scale(off, distance > 0.0 ? 1.0 / distance : 0.0);
     if (!constraint->is_anchor) {
-        direction = constraint->normal;
-        distance = plii_dvec3_dot(off, direction);
+        const double depth = plii_dvec3_dot(off, constraint->normal), friction = constraint->friction * depth;
+        const plii_dvec3 across = plii_dvec3_across(off, constraint->normal);
+        const double sliding = plii_dvec3_length(across);
+        if (!(depth > 0.0)) { return; }
+        off = plii_dvec3_add_scaled(off, across, sliding > friction ? friction / sliding - 1.0 : 0.0);
     }
+    const double distance = plii_dvec3_length(off);
+    const plii_dvec3 direction = plii_dvec3_scale(off, distance > 0.0 ? 1.0 / distance : 0.0);
     if (!(distance > 0.0) || !plii_is_finite((float)distance)) { return; }
     const pli_vec3 unit = plii_dvec3_to_float(direction), arm = plii_dvec3_to_float(constraint->arm);
     const double node_weight = (double)body->positions[constraint->nodes[0]].w;

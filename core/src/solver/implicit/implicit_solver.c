@@ -382,6 +382,9 @@ static void implicit_corrections_range(int begin, int end, void* data) {
 
 static void implicit_begin(pli_body* body) {
     implicit_state* state = plii_feature_state(body, &plii_implicit_class);
+    if (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) { /* sweeps pass on too little of what poses pull by */
+        plii_implicit_run(&state->system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
+    }
     for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
         state->system.before[i] = plii_implicit_xyz(&body->positions[i]);
     }
