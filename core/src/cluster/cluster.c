@@ -208,16 +208,15 @@ static void clusters_update(pli_body* body, void* state) {
 /* Adds the rigid motion of a cluster to its members' sums. Those of several that keep momentum move as the mean of all,
    so each such motion is that of its shares of their masses, with an inertia of the same form. */
 static void cluster_spread(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
-                           pli_vec3 displacement, pli_vec3 rotation_vector, bool shares) {
+                           pli_vec3 displacement, pli_vec3 rotation_vector, bool keeps_momentum) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin), axis = plii_lanes_from_vec3(&rotation_vector);
-    const bool is_counted = shares && cluster->keeps_momentum;
-    plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, is_counted ? 0.0f : 1.0f);
-    if (is_counted) {
+    plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, keeps_momentum ? 0.0f : 1.0f);
+    if (keeps_momentum) {
         plii_float4 mass = plii_float4_all(0.0f), moment = mass, spread = mass, own_spread = mass;
         for (int i = 0; i < cluster->member_count; ++i) {
             const plii_float4 rest = plii_lanes_all_w(plii_float4_from(&members[i].rest));
-            const plii_float4 own = rest / clusters->node_sums[members[i].node].w;
+            const plii_float4 own = rest * rest / clusters->node_sums[members[i].node].w;
             const plii_float4 arm = plii_lanes_xyz(plii_float4_from(&body->positions[members[i].node]) - centre);
             mass += own;
             moment += arm * own;
@@ -238,7 +237,7 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
         const plii_float4 arm = plii_float4_from(&body->positions[members[i].node]) - centre;
         const plii_float4 moved = all + plii_lanes_cross(axis, plii_lanes_xyz(arm));
         pli_vec4* sum = &clusters->node_sums[members[i].node];
-        plii_float4_to(sum, plii_float4_from(sum) + moved * (shares ? 1.0f : members[i].rest.w));
+        plii_float4_to(sum, plii_float4_from(sum) + moved * members[i].rest.w);
     }
 }
 
@@ -263,16 +262,16 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float r
     }
 }
 
-/* Leaves their number in w of each node's sum, for clusters_apply. */
+/* Leaves the masses that they give a node in w of its sum, for clusters_apply. */
 void plii_clusters_split_masses(plii_clusters* clusters) {
     for (int i = 0; i < 2 * clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i % clusters->count];
         float mass = 0.0f;
         for (int k = 0; cluster->keeps_momentum && k < cluster->member_count; ++k) {
             const plii_cluster_member* member = &clusters->members[cluster->first_member + k];
-            float* number = &clusters->node_sums[member->node].w;
-            *number += i < clusters->count ? 1.0f : 0.0f;
-            mass += member->rest.w / *number;
+            float* total = &clusters->node_sums[member->node].w;
+            *total += i < clusters->count ? member->rest.w : 0.0f;
+            mass += member->rest.w * member->rest.w / *total;
         }
         clusters->keeps_momentum |= cluster->keeps_momentum;
         if (cluster->keeps_momentum) { cluster->split = 1.0f / (mass * cluster->inverse_mass); }
@@ -295,7 +294,7 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
             sum.angular = plii_vec3_divide(sum.angular, (float)sum.count);
         }
         cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt),
-                       shares);
+                       shares && i < rest);
     }
     if (any || shares) { clusters_move_nodes(body, clusters, rate); }
 }
