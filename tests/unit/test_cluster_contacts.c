@@ -342,7 +342,7 @@ static float run_folded_ribbon(bool with_self, float max_impulse, float factor) 
 }
 
 /* 0.1 m over the floor is the margin of the ribbon, 0.3 m is what two layers need. For folds that are up to 3 % wider
-   or narrower it is 0.10 to 0.13 m without and 0.32 to 0.39 m with contacts. */
+   or narrower it is 0.10 to 0.13 m without, 0.12 to 0.15 m with limited and 0.35 to 0.41 m with all impulses. */
 static void test_folded_ribbon_stays_above_itself(void** unused) {
     (void)unused;
     const float without = run_folded_ribbon(false, 100, 1), with = run_folded_ribbon(true, 100, 1);
@@ -350,9 +350,9 @@ static void test_folded_ribbon_stays_above_itself(void** unused) {
     print_message("           %.3f m without, %.3f m with, %.3f m with limited, %.3f m with zero impulses\n",
                   (double)without, (double)with, (double)weak, (double)none);
     check_near(without, 0.115, 0.02);
-    check_near(with, 0.35, 0.05);
-    check_near(weak, without, 0.03);
-    check_near(none, without, 0.03);
+    check_near(with, 0.38, 0.05);
+    check_near(weak, without, 0.04);
+    check_near(none, without, 0.04);
 }
 
 // ------------------------------------------------------------------------------------------------ pinned and frozen

@@ -106,6 +106,101 @@ static void test_matching_of_clusters_keeps_momentum(void** unused) {
     }
 }
 
+static void enable_cluster_contacts(pli_body* body, bool with_self) {
+    pli_cluster_contacts_def def = pli_cluster_contacts_def_default();
+    def.with_self = with_self;
+    CHECK_OK(pli_body_enable_cluster_contacts(body, &def));
+}
+
+/* Clusters that share nodes: each ball, of 10 kg at 2 m/s, has 11 of them. */
+static void test_contacts_of_clusters_keep_momentum(void** unused) {
+    (void)unused;
+    for (int trial = 0; trial < 6; ++trial) {
+        const pli_vec3 centre = pli_vec3_make(-1.2f, 0.3f, 0), other = pli_vec3_make(1.2f, -0.3f, 0.2f);
+        pli_body* balls[2] = {make_ball(centre, trial % 2 == 0), make_ball(other, trial % 2 == 0)};
+        for (int k = 0; k < 2; ++k) {
+            if (trial / 2 == 1) { CHECK_OK(pli_body_enable_implicit(balls[k], NULL)); }
+            if (trial / 2 == 2) {
+                CHECK_OK(pli_body_enable_xpbd(balls[k], NULL));
+                CHECK_OK(pli_body_enable_xpbd_links(balls[k], NULL));
+            }
+            CHECK_OK(pli_body_generate_clusters(balls[k], 11, 1000, NULL));
+            enable_cluster_contacts(balls[k], false);
+            CHECK_OK(pli_body_add_velocity(balls[k], pli_vec3_make(k == 0 ? 2.0f : -2.0f, 0, 0)));
+        }
+        double worst = 0.0, energy = 0.0;
+        int contacts = 0;
+        for (int i = 0; i < 120; ++i) {
+            CHECK_OK(pli_world_step(world, (float)dt));
+            const pli_vec3 sum = pli_vec3_add(pli_body_momentum(balls[0]), pli_body_momentum(balls[1]));
+            worst = fmax(worst, (double)pli_vec3_length(sum));
+            energy = (double)(pli_body_kinetic_energy(balls[0]) + pli_body_kinetic_energy(balls[1]));
+            contacts += pli_body_get_cluster_contacts(balls[0], 0, NULL);
+            contacts += pli_body_get_cluster_contacts(balls[1], 0, NULL);
+        }
+        print_message("contacts of clusters: of 20 kg m/s, %.2g; of 40 J, %.2g left, %d contacts\n", worst, energy,
+                      contacts);
+        assert_true(contacts > 20);
+        check_at_most(worst, 5e-4);
+        check_at_most(energy, 40.0);
+        pli_body_destroy(balls[0]);
+        pli_body_destroy(balls[1]);
+    }
+}
+
+/* Of one body: two slabs of loose nodes, of 16 and 32 kg, with two clusters each that share a third of their nodes. */
+static void test_contacts_within_a_body_keep_momentum(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    CHECK_OK(pli_mesh_create(context, &mesh));
+    for (int i = 0; i < 96; ++i) {
+        const float x = 0.3f * (float)(i % 4), y = 0.3f * (float)(i / 4 % 6), z = 0.3f * (float)(i / 24 % 2);
+        const int slab = i / 48;
+        const pli_vec3 at = pli_vec3_make(x + (slab == 0 ? -0.5f : 0.7f), y + 0.4f * (float)slab, z);
+        CHECK_OK(pli_mesh_append_node(mesh, at, (float)(slab + 1) / 3.0f, NULL));
+    }
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.05f;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    pli_vec3 positions[96], velocities[96];
+    for (int k = 0; k < 4; ++k) {
+        int nodes[32], count = 0; /* rows 0 to 3, or 2 to 5 */
+        for (int i = 0; i < 48; ++i) {
+            const int row = i / 4 % 6 - 2 * (k % 2);
+            if (row >= 0 && row < 4) { nodes[count++] = 48 * (k / 2) + i; }
+        }
+        pli_cluster_settings settings;
+        CHECK_OK(pli_body_add_cluster(body, nodes, count, NULL));
+        CHECK_OK(pli_body_get_cluster_settings(body, k, &settings));
+        settings.matching = 0.5f;
+        CHECK_OK(pli_body_set_cluster_settings(body, k, &settings));
+    }
+    enable_cluster_contacts(body, true);
+    const pli_body_view view = pli_body_get_view(body);
+    for (int i = 0; i < 96; ++i) {
+        positions[i] = pli_vec3_make(view.positions[i].x, view.positions[i].y, view.positions[i].z);
+        velocities[i] = pli_vec3_make(i < 48 ? 2.0f : -1.0f, 0, 0);
+    }
+    CHECK_OK(pli_body_set_state(body, positions, velocities));
+    const motion start = motion_of(body);
+    double moved = 0.0, turned = 0.0;
+    int contacts = 0;
+    for (int i = 0; i < 120; ++i) {
+        CHECK_OK(pli_world_step(world, (float)dt));
+        const motion now = motion_of(body);
+        moved = fmax(moved, distance_of(now.momentum, start.momentum));
+        turned = fmax(turned, distance_of(now.spin, start.spin));
+        contacts += pli_body_get_cluster_contacts(body, 0, NULL);
+    }
+    print_message("within a body: of 32 kg m/s, %.2g; of %.3g kg m^2/s, %.2g; %.3g of %.3g J left, %d contacts\n",
+                  moved, length_of(start.spin), turned, motion_of(body).energy, start.energy, contacts);
+    assert_true(contacts > 0);
+    check_at_most(moved, 4e-3);
+    check_at_most(turned, 0.5);
+}
+
 /* A joint between a ball and a rigid body of 2 kg that turn about each other, where links are solved on velocities. */
 static void test_joint_holds_a_body_with_velocity_links(void** unused) {
     (void)unused;
@@ -286,6 +381,10 @@ static void test_volume_that_links_do_not_allow_turns_nothing(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_matching_of_clusters_keeps_momentum, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_of_clusters_keep_momentum, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_within_a_body_keep_momentum, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_joint_holds_a_body_with_velocity_links, setup_weightless_world,
                                         teardown_world),

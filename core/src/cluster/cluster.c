@@ -173,11 +173,14 @@ void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, 
    of them together. */
 static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
     const bool is_of_bullet = clusters->def.reference_mode;
+    clusters->keeps_momentum = false;
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
         const bool matches = in_step && cluster->settings.matching > 0.0f;
         const bool needs_frame = is_of_bullet || !in_step || matches || cluster->settings.node_damping > 0.0f;
         cluster->has_frame = false;
+        cluster->split = 1.0f;
+        cluster->keeps_momentum = false;
         cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
         if (needs_frame) {
             plii_cluster_update_frame(body, clusters, cluster);
@@ -202,13 +205,34 @@ static void clusters_update(pli_body* body, void* state) {
     clusters_update_from(body, state, 0, true);
 }
 
-/* Adds the rigid motion of a cluster to its members' sums. */
+/* Adds the rigid motion of a cluster to its members' sums. Those of several that keep momentum move as the mean of all,
+   so each such motion is that of its shares of their masses, with an inertia of the same form. */
 static void cluster_spread(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
-                           pli_vec3 displacement, pli_vec3 rotation_vector) {
+                           pli_vec3 displacement, pli_vec3 rotation_vector, bool keeps_momentum) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin),
-                      axis = plii_lanes_from_vec3(&rotation_vector);
-    const plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, 1.0f);
+    plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin), axis = plii_lanes_from_vec3(&rotation_vector);
+    plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, keeps_momentum ? 0.0f : 1.0f);
+    if (keeps_momentum) {
+        plii_float4 mass = plii_float4_all(0.0f), moment = mass, spread = mass, own_spread = mass;
+        for (int i = 0; i < cluster->member_count; ++i) {
+            const plii_float4 rest = plii_lanes_all_w(plii_float4_from(&members[i].rest));
+            const plii_float4 own = rest * rest / clusters->node_sums[members[i].node].w;
+            const plii_float4 arm = plii_lanes_xyz(plii_float4_from(&body->positions[members[i].node]) - centre);
+            mass += own;
+            moment += arm * own;
+            spread += arm * arm * rest;
+            own_spread += arm * arm * own;
+        }
+        const plii_float4 shift = moment / mass, push = all * (1.0f / cluster->inverse_mass);
+        const pli_vec3 turn = plii_lanes_vec3(plii_lanes_cross(shift, push));
+        const pli_vec3 change = pli_mat3_mul_vec3(cluster->inverse_inertia, turn);
+        const plii_float4 one = plii_lanes_xyzw(1, 1, 1, 0);
+        own_spread -= moment * shift;
+        const float more = plii_lanes_dot(spread, one) / plii_max(plii_lanes_dot(own_spread, one), FLT_MIN);
+        axis = (axis - plii_lanes_from_vec3(&change)) * more;
+        centre += shift;
+        all = push / mass;
+    }
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 arm = plii_float4_from(&body->positions[members[i].node]) - centre;
         const plii_float4 moved = all + plii_lanes_cross(axis, plii_lanes_xyz(arm));
@@ -238,20 +262,41 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float r
     }
 }
 
-/* Changes of velocity are summed, corrections averaged. */
+/* Leaves the masses that they give a node in w of its sum, for clusters_apply. */
+void plii_clusters_split_masses(plii_clusters* clusters) {
+    for (int i = 0; i < 2 * clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i % clusters->count];
+        float mass = 0.0f;
+        for (int k = 0; cluster->keeps_momentum && k < cluster->member_count; ++k) {
+            const plii_cluster_member* member = &clusters->members[cluster->first_member + k];
+            float* total = &clusters->node_sums[member->node].w;
+            *total += i < clusters->count ? member->rest.w : 0.0f;
+            mass += member->rest.w * member->rest.w / *total;
+        }
+        clusters->keeps_momentum |= cluster->keeps_momentum;
+        if (cluster->keeps_momentum) { cluster->split = 1.0f / (mass * cluster->inverse_mass); }
+    }
+}
+
+/* Changes of velocity are summed, corrections averaged. Clusters that keep momentum come first and share with each
+   other only: beside joints and what rests on rigid bodies impulses are averaged as they always were. */
 static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bool is_drift, float rate) {
     bool any = false;
-    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
+    const int rest = clusters->count;
+    const bool shares = clusters->keeps_momentum && !is_drift;
+    for (int i = clusters->keeps_momentum ? 0 : rest; i < 2 * rest; ++i) {
+        const plii_cluster* cluster = &clusters->items[i < rest ? i : i - rest];
         plii_cluster_impulse sum = is_drift ? cluster->drift : cluster->impulse;
-        if (sum.count == 0) { continue; }
+        if (sum.count == 0 || cluster->keeps_momentum != (i < rest)) { continue; }
         any = true;
         if (is_drift) {
             sum.linear = plii_vec3_divide(sum.linear, (float)sum.count);
             sum.angular = plii_vec3_divide(sum.angular, (float)sum.count);
         }
-        cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt));
+        cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt),
+                       shares && i < rest);
     }
-    if (any) { clusters_move_nodes(body, clusters, rate); }
+    if (any || shares) { clusters_move_nodes(body, clusters, rate); }
 }
 
 /* Velocity iterations go on from velocities alone; btSoftBody loses the impulses there. */
@@ -382,7 +427,7 @@ const plii_feature_class plii_clusters_class = {
     .state_size = sizeof(plii_clusters),
     .settings = PLII_LIMITS_AT(offsetof(plii_clusters, def), PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
-                                    PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
+                                    PLII_STATE_SPAN(plii_clusters, next_member_count, keeps_momentum, PLII_LEFT, NULL),
                                     PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u")),
     .is_sound = clusters_is_sound,
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
@@ -390,7 +435,7 @@ const plii_feature_class plii_clusters_class = {
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-        {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g9g8g6gi6giU6g2B"),
+        {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g10g8g6gi6giU6g3B"),
          .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
         {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),
     .substepped = &(const plii_substep_class){.order = CLUSTERS_APPLY_ORDER, .begin = clusters_prepare},

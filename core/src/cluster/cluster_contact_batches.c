@@ -12,6 +12,7 @@
 bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count) {
     groups->count = groups->block_count = groups->rigid_count = 0;
     groups->open_groups = 0;
+    groups->keeps_momentum = false;
     memset(groups->open_counts, 0, sizeof groups->open_counts);
     groups->still[0] = groups->still[1] = (pli_vec4){0, 0, 0, 0};
     if (!PLII_RESERVE(context, &groups->rigids, &groups->rigid_capacity, rigid_count)) { return false; }
@@ -95,6 +96,12 @@ static bool groups_add_pair(pli_context* context, plii_contact_batches* groups, 
                                 groups_marks(groups, &contacts->targets[1])};
     uint64_t taken = marks[0] != NULL ? *marks[0] : 0;
     if (marks[1] != NULL && !groups_may_share(contacts)) { taken |= *marks[1]; }
+    plii_cluster *cluster = contacts->targets[0].cluster, *other = contacts->targets[1].cluster;
+    /* With rigid bodies impulses that nodes of several clusters get are averaged, and what lies on them rests the
+     * better. */
+    if (cluster != NULL && other != NULL) {
+        groups->keeps_momentum = cluster->keeps_momentum = other->keeps_momentum = true;
+    }
     int bit = groups_find_open(groups, taken, count);
     if (bit == PLI_NULL_INDEX) { bit = groups_open(context, groups, count); }
     if (bit == PLI_NULL_INDEX) { return false; }
@@ -191,10 +198,12 @@ static const pli_mat3* groups_load_target(plii_contact_batches* groups, const pl
     side->linear[lane] = &groups->still[0];
     side->angular[lane] = &groups->still[1];
     (*inverse_masses)[lane] = 0.0f;
+    side->splits[lane] = 1.0f;
     if (target->cluster != NULL) {
         side->linear[lane] = &target->cluster->linear_velocity;
         side->angular[lane] = &target->cluster->angular_velocity;
         (*inverse_masses)[lane] = target->cluster->inverse_mass;
+        side->splits[lane] = target->cluster->split;
         return &target->cluster->inverse_inertia;
     }
     if (target->rigid == NULL) { return &groups_no_inertia; }
@@ -265,16 +274,17 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
         group->limits[lane] = contact->is_self ? a->clusters[lane]->settings.max_self_impulse : INFINITY;
         group->frictions[lane] = contact->as.terms.w;
     }
-    const plii_float4 counts = groups_count_lanes(group, terms.inverse_masses[1]);
-    terms.inverse_masses[1] *= counts;
+    const plii_float4 splits[2] = {a->splits, groups_count_lanes(group, terms.inverse_masses[1]) * b->splits};
+    terms.inverse_masses[0] *= splits[0];
+    terms.inverse_masses[1] *= splits[1];
     for (int i = 0; i < 3; ++i) {
         const pli_vec3* rows[2][PLII_GROUP_LANES];
         for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
             rows[0][lane] = &inertias[0][lane]->rows[i];
             rows[1][lane] = &inertias[1][lane]->rows[i];
         }
-        terms.inertia[0][i] = groups_from_vectors(rows[0]);
-        terms.inertia[1][i] = plii_vec3x4_scale(groups_from_vectors(rows[1]), counts);
+        terms.inertia[0][i] = plii_vec3x4_scale(groups_from_vectors(rows[0]), splits[0]);
+        terms.inertia[1][i] = plii_vec3x4_scale(groups_from_vectors(rows[1]), splits[1]);
     }
     groups_load_factors(group, &terms);
     terms.motion = (group_motion){{groups_gather(a->linear), plii_vec3x4_scale(groups_gather(b->linear), included)},
@@ -516,8 +526,9 @@ static void groups_hand_on(const plii_group_side* side, plii_vec3x4 linear, plii
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         plii_cluster* cluster = side->clusters[lane];
         if (cluster == NULL || !(counts[lane] > 0.0f)) { continue; }
-        plii_cluster_impulse_add(is_drift ? &cluster->drift : &cluster->impulse, plii_lanes_vec3(linears[lane]),
-                                 plii_lanes_vec3(angulars[lane]), is_drift ? (int)counts[lane] : 1);
+        const float own = is_drift ? 1.0f : 1.0f / cluster->split;
+        plii_cluster_impulse_add(is_drift ? &cluster->drift : &cluster->impulse, plii_lanes_vec3(linears[lane] * own),
+                                 plii_lanes_vec3(angulars[lane] * own), is_drift ? (int)counts[lane] : 1);
     }
 }
 

@@ -49,6 +49,10 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) 
         capacity += other->capacity;
         has_memory = cluster_contacts_group(body->context, &state->groups, other);
     }
+    for (int i = 0; state->groups.keeps_momentum && i < world->body_count; ++i) {
+        plii_clusters* clusters = plii_body_clusters(world->bodies[i]);
+        if (clusters != NULL) { plii_clusters_split_masses(clusters); }
+    }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
     (void)plii_contact_batches_reserve(body->context, &state->groups, capacity);
     (void)plii_contact_batches_prepare(body->context, &state->groups);

@@ -53,6 +53,7 @@ typedef struct plii_group_side {
     pli_vec4* linear[PLII_GROUP_LANES]; /* the velocities that are read and changed */
     pli_vec4* angular[PLII_GROUP_LANES];
     plii_cluster* clusters[PLII_GROUP_LANES]; /* NULL where there is none */
+    plii_float4 splits;
 } plii_group_side;
 
 typedef struct plii_contact_batch {
@@ -83,6 +84,7 @@ typedef struct plii_contact_batches {
     plii_group_rigid* rigids; /* [rigid_count] by their index in the world */
     int rigid_count, rigid_capacity;
     pli_vec4 still[2];                    /* velocities of what does not move */
+    bool keeps_momentum;                  /* some clusters do */
     int open[64];                         /* the groups with room for pairs, by the bits of open_groups */
     uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
 } plii_contact_batches;

@@ -39,13 +39,15 @@ typedef struct plii_cluster {
     pli_transform frame;    /* this and what follows is of the step in progress; current only when `has_frame` */
     pli_quat warm_rotation; /* the rotation of the frame, where the next one is searched from; not in reference mode */
     pli_mat3 inverse_inertia;
+    float split; /* by how much inverses are larger in contacts, as others share the nodes */
     pli_vec4 linear_velocity, angular_velocity; /* w: 0. Contacts take all four numbers at once */
     /* Handed to the nodes before and after the body iterates. */
     plii_cluster_impulse impulse, drift;
     uint64_t open_groups; /* of contacts on the cluster, that have room for pairs, as bits; 0 but while they are made */
     pli_bounds bounds;    /* of the nodes; in reference mode the box that is kept from step to step */
     bool has_bounds;
-    bool has_frame; /* see plii_clusters_update_frames */
+    bool has_frame;      /* see plii_clusters_update_frames */
+    bool keeps_momentum; /* nodes get all of its impulses, also where they are of other clusters that have some */
 } plii_cluster;
 
 typedef struct plii_clusters {
@@ -56,6 +58,7 @@ typedef struct plii_clusters {
     int member_count, member_capacity;
     unsigned revision;     /* counts clusters that come and go */
     int next_member_count; /* of those that follow them while the topology changes */
+    bool keeps_momentum;   /* one or more do, in this step */
     pli_vec4* node_sums;   /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
 } plii_clusters;
 
@@ -85,6 +88,10 @@ void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
    clusters that collide and whose bounds overlap `near`, and of one. */
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+
+/* Clusters that keep momentum weigh together what the nodes weigh that they share (Tonge and others, "Mass splitting").
+ */
+void plii_clusters_split_masses(plii_clusters* clusters);
 
 static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,
                                          const plii_cluster* cluster, int member) {

@@ -73,8 +73,12 @@ void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const 
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
     if (!PLII_RESERVE(context, &cache->present, &cache->present_capacity, cache->present_count + 1)) { return NULL; }
     plii_pair_record* record = &cache->present[cache->present_count++];
-    *record = (plii_pair_record){.key = key, .previous_index = pair_find_before(cache, key)};
-    if (record->previous_index != PLI_NULL_INDEX) { record->cache = cache->before[record->previous_index].cache; }
+    /* Mostly the one after that of the pair before: steps ask in the same order. */
+    const int next = cache->present_count > 1 ? record[-1].previous_index + 1 : 0;
+    const bool is_next = next < cache->before_count && plii_pair_keys_equal(cache->before[next].key, key);
+    const int index = is_next ? next : pair_find_before(cache, key);
+    *record = (plii_pair_record){.key = key, .previous_index = index};
+    if (index != PLI_NULL_INDEX) { record->cache = cache->before[index].cache; }
     return &record->cache;
 }
 
