@@ -490,11 +490,11 @@ static void test_anchors_hold_to_what_an_event_names(void**) {
         box.setLinearVelocity(btVector3(2, 0, 0));
         stock.step(60);
         check_at_most((offset() - before).length(), 0.1);
-        box.getWorldTransform().setOrigin(btVector3(8, 0, 0));
-        stock.step(150); // it swings to and fro over the box
+        box.getWorldTransform().setOrigin(btVector3(20, 0, 0));
+        stock.step(60);
         assert_int_equal(pli_body_anchor_count(sheet), 1);
-        check_at_most((offset() - before).length(), 0.3);
-        assert_true(center(sheet).x > 5);
+        check_at_most((offset() - before).length(), 0.05);
+        assert_true(center(sheet).x > 15);
     }
 }
 

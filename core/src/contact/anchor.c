@@ -104,28 +104,43 @@ static pli_vec3 anchor_error(const pli_body* body, const plii_anchor* anchor, pl
     return pli_vec3_add(pli_vec3_sub(goal_motion, pli_vec3_sub(node, start)), way);
 }
 
+static void anchor_push(pli_body* body, const plii_anchor* anchor, float hardness) {
+    const float dt = body->step.dt;
+    pli_vec4* position = &body->positions[anchor->node];
+    const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
+    const pli_vec3 node = plii_xyz(*position), offset = anchor->step.offset;
+    const pli_vec3 error = anchor_error(body, anchor, plii_rigid_motion_at(body, anchor->rigid, offset), hardness);
+    const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
+    /* Neither side can move, or the soft body leaves finite numbers and must not take the rigid body along. */
+    if (!plii_vec3_is_finite(impulse)) { return; }
+    plii_set_xyz(position, pli_vec3_add(node, pli_vec3_scale(impulse, dt * position->w)));
+    if (is_fixed) { return; }
+    plii_rigid_push_at(body, anchor->rigid, pli_vec3_neg(impulse), offset);
+    anchor->rigid->path.is_pushed = true;
+}
+
+/* Before links, which start from where nodes are led. */
 static void anchor_solve(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
-    const float dt = body->step.dt;
     if (body->solver_class->solves_constraints) { return; }
     for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
-        pli_vec4* position = &body->positions[anchor->node];
         if (anchor_is_exact(body, anchor)) {
-            if (position->w > 0.0f) { plii_set_xyz(position, anchor->step.goal); }
-            continue;
+            if (body->positions[anchor->node].w > 0.0f) {
+                plii_set_xyz(&body->positions[anchor->node], anchor->step.goal);
+            }
+        } else if (body->world->def.reference_mode) {
+            anchor_push(body, anchor, anchors->hardness);
         }
-        const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
-        const pli_vec3 node = plii_xyz(*position), offset = anchor->step.offset;
-        const pli_vec3 goal_motion = plii_rigid_motion_at(body, anchor->rigid, offset);
-        const pli_vec3 error = anchor_error(body, anchor, goal_motion, anchors->hardness);
-        const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
-        /* Neither side can move, or the soft body leaves finite numbers and must not take the rigid body along. */
-        if (!plii_vec3_is_finite(impulse)) { continue; }
-        plii_set_xyz(position, pli_vec3_add(node, pli_vec3_scale(impulse, dt * position->w)));
-        if (is_fixed) { continue; }
-        plii_rigid_push_at(body, anchor->rigid, pli_vec3_neg(impulse), offset);
-        anchor->rigid->path.is_pushed = true;
+    }
+}
+
+/* After links: what they pull with is felt in the same step. A step later it would swing loads up. */
+static void anchor_couple(pli_body* body, void* state) {
+    const plii_anchors* anchors = state;
+    if (body->solver_class != &plii_position_solver || body->world->def.reference_mode) { return; }
+    for (PLII_EACH(const plii_anchor, anchor, anchors->items, anchors->item_count)) {
+        if (!anchor->is_idle && !anchor_is_exact(body, anchor)) { anchor_push(body, anchor, anchors->hardness); }
     }
 }
 
@@ -315,6 +330,7 @@ const plii_feature_class plii_anchor_class = {
     .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
                [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},
+               [PLII_STAGE_COUPLE] = {anchor_couple, ANCHOR_ORDER},
                [PLII_STAGE_FINISH] = {anchor_finish, ANCHOR_LAST_ORDER}},
     .substepped = &(const plii_substep_class){.order = ANCHOR_SUBSTEP_ORDER,
                                               .begin = anchor_substeps_begin,
