@@ -97,8 +97,7 @@ static bool groups_add_pair(pli_context* context, plii_contact_batches* groups, 
     uint64_t taken = marks[0] != NULL ? *marks[0] : 0;
     if (marks[1] != NULL && !groups_may_share(contacts)) { taken |= *marks[1]; }
     plii_cluster *cluster = contacts->targets[0].cluster, *other = contacts->targets[1].cluster;
-    /* With rigid bodies impulses that nodes of several clusters get are averaged, and what lies on them rests the
-     * better. */
+    /* With rigid bodies impulses that nodes of several clusters get are averaged: what lies on them rests better. */
     if (cluster != NULL && other != NULL) {
         groups->keeps_momentum = cluster->keeps_momentum = other->keeps_momentum = true;
     }

@@ -89,8 +89,8 @@ void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 
-/* Clusters that keep momentum weigh together what the nodes weigh that they share (Tonge and others, "Mass splitting").
- */
+/* Clusters that keep momentum weigh together what the nodes that they share weigh (Tonge and others, "Mass splitting
+   for jitter-free parallel rigid body simulation"). */
 void plii_clusters_split_masses(plii_clusters* clusters);
 
 static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,
