@@ -231,11 +231,14 @@ static int links_first_batch(const plii_links_task* task, const plii_link_group*
     while (count < most && count < LINKS_BATCH && groups[count].pairs == groups->pairs) {
         ++count;
     }
+    const int kind = task->compliances == NULL ? LINKS_RIGID : task->dampings == NULL ? LINKS_SOFT : LINKS_DAMPED;
     if (task->weights != NULL) {
         links_batch_of_kind(task, groups, count, LINKS_POSITIONS);
-    } else if (task->compliances == NULL) {
+    } else if (!PLII_FLOAT8_IS_ONE) { /* one code for all: three would be large */
+        links_batch_of_kind(task, groups, count, kind);
+    } else if (kind == LINKS_RIGID) {
         links_batch_of_kind(task, groups, count, LINKS_RIGID);
-    } else if (task->dampings == NULL) {
+    } else if (kind == LINKS_SOFT) {
         links_batch_of_kind(task, groups, count, LINKS_SOFT);
     } else {
         links_batch_of_kind(task, groups, count, LINKS_DAMPED);
