@@ -2,7 +2,7 @@
 
 #include "base/csr.h"
 #include "base/union_find.h"
-#include "cut/cut_swept_impl.h"
+#include "cut/topology_edit.h"
 
 /* Corners are numbered by faces. Those at one end of a cut edge fall into groups, named by their first corner. */
 typedef struct separate_group {

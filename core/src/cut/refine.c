@@ -144,9 +144,6 @@ static bool refine_add_nodes(refine_work* work) {
 static bool refine_is_on_surface(const refine_work* work, int node) {
     return node >= work->edit.old_node_count || fabsf(work->values[node]) < work->def.accuracy;
 }
-static bool refine_is_inside_or_on(const refine_work* work, int node) {
-    return node >= work->edit.old_node_count || work->values[node] < work->def.accuracy;
-}
 
 static void refine_replace(int* nodes, int count, const int* copies) {
     for (int k = 0; k < count; ++k) {
@@ -170,7 +167,7 @@ static bool refine_copy_nodes(refine_work* work, const uint8_t* sides, int* copi
 static unsigned refine_side_as_reference(const refine_work* work, const int* copies, const int* nodes, int count) {
     bool is_inside = true, is_doubled = count == 2;
     for (int k = 0; k < count; ++k) {
-        is_inside = is_inside && refine_is_inside_or_on(work, nodes[k]);
+        is_inside = is_inside && (refine_is_on_surface(work, nodes[k]) || work->values[nodes[k]] < 0.0f);
         is_doubled = is_doubled && copies[nodes[k]] != 0;
     }
     return is_doubled ? REFINE_INSIDE | REFINE_OUTSIDE : is_inside ? REFINE_INSIDE : REFINE_OUTSIDE;

@@ -263,15 +263,13 @@ bool plii_edit_split(plii_edit* edit, plii_edge_map* map) {
 typedef struct edit_product {
     pli_body body; /* only its arrays and their counts */
     plii_scratch scratch;
-    plii_node_origin* node_origins;
-    plii_face_origin* face_origins;
     struct edit_blocks {
         void* blocks[PLII_MAX_FEATURE_ARRAYS];
         size_t sizes[PLII_MAX_FEATURE_ARRAYS];
     } * features; /* [feature_count] */
 } edit_product;
 
-static bool edit_make_topology(const plii_edit* edit, edit_product* product) {
+static bool edit_make_topology(const plii_edit* edit, edit_product* product, plii_face_origin* origins) {
     const plii_topology* old = edit->old_topology;
     plii_topology* topology =
         plii_topology_create(edit->context, edit->face_count, old->tetra_count, old->face_materials != NULL);
@@ -280,33 +278,38 @@ static bool edit_make_topology(const plii_edit* edit, edit_product* product) {
     for (int i = 0; i < edit->face_count; ++i) {
         memcpy(topology->faces[i], edit->faces[i].nodes, sizeof topology->faces[i]);
         if (topology->face_materials != NULL) { topology->face_materials[i] = edit->faces[i].material; }
-        product->face_origins[i] = edit->faces[i].origin;
+        origins[i] = edit->faces[i].origin;
     }
     if (old->tetra_count > 0) { memcpy(topology->tetras, old->tetras, (size_t)old->tetra_count * sizeof *old->tetras); }
     return true;
 }
 
-static bool edit_make_product(const plii_edit* edit, edit_product* product) {
+/* With what the change says of it. */
+static bool edit_make_product(const plii_edit* edit, edit_product* product, plii_topology_change* change) {
     pli_body* fresh = &product->body;
     fresh->context = product->scratch.context = edit->context;
     fresh->node_count = edit->node_count;
     fresh->link_count = edit->link_count;
-    product->node_origins = PLII_TAKE(&product->scratch, plii_node_origin, edit->node_count - edit->old_node_count);
-    product->face_origins = PLII_TAKE(&product->scratch, plii_face_origin, edit->face_count);
+    const int old_node_count = edit->old_node_count;
+    plii_node_origin* origins = PLII_TAKE(&product->scratch, plii_node_origin, edit->node_count - old_node_count);
+    plii_face_origin* face_origins = PLII_TAKE(&product->scratch, plii_face_origin, edit->face_count);
     product->features = PLII_TAKE(&product->scratch, struct edit_blocks, edit->body->pipeline.feature_count);
     bool needs_tags = false;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         needs_tags = needs_tags || link->tag != 0;
     }
     if (product->scratch.is_short || !plii_body_allocate_arrays(fresh, needs_tags) ||
-        !edit_make_topology(edit, product)) {
+        !edit_make_topology(edit, product, face_origins)) {
         return false;
     }
+    change->node_origins = origins;
+    change->face_origins = face_origins;
+    change->faces = (const int(*)[3])fresh->topology->faces;
     for (int i = 0; i < edit->node_count; ++i) {
         fresh->positions[i] = edit->nodes[i].position;
         fresh->previous[i] = edit->nodes[i].previous;
         fresh->velocities[i] = edit->nodes[i].velocity;
-        if (i >= edit->old_node_count) { product->node_origins[i - edit->old_node_count] = edit->nodes[i].origin; }
+        if (i >= old_node_count) { origins[i - old_node_count] = edit->nodes[i].origin; }
     }
     for (int i = 0; i < edit->link_count; ++i) {
         const plii_edit_link* link = &edit->links[i];
@@ -369,14 +372,7 @@ static pli_status edit_commit(plii_edit* edit) {
         .face_count = edit->face_count,
         .takes_rest_shape = edit->takes_rest_shape,
     };
-    bool ok = edit_make_product(edit, &product);
-    if (ok) {
-        change.node_origins = product.node_origins;
-        change.face_origins = product.face_origins;
-        change.faces = (const int(*)[3])product.body.topology->faces;
-        ok = edit_reserve_features(edit, &change, &product);
-    }
-    if (!ok) {
+    if (!edit_make_product(edit, &product, &change) || !edit_reserve_features(edit, &change, &product)) {
         plii_body_release_arrays(&product.body);
         for (int i = 0; product.features != NULL && i < body->pipeline.feature_count; ++i) {
             for (int k = 0; k < PLII_MAX_FEATURE_ARRAYS; ++k) {

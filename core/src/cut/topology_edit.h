@@ -77,3 +77,16 @@ bool plii_edit_learn(const plii_edit* edit, plii_edge_map* map);
 /* Parts the links and the faces whose edges have a node on them in the map, in the order of btSoftBody::refine; faces
    get links between their new nodes. False when out of memory. */
 bool plii_edit_split(plii_edit* edit, plii_edge_map* map);
+
+/* Parts faces from each other along the edges in `cuts`: at each end of a cut edge the faces fall into groups that hang
+   together over edges that are not cut, and each group but the first gets a node of its own. So surfaces stay manifold
+   whatever is cut, and the end of a cut inside of a surface stays closed. Links along a cut edge are doubled;
+   bending links of parted nodes go; other links without faces go with the group on the side of their other end, by the
+   sign of `heights`.
+
+   `heights` [height_count] of the nodes; later ones have 0.
+   `is_parted` [edit->node_count at the call] becomes 1 for the nodes that were parted.
+   `doubled` grows by the number of links between nodes below `height_count` that were doubled.
+   False when out of memory. */
+bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double* heights, int height_count,
+                       uint8_t* is_parted, int* doubled);

@@ -59,17 +59,13 @@ static pli_status vertices_check_offset(const pli_body* body, const pli_vertex_b
 
 static pli_status vertices_check_nodes(const pli_body* body, const pli_vertex_buffer_def* buffer,
                                        const char* function) {
-    if (buffer->vertex_nodes == NULL) {
-        if (buffer->vertex_count <= body->node_count) { return PLI_OK; }
-        return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                         "there are %d vertices for %d nodes, and vertex_nodes is null", buffer->vertex_count,
-                         body->node_count);
-    }
-    for (int i = 0; i < buffer->vertex_count; ++i) {
+    PLII_FAIL_IF(buffer->vertex_nodes == NULL && buffer->vertex_count > body->node_count, body->context,
+                 PLI_ERROR_INDEX_OUT_OF_RANGE, function, "there are %d vertices for %d nodes, and vertex_nodes is null",
+                 buffer->vertex_count, body->node_count);
+    for (int i = 0; buffer->vertex_nodes != NULL && i < buffer->vertex_count; ++i) {
         const int node = buffer->vertex_nodes[i];
-        if (node >= 0 && node < body->node_count) { continue; }
-        return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                         "the node of vertex %d is %d, the body has %d", i, node, body->node_count);
+        PLII_FAIL_IF(node < 0 || node >= body->node_count, body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "the node of vertex %d is %d, the body has %d", i, node, body->node_count);
     }
     return PLI_OK;
 }

@@ -30,9 +30,8 @@ static void ray_accept(ray_cast* ray, pli_feature_kind kind, int index, float fr
     ray->hit.normal = normal;
 }
 
-static void ray_cast_triangle_as_in_bullet(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b,
-                                           int node_c) {
-    const pli_vec3 a = ray_position(ray, node_a), b = ray_position(ray, node_b), c = ray_position(ray, node_c);
+static void ray_cast_triangle_as_in_bullet(ray_cast* ray, pli_feature_kind kind, int index, const int nodes[3]) {
+    const pli_vec3 a = ray_position(ray, nodes[0]), b = ray_position(ray, nodes[1]), c = ray_position(ray, nodes[2]);
     const pli_vec3 n = pli_vec3_cross(pli_vec3_sub(b, a), pli_vec3_sub(c, a));
     const float slope = pli_vec3_dot(ray->direction, n);
     if (!(fabsf(slope) >= PLII_EPSILON)) { return; }
@@ -55,15 +54,15 @@ static double ray_side(plii_dvec3 direction, plii_dvec3 p, plii_dvec3 q) {
     return plii_dvec3_dot(direction, plii_dvec3_cross(p, q));
 }
 
-static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b, int node_c) {
+static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, const int nodes[3]) {
     if (ray->body->world->def.reference_mode) {
-        ray_cast_triangle_as_in_bullet(ray, kind, index, node_a, node_b, node_c);
+        ray_cast_triangle_as_in_bullet(ray, kind, index, nodes);
         return;
     }
     const plii_dvec3 direction = plii_dvec3_from(ray->direction), from = plii_dvec3_from(ray->from);
-    const plii_dvec3 a = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, node_a)), from),
-                     b = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, node_b)), from),
-                     c = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, node_c)), from);
+    const plii_dvec3 a = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, nodes[0])), from),
+                     b = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, nodes[1])), from),
+                     c = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, nodes[2])), from);
     const double ab = ray_side(direction, a, b), bc = ray_side(direction, b, c), ca = ray_side(direction, c, a);
     const bool is_inside = (ab >= 0.0 && bc >= 0.0 && ca >= 0.0) || (ab <= 0.0 && bc <= 0.0 && ca <= 0.0);
     const plii_dvec3 n = plii_dvec3_cross(plii_dvec3_sub(b, a), plii_dvec3_sub(c, a));
@@ -146,15 +145,14 @@ static void ray_cast_targets(ray_cast* ray, int targets) {
     const pli_body* body = ray->body;
     const plii_topology* topology = body->topology;
     for (int i = 0; i < topology->face_count && (targets & PLI_RAY_FACES) != 0; ++i) {
-        const int* n = topology->faces[i];
-        ray_cast_triangle(ray, PLI_FEATURE_FACE, i, n[0], n[1], n[2]);
+        ray_cast_triangle(ray, PLI_FEATURE_FACE, i, topology->faces[i]);
     }
     for (int i = 0; i < topology->tetra_count && (targets & PLI_RAY_TETRAS) != 0; ++i) {
         const int* n = topology->tetras[i];
-        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[2]);
-        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[3]);
-        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[1], n[2], n[3]);
-        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[2], n[3]);
+        const int sides[4][3] = {{n[0], n[1], n[2]}, {n[0], n[1], n[3]}, {n[1], n[2], n[3]}, {n[0], n[2], n[3]}};
+        for (int k = 0; k < 4; ++k) {
+            ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, sides[k]);
+        }
     }
     for (int i = 0; i < body->link_count && (targets & PLI_RAY_LINKS) != 0; ++i) {
         ray_cast_link(ray, i);

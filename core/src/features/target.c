@@ -152,7 +152,8 @@ static float target_room(const pli_body* body, const void* data, const plii_subs
 // --------------------------------------------------------------------------------------------------------- the list
 
 /* A mass that the caller has given to a node meanwhile stays. */
-static void target_let_go_all(pli_body* body, target_state* state) {
+static void target_let_go_all(pli_body* body, void* data) {
+    target_state* state = data;
     for (PLII_EACH(const target_item, item, state->items, state->count)) {
         const int node = item->limits.node;
         state->places[node] = 0;
@@ -291,6 +292,7 @@ const plii_feature_class plii_target_class = {
     .substepped =
         &(const plii_substep_class){
             .order = TARGET_SUBSTEP_ORDER, .sweep = target_sweep, .room = target_room, .is_idle = target_is_idle},
+    .disable = target_let_go_all,
     .topology_reserve = target_topology_reserve,
     .topology_commit = target_topology_commit,
 };
@@ -332,12 +334,8 @@ static pli_status target_check_def(pli_body* body, const pli_targets_def* def, c
     PLII_TRY(PLII_CHECK_MADE(context, pli_targets_def, def, function));
     if (def->targets == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "targets is null"); }
     PLII_FAIL_IF(def->count < 1, context, PLI_ERROR_INVALID_VALUE, function, "count is %d, below 1", def->count);
-    if (def->positions != NULL) {
-        PLII_TRY(plii_check_finite_points(context, def->count, def->positions, "position", function));
-    }
-    if (def->normals != NULL) {
-        PLII_TRY(plii_check_finite_points(context, def->count, def->normals, "normal", function));
-    }
+    PLII_TRY(plii_check_finite_points(context, def->count, def->positions, "position", function));
+    PLII_TRY(plii_check_finite_points(context, def->count, def->normals, "normal", function));
     plii_scratch scratch = {.context = context};
     int* users = PLII_TAKE(&scratch, int, body->node_count);
     pli_status status = PLI_OK;
@@ -362,7 +360,7 @@ static pli_status target_move(pli_body* body, const pli_vec3* positions, const p
                  "count is %d, the body has %d targets", count, given);
     if (positions == NULL) { return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "positions is null"); }
     PLII_TRY(plii_check_finite_points(body->context, count, positions, "position", function));
-    if (normals != NULL) { PLII_TRY(plii_check_finite_points(body->context, count, normals, "normal", function)); }
+    PLII_TRY(plii_check_finite_points(body->context, count, normals, "normal", function));
     for (int i = 0; i < count; ++i) {
         PLII_TRY(target_check_normal(body, &state->items[i].limits, normals, i, function));
     }
@@ -402,14 +400,7 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     return plii_body_changed(body, PLI_OK);
 }
 
-pli_status pli_body_disable_targets(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    target_state* state = plii_feature_state(body, &plii_target_class);
-    if (state == NULL) { return PLI_OK; }
-    target_let_go_all(body, state);
-    plii_feature_disable(body, &plii_target_class);
-    return plii_body_changed(body, PLI_OK);
-}
+PLII_DEFINE_DISABLE(pli_body_disable_targets, plii_check_body_idle, plii_target_class)
 
 pli_status pli_body_move_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     return target_move(body, positions, normals, count, false, __func__);

@@ -35,18 +35,14 @@ typedef struct tether_origin {
 
 enum { TETHER_LANDMARKS = 4 };
 
-/* m, from each landmark to a node; infinite where it is none, or the nearest origin. */
-typedef struct tether_far {
-    float lengths[TETHER_LANDMARKS];
-} tether_far;
-
 typedef struct tether_state {
     pli_tethers_def def;
-    pli_tether* tethers;             /* [node_count] to the nearest origin */
-    tether_far* far;                 /* [node_count] */
     int landmarks[TETHER_LANDMARKS]; /* origins, or PLI_NULL_INDEX */
-    float spread; /* from 1 on: how many times as far as the body is long landmarks are from each other */
-    uint32_t link_revision;
+    uint32_t link_revision;          /* another one: they are to be measured anew */
+    float spread;        /* from 1 on: how many times as far as the body is long landmarks are from each other */
+    pli_tether* tethers; /* [node_count] to the nearest origin */
+    /* [node_count] m, from each landmark to a node; infinite where it is none, or the nearest origin. */
+    float (*far)[TETHER_LANDMARKS];
     plii_node_constraint* constraints;
     int constraint_count, constraint_capacity;
     tether_origin* origins;
@@ -66,7 +62,7 @@ static int tether_farthest_origin(const pli_body* body, const tether_state* stat
         ++origin_count;
         float distance = INFINITY;
         for (int k = 0; k < landmark_count; ++k) {
-            distance = plii_min(distance, state->far[i].lengths[k]);
+            distance = plii_min(distance, state->far[i][k]);
         }
         if (distance > most) {
             most = distance;
@@ -86,13 +82,13 @@ static void tether_measure_far(tether_state* state, plii_tether_surface* surface
         }
         plii_tether_measure(surface, measured);
         for (int i = 0; i < body->node_count; ++i) {
-            state->far[i].lengths[k] = measured[i].length;
+            state->far[i][k] = measured[i].length;
         }
         state->landmarks[k] = landmark;
     }
     for (int i = 0; i < body->node_count; ++i) {
         for (int k = 0; k < TETHER_LANDMARKS; ++k) {
-            if (state->tethers[i].origin == state->landmarks[k]) { state->far[i].lengths[k] = INFINITY; }
+            if (state->tethers[i].origin == state->landmarks[k]) { state->far[i][k] = INFINITY; }
         }
     }
 }
@@ -102,7 +98,9 @@ static void tether_mark_origins(const pli_body* body, tether_state* state) {
     for (int i = 0; i < body->node_count; ++i) {
         const bool is_pinned = !(body->positions[i].w > 0.0f);
         state->tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
-        state->far[i] = (tether_far){{INFINITY, INFINITY, INFINITY, INFINITY}};
+        for (int k = 0; k < TETHER_LANDMARKS; ++k) {
+            state->far[i][k] = INFINITY;
+        }
     }
     for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
         state->tethers[origin->node] = (pli_tether){origin->node, 0.0f};
@@ -132,7 +130,7 @@ static float tether_spread(const tether_state* state, const pli_vec3 origins[TET
     float spread = 1.0f;
     for (int a = 0; a < TETHER_LANDMARKS && state->landmarks[a] != PLI_NULL_INDEX; ++a) {
         for (int b = 0; b < a; ++b) {
-            const float length = state->far[state->landmarks[a]].lengths[b],
+            const float length = state->far[state->landmarks[a]][b],
                         distance = pli_vec3_length(pli_vec3_sub(origins[a], origins[b]));
             if (length > 0.0f && distance > length * spread) { spread = distance / length; }
         }
@@ -164,7 +162,7 @@ static float tether_longest(const tether_state* state, const pli_tether* tether)
 static int tether_too_far(const tether_state* state, const pli_vec3* landmarks, int node, pli_vec3 at, float factor) {
     int bits = 0;
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
-        const float longest = state->far[node].lengths[k] * factor;
+        const float longest = state->far[node][k] * factor;
         const pli_vec3 apart = pli_vec3_sub(at, landmarks[k]);
         bits |= (pli_vec3_length_squared(apart) > longest * longest) << k;
     }
@@ -272,7 +270,7 @@ static void tether_hold_nodes(pli_body* body, tether_state* state, const plii_su
         tether_hold(body, i, tether->origin, tether->length * factor, substep);
         const int too_far = tether_too_far(state, landmarks, i, tether_position(body, substep, i), factor);
         for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
-            const float longest = state->far[i].lengths[k] * factor;
+            const float longest = state->far[i][k] * factor;
             if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest, substep); }
         }
     }
@@ -349,7 +347,7 @@ static void tether_visit_springs(pli_body* body, void* data, plii_spring_fn* vis
         const pli_vec3 origin = tether_end_of_origin(body, state, tether->origin, &hint);
         tether_visit_spring(body, i, origin, tether_longest(state, tether), visit, user);
         for (int k = 0; k < TETHER_LANDMARKS; ++k) {
-            const float longest = state->far[i].lengths[k] * tether_factor(state);
+            const float longest = state->far[i][k] * tether_factor(state);
             if (longest < INFINITY) { tether_visit_spring(body, i, landmarks[k], longest, visit, user); }
         }
     }
@@ -417,7 +415,7 @@ static tether_spheres tether_spheres_of(const pli_body* body, const tether_state
     tether_spheres spheres = {
         1, {plii_substep_position(body, substep, tether->origin)}, {tether_longest(state, tether)}};
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
-        const float length = state->far[node].lengths[k];
+        const float length = state->far[node][k];
         if (!(length < INFINITY)) { continue; }
         spheres.centers[spheres.count] = plii_substep_position(body, substep, state->landmarks[k]);
         spheres.radii[spheres.count++] = length * tether_factor(state);
@@ -500,11 +498,8 @@ const plii_feature_class plii_tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
     .settings = PLII_LIMITS_AT(offsetof(tether_state, def), PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(tether_state, def, PLII_SAVED, "fu"),
-                                    PLII_STATE_OF(tether_state, landmarks, PLII_SAVED, "4N"),
-                                    PLII_STATE(tether_state, spread, PLII_LEFT),
-                                    /* Whether they are to be measured anew. */
-                                    PLII_STATE_OF(tether_state, link_revision, PLII_SAVED, "u")),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(tether_state, def, link_revision, PLII_SAVED, "fu4Nu"),
+                                    PLII_STATE(tether_state, spread, PLII_LEFT)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &(const plii_substep_class){.order = TETHER_SUBSTEP_ORDER,

@@ -23,7 +23,7 @@ static void surface_fill_faces(const plii_tether_surface* surface) {
     const plii_topology* topology = surface->body->topology;
     for (int f = 0; f < topology->face_count; ++f) {
         const int* nodes = topology->faces[f];
-        float* lengths = surface->edges[f].lengths;
+        float* lengths = surface->edges[f];
         for (int k = 0; k < 3; ++k) {
             lengths[k] = edge_length(surface, nodes[k], nodes[(k + 1) % 3]);
         }
@@ -41,7 +41,7 @@ plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratc
         .halves = PLII_TAKE(scratch, plii_half_link, 2 * (size_t)body->link_count),
         .face_begin = PLII_TAKE(scratch, int, node_count + 1),
         .corners = PLII_TAKE(scratch, int, 3 * (size_t)face_count),
-        .edges = PLII_TAKE(scratch, plii_face_edges, face_count),
+        .edges = PLII_TAKE(scratch, float[3], face_count),
         .front = PLII_TAKE(scratch, int, node_count),
         .places = PLII_TAKE(scratch, int, node_count),
     };
@@ -109,7 +109,7 @@ static void tether_cross(plii_tether_surface* surface, pli_tether* tethers, cons
 
 static void tether_pass_face(plii_tether_surface* surface, pli_tether* tethers, int node, int face) {
     const int* corners = surface->body->topology->faces[face];
-    const float* edges = surface->edges[face].lengths;
+    const float* edges = surface->edges[face];
     const int a = corners[0] == node ? 0 : corners[1] == node ? 1 : 2, b = (a + 1) % 3, c = (a + 2) % 3;
     if (edges[0] == INFINITY) { return; }
     tether_cross(surface, tethers, (int[]){node, corners[b], corners[c]}, (float[]){edges[a], edges[b], edges[c]});

@@ -6,19 +6,14 @@
 #include "body/body_impl.h"
 #include "pliant/tether.h"
 
-/* m, from node k of a face to the next one; the first is infinite where one of the three is no link. */
-typedef struct plii_face_edges {
-    float lengths[3];
-} plii_face_edges;
-
 /* What distances are measured along: links, and faces where they are wanted. In memory of a scratch. */
 typedef struct plii_tether_surface {
     const pli_body* body;
     int* link_begin; /* [node_count + 1] */
     plii_half_link* halves;
-    int* face_begin; /* [node_count + 1] */
-    int* corners;    /* of faces, three for each, at each node */
-    plii_face_edges* edges;
+    int* face_begin;   /* [node_count + 1] */
+    int* corners;      /* of faces, three for each, at each node */
+    float (*edges)[3]; /* m, from node k of a face to the next one; the first is infinite where one is no link */
     /* Nodes whose distance has changed, a heap with the nearest first, and 1 + the place of each node in it. */
     int* front;
     int* places;

@@ -59,6 +59,19 @@ static inline uint64_t plii_file_u64(plii_file* file, uint64_t number) {
 /* How many things follow, of which each has `bytes` at least: what is read is no more than there are. */
 int plii_file_count(plii_file* file, int count, size_t bytes);
 
+/* What something is, for pointers that are only compared, and shapes that are shared: where it is first. */
+typedef enum plii_file_identity_kind {
+    PLII_FILE_NOTHING,
+    PLII_FILE_RIGID,
+    PLII_FILE_BODY,
+    PLII_FILE_SHAPE
+} plii_file_identity_kind;
+typedef struct plii_file_identity {
+    plii_file_identity_kind kind;
+    uint32_t index, shape; /* of the body or rigid body; of its shapes */
+} plii_file_identity;
+plii_file_identity plii_file_identify(const plii_file* file, const void* pointer);
+
 /* Structs by the letters of their members (body/feature.h). */
 void plii_file_fields(plii_file* file, const char* fields, void* element);
 void plii_file_parts(plii_file* file, const plii_state_part* parts, void* element);

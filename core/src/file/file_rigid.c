@@ -26,19 +26,6 @@ static const plii_state_part file_rigid_parts[] = {
     {0},
 };
 
-/* Shapes may be shared: where one was first. */
-static void file_first_place(const pli_world* world, const pli_shape* shape, int place[2]) {
-    for (int i = 0; i < world->rigid_count; ++i) {
-        for (int k = 0; k < world->rigids[i]->shape_count; ++k) {
-            if (world->rigids[i]->shapes[k] == shape) {
-                place[0] = i;
-                place[1] = k;
-                return;
-            }
-        }
-    }
-}
-
 /* With the numbers as they are: what the creating functions derive may differ in the last bit. */
 static pli_shape* file_make_shape(plii_file* file, plii_shape_kind kind, const float* d) {
     pli_shape* shape = NULL;
@@ -94,9 +81,9 @@ static pli_shape* file_shape(plii_file* file, const pli_world_file_def* def, con
 /* Shape `slot` of rigid body `index`, after those before it: where it was first, and if that is here, what it is. */
 static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, const pli_world* world, int index,
                                 int slot, pli_shape* const* shapes, bool is_wanted) {
-    int place[2] = {0, 0};
     const pli_shape* written = file->mode != PLII_FILE_READ ? shapes[slot] : NULL;
-    if (written != NULL) { file_first_place(world, written, place); }
+    const plii_file_identity first = plii_file_identify(file, written);
+    int place[2] = {(int)first.index, (int)first.shape};
     plii_file_fields(file, "2i", place);
     if (place[0] == index && place[1] == slot) { return file_shape(file, def, written, is_wanted); }
     if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return NULL; }

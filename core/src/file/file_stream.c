@@ -103,36 +103,32 @@ static const void* file_rigid_pointer(plii_file* file, const pli_rigid* rigid, b
     return NULL;
 }
 
-/* What is only compared. */
-typedef enum file_identity_kind { FILE_NOTHING, FILE_RIGID, FILE_BODY, FILE_SHAPE } file_identity_kind;
-typedef struct file_identity {
-    file_identity_kind kind;
-    uint32_t index, shape; /* of the body or rigid body; of its shapes */
-} file_identity;
-
-static file_identity file_identify(const plii_file* file, const void* pointer) {
-    if (pointer == NULL) { return (file_identity){FILE_NOTHING, 0, 0}; }
-    for (int i = 0; i < file->body_count; ++i) {
-        if (file->bodies[i] == pointer) { return (file_identity){FILE_BODY, (uint32_t)i, 0}; }
+plii_file_identity plii_file_identify(const plii_file* file, const void* pointer) {
+    for (int i = 0; i < file->body_count && pointer != NULL; ++i) {
+        if (file->bodies[i] == pointer) { return (plii_file_identity){PLII_FILE_BODY, (uint32_t)i, 0}; }
     }
-    for (int i = 0; i < file->rigid_count; ++i) {
+    for (int i = 0; i < file->rigid_count && pointer != NULL; ++i) {
         const pli_rigid* rigid = file->rigids[i];
-        if (rigid == pointer) { return (file_identity){FILE_RIGID, (uint32_t)i, 0}; }
+        if (rigid == pointer) { return (plii_file_identity){PLII_FILE_RIGID, (uint32_t)i, 0}; }
         for (int k = 0; k < rigid->shape_count; ++k) {
-            if (rigid->shapes[k] == pointer) { return (file_identity){FILE_SHAPE, (uint32_t)i, (uint32_t)k}; }
+            if (rigid->shapes[k] == pointer) { return (plii_file_identity){PLII_FILE_SHAPE, (uint32_t)i, (uint32_t)k}; }
         }
     }
-    return (file_identity){FILE_NOTHING, 0, 0}; /* gone */
+    return (plii_file_identity){PLII_FILE_NOTHING, 0, 0}; /* gone */
 }
 
-static const void* file_find_identity(plii_file* file, file_identity identity, pli_body* const* bodies,
+static const void* file_find_identity(plii_file* file, plii_file_identity identity, pli_body* const* bodies,
                                       pli_rigid* const* rigids) {
     const pli_rigid* rigid = NULL;
-    if (identity.kind == FILE_NOTHING) { return NULL; }
-    if (identity.kind == FILE_BODY && identity.index < (uint32_t)file->body_count) { return bodies[identity.index]; }
-    if (identity.kind != FILE_BODY && identity.index < (uint32_t)file->rigid_count) { rigid = rigids[identity.index]; }
-    if (identity.kind == FILE_RIGID && rigid != NULL) { return rigid; }
-    if (identity.kind == FILE_SHAPE && rigid != NULL && identity.shape < (uint32_t)rigid->shape_count) {
+    if (identity.kind == PLII_FILE_NOTHING) { return NULL; }
+    if (identity.kind == PLII_FILE_BODY && identity.index < (uint32_t)file->body_count) {
+        return bodies[identity.index];
+    }
+    if (identity.kind != PLII_FILE_BODY && identity.index < (uint32_t)file->rigid_count) {
+        rigid = rigids[identity.index];
+    }
+    if (identity.kind == PLII_FILE_RIGID && rigid != NULL) { return rigid; }
+    if (identity.kind == PLII_FILE_SHAPE && rigid != NULL && identity.shape < (uint32_t)rigid->shape_count) {
         return rigid->shapes[identity.shape];
     }
     plii_file_refuse(file, "an index is out of range");
@@ -140,12 +136,12 @@ static const void* file_find_identity(plii_file* file, file_identity identity, p
 }
 
 static const void* file_compared_pointer(plii_file* file, const void* pointer) {
-    file_identity identity = {FILE_NOTHING, 0, 0};
-    if (file->mode != PLII_FILE_READ) { identity = file_identify(file, pointer); }
+    plii_file_identity identity = {PLII_FILE_NOTHING, 0, 0};
+    if (file->mode != PLII_FILE_READ) { identity = plii_file_identify(file, pointer); }
     if (file->mode == PLII_FILE_REPOINT) {
         return file_find_identity(file, identity, file->new_world->bodies, file->new_rigids);
     }
-    identity.kind = (file_identity_kind)plii_file_u32(file, (uint32_t)identity.kind);
+    identity.kind = (plii_file_identity_kind)plii_file_u32(file, (uint32_t)identity.kind);
     identity.index = plii_file_u32(file, identity.index);
     identity.shape = plii_file_u32(file, identity.shape);
     const bool is_read = file->mode == PLII_FILE_READ && file->status == PLI_OK;

@@ -141,15 +141,14 @@ static void convex_descend(convex_search* search, convex_axis axis) {
 
 /* True when the penetration function gave a direction. */
 static bool convex_search_penetration(convex_search* search, plii_penetration_fn* penetration) {
-    const plii_penetration_query query = {search->a, search->b, search->size,
-                                          search->max_support_calls - search->support_calls - 2 * CONVEX_STEP_CALLS};
+    plii_penetration_query query = {.a = search->a, .b = search->b, .size = search->size};
+    query.max_support_calls = search->max_support_calls - search->support_calls - 2 * CONVEX_STEP_CALLS;
     if (query.max_support_calls < 2) { return false; }
-    plii_penetration_result found = {.support_calls = 0};
-    const bool is_found = penetration(&query, &found);
-    search->support_calls += found.support_calls;
+    const bool is_found = penetration(&query);
+    search->support_calls += query.support_calls;
     pli_vec3 normal;
     convex_axis axis;
-    return is_found && plii_dvec3_unit(plii_dvec3_from(found.normal), &normal) && convex_measure(search, normal, &axis);
+    return is_found && plii_dvec3_unit(plii_dvec3_from(query.normal), &normal) && convex_measure(search, normal, &axis);
 }
 
 /* Along a known axis, or that between the centres when it is shorter. False when the known one is too deep by now. */

@@ -9,15 +9,13 @@ typedef struct plii_penetration_query {
     const plii_convex *a, *b;
     double size; /* reach of a - b from the origin, as far as seen; > 0 */
     int max_support_calls;
-} plii_penetration_query;
-
-typedef struct plii_penetration_result {
+    /* What is found. */
     pli_vec3 normal; /* not trusted: the caller measures its depth */
     int support_calls;
-} plii_penetration_result;
+} plii_penetration_query;
 
 /* False: nothing found, out of memory or of support calls. */
-typedef bool plii_penetration_fn(const plii_penetration_query* query, plii_penetration_result* result);
+typedef bool plii_penetration_fn(plii_penetration_query* query);
 
 typedef struct plii_convex_options {
     float max_distance;               /* of the cores; farther pairs need no exact answer. m */
@@ -48,4 +46,4 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
 
 /* Penetration by the expanding polytope algorithm of libccd, which only programs that name this function need:
    accurate; allocates with malloc. Makes no more support calls than the query allows. */
-bool plii_penetration_epa(const plii_penetration_query* query, plii_penetration_result* result);
+bool plii_penetration_epa(plii_penetration_query* query);

@@ -42,7 +42,7 @@ static void penetration_support(const void* object, const ccd_vec3_t* direction,
     ccdVec3Set(point, q.x, q.y, q.z);
 }
 
-bool plii_penetration_epa(const plii_penetration_query* query, plii_penetration_result* result) {
+bool plii_penetration_epa(plii_penetration_query* query) {
     const plii_dvec3 sum = plii_dvec3_add(plii_dvec3_from(query->a->centre), plii_dvec3_from(query->b->centre));
     penetration_search search = {.scale = 1.0 / query->size, .max_support_calls = query->max_support_calls};
     if (isfinite(plii_dvec3_length(sum))) { search.origin = plii_dvec3_scale(sum, 0.5); }
@@ -55,11 +55,11 @@ bool plii_penetration_epa(const plii_penetration_query* query, plii_penetration_
     ccd_real_t depth = -1;
     ccd_vec3_t direction = {{0, 0, 0}}, position;
     const int status = ccdGJKPenetration(&a, &b, &ccd, &depth, &direction, &position);
-    result->support_calls = search.support_calls;
+    query->support_calls = search.support_calls;
     /* libccd's direction moves b away from a. */
     const plii_dvec3 d = plii_dvec3_make(direction.v[0], direction.v[1], direction.v[2]);
     const double length = plii_dvec3_length(d);
     if (status != 0 || !(depth >= 0) || search.is_over_budget || !(length > 0.5) || !isfinite(length)) { return false; }
-    result->normal = plii_dvec3_to_float(plii_dvec3_scale(d, -1.0 / length));
+    query->normal = plii_dvec3_to_float(plii_dvec3_scale(d, -1.0 / length));
     return true;
 }

@@ -26,11 +26,17 @@ typedef struct winding_cluster {
     float area;
 } winding_cluster;
 
-typedef struct winding_field {
+/* Samples, and what winding numbers are summed up from. */
+typedef struct sampling_grid {
     const plii_soup* soup;
     winding_cluster* clusters; /* of the items of the soup's tree, of four of these each, and so on up to one */
     int level_count, begin[PLII_BVH_MAX_LEVELS + 1]; /* of each level in `clusters` */
-} winding_field;
+    int counts[3];
+    size_t strides[3], count;
+    float* distances;
+    bool* is_inside;
+    float highest_winding; /* of all samples, absolute */
+} sampling_grid;
 
 static void winding_finish(winding_cluster* cluster, pli_bounds box) {
     cluster->centre = plii_vec3_divide(cluster->centre, cluster->area);
@@ -43,15 +49,15 @@ static void winding_add_weighted(winding_cluster* sum, pli_vec3 centre, pli_vec3
     sum->area += area;
 }
 
-/* False when out of memory. The soup must outlive it. */
-static bool winding_build(winding_field* winding, const plii_soup* soup) {
+/* False when out of memory. */
+static bool winding_build(sampling_grid* grid) {
+    const plii_soup* soup = grid->soup;
     const plii_bvh* tree = &soup->tree;
-    winding->soup = soup;
-    winding->level_count = plii_bvh_lay_out(tree->count, winding->begin);
-    const int count = winding->begin[winding->level_count];
+    grid->level_count = plii_bvh_lay_out(tree->count, grid->begin);
+    const int count = grid->begin[grid->level_count];
     plii_scratch scratch = {.context = soup->context};
     pli_bounds* boxes = PLII_TAKE(&scratch, pli_bounds, count);
-    if (boxes == NULL || !PLII_ALLOCATE(soup->context, &winding->clusters, count)) {
+    if (boxes == NULL || !PLII_ALLOCATE(soup->context, &grid->clusters, count)) {
         plii_scratch_free(&scratch);
         return false;
     }
@@ -60,20 +66,20 @@ static bool winding_build(winding_field* winding, const plii_soup* soup) {
         const pli_vec3 normal =
             pli_vec3_scale(pli_vec3_cross(pli_vec3_sub(c[1], c[0]), pli_vec3_sub(c[2], c[0])), 0.5f);
         const pli_vec3 centre = pli_vec3_scale(pli_vec3_add(c[0], pli_vec3_add(c[1], c[2])), 1.0f / 3.0f);
-        winding_add_weighted(&winding->clusters[i], centre, normal, pli_vec3_length(normal));
+        winding_add_weighted(&grid->clusters[i], centre, normal, pli_vec3_length(normal));
         boxes[i] = plii_bounds_of_triangle(c[0], c[1], c[2]);
-        winding_finish(&winding->clusters[i], boxes[i]);
+        winding_finish(&grid->clusters[i], boxes[i]);
     }
-    for (int level = 1; level < winding->level_count; ++level) {
-        const int below = winding->begin[level - 1], begin = winding->begin[level], end = winding->begin[level + 1];
+    for (int level = 1; level < grid->level_count; ++level) {
+        const int below = grid->begin[level - 1], begin = grid->begin[level], end = grid->begin[level + 1];
         for (int i = below; i < begin; ++i) {
-            const winding_cluster* child = &winding->clusters[i];
+            const winding_cluster* child = &grid->clusters[i];
             const int parent = begin + (i - below) / PLII_BVH_FAN;
             boxes[parent] = (i - below) % PLII_BVH_FAN == 0 ? boxes[i] : plii_bounds_join(boxes[parent], boxes[i]);
-            winding_add_weighted(&winding->clusters[parent], child->centre, child->area_normal, child->area);
+            winding_add_weighted(&grid->clusters[parent], child->centre, child->area_normal, child->area);
         }
         for (int i = begin; i < end; ++i) {
-            winding_finish(&winding->clusters[i], boxes[i]);
+            winding_finish(&grid->clusters[i], boxes[i]);
         }
     }
     plii_scratch_free(&scratch);
@@ -91,19 +97,19 @@ static float winding_solid_angle(const pli_vec3* corners, pli_vec3 point) {
 }
 
 /* At a point, in logarithmic time. */
-static float winding_at(const winding_field* winding, pli_vec3 point) {
-    const plii_bvh* tree = &winding->soup->tree;
+static float winding_at(const sampling_grid* grid, pli_vec3 point) {
+    const plii_bvh* tree = &grid->soup->tree;
     struct {
         int level, index;
     } stack[PLII_BVH_STACK];
     int depth = 0;
-    stack[depth].level = winding->level_count - 1;
+    stack[depth].level = grid->level_count - 1;
     stack[depth++].index = 0;
     float angle = 0.0f;
     while (depth > 0) {
         --depth;
         const int level = stack[depth].level, index = stack[depth].index;
-        const winding_cluster* cluster = &winding->clusters[winding->begin[level] + index];
+        const winding_cluster* cluster = &grid->clusters[grid->begin[level] + index];
         const pli_vec3 offset = pli_vec3_sub(cluster->centre, point);
         const float squared = pli_vec3_length_squared(offset);
         if (squared > cluster->reach_squared) {
@@ -111,11 +117,11 @@ static float winding_at(const winding_field* winding, pli_vec3 point) {
             continue;
         }
         if (level == 0) {
-            angle += winding_solid_angle(winding->soup->triangles[tree->items[index]].corners, point);
+            angle += winding_solid_angle(grid->soup->triangles[tree->items[index]].corners, point);
             continue;
         }
         const int first = index * PLII_BVH_FAN;
-        const int width = winding->begin[level] - winding->begin[level - 1];
+        const int width = grid->begin[level] - grid->begin[level - 1];
         for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
             stack[depth].level = level - 1;
             stack[depth++].index = child;
@@ -137,16 +143,6 @@ static float winding_at(const winding_field* winding, pli_vec3 point) {
    distances give 1 at most, and more where rounding took a sample on the surface to the other side. */
 #define SAMPLING_HOLE 1.5f
 
-typedef struct sampling_grid {
-    const plii_soup* soup;
-    winding_field winding;
-    int counts[3];
-    size_t strides[3], count;
-    float* distances;
-    bool* is_inside;
-    float highest_winding; /* of all samples, absolute */
-} sampling_grid;
-
 static bool sampling_is_solid(float winding) {
     return fabsf(winding) > 0.5f;
 }
@@ -159,22 +155,22 @@ static void sampling_locate(const sampling_grid* grid, size_t sample, int at[3])
 }
 
 /* Whether both sides of a triangle are solid at one of its points. */
-static bool sampling_is_inner(const winding_field* winding, pli_vec3 point, pli_vec3 side) {
-    return sampling_is_solid(winding_at(winding, pli_vec3_add(point, side))) &&
-           sampling_is_solid(winding_at(winding, pli_vec3_sub(point, side)));
+static bool sampling_is_inner(const sampling_grid* grid, pli_vec3 point, pli_vec3 side) {
+    return sampling_is_solid(winding_at(grid, pli_vec3_add(point, side))) &&
+           sampling_is_solid(winding_at(grid, pli_vec3_sub(point, side)));
 }
 
 /* Walls inside of the solid, where parts overlap, are not its surface. False when nothing else is there. */
-static bool sampling_hide_inner_triangles(plii_soup* soup, const winding_field* winding) {
+static bool sampling_hide_inner_triangles(plii_soup* soup, const sampling_grid* grid) {
     bool has_surface = false;
     for (int i = 0; i < soup->count; ++i) {
         const pli_vec3* c = soup->triangles[i].corners;
         const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(c[1], c[0]), pli_vec3_sub(c[2], c[0]));
         const pli_vec3 side = pli_vec3_scale(cross, SAMPLING_SIDE / pli_vec3_length(cross));
         const pli_vec3 centre = pli_vec3_scale(pli_vec3_add(c[0], pli_vec3_add(c[1], c[2])), 1.0f / 3.0f);
-        bool is_hidden = sampling_is_inner(winding, centre, side);
+        bool is_hidden = sampling_is_inner(grid, centre, side);
         for (int k = 0; k < 3 && is_hidden; ++k) {
-            is_hidden = sampling_is_inner(winding, pli_vec3_lerp(centre, c[k], 0.95f), side);
+            is_hidden = sampling_is_inner(grid, pli_vec3_lerp(centre, c[k], 0.95f), side);
         }
         soup->triangles[i].is_hidden = is_hidden;
         has_surface = has_surface || !is_hidden;
@@ -193,7 +189,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
     float centre_distance;
     int nearest = plii_soup_nearest(grid->soup, centre, PLI_NULL_INDEX, &centre_distance);
     const bool is_near = centre_distance <= SAMPLING_NEAR;
-    float winding = is_near ? 0.5f : fabsf(winding_at(&grid->winding, centre));
+    float winding = is_near ? 0.5f : fabsf(winding_at(grid, centre));
     const bool is_clear = fabsf(winding - 0.5f) > SAMPLING_CLEAR;
     for (int k = first[2]; k < end[2]; ++k) {
         for (int j = first[1]; j < end[1]; ++j) {
@@ -201,7 +197,7 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
                 const size_t at = (size_t)i + grid->strides[1] * (size_t)j + grid->strides[2] * (size_t)k;
                 const pli_vec3 p = pli_vec3_make((float)i, (float)j, (float)k);
                 nearest = plii_soup_nearest(grid->soup, p, nearest, &grid->distances[at]);
-                if (!is_clear) { winding = fabsf(winding_at(&grid->winding, p)); }
+                if (!is_clear) { winding = fabsf(winding_at(grid, p)); }
                 grid->is_inside[at] = sampling_is_solid(winding);
                 grid->highest_winding = plii_max(grid->highest_winding, winding);
             }
@@ -288,11 +284,10 @@ pli_status plii_soup_sample(plii_soup* soup, const int counts[3], float* samples
         grid.count *= (size_t)counts[axis];
     }
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (PLII_ALLOCATE(soup->context, &grid.is_inside, grid.count) && winding_build(&grid.winding, soup)) {
-        status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid) ? PLI_OK
-                                                                                            : PLI_ERROR_INVALID_MESH;
+    if (PLII_ALLOCATE(soup->context, &grid.is_inside, grid.count) && winding_build(&grid)) {
+        status = sampling_hide_inner_triangles(soup, &grid) && sampling_fill(&grid) ? PLI_OK : PLI_ERROR_INVALID_MESH;
     }
-    PLII_RELEASE(soup->context, grid.winding.clusters, grid.winding.begin[grid.winding.level_count]);
+    PLII_RELEASE(soup->context, grid.clusters, grid.begin[grid.level_count]);
     PLII_RELEASE(soup->context, grid.is_inside, grid.count);
     return status;
 }

@@ -7,14 +7,8 @@
 
 #include <stdlib.h>
 
-/* A triangle with its corners in ascending order. */
-typedef struct soup_entry {
-    pli_vec3 corners[3];
-    int parity; /* +1 when it took an even number of swaps to order them, else -1 */
-} soup_entry;
-
 static int soup_compare_corners(const void* left, const void* right) {
-    const soup_entry *a = left, *b = right;
+    const plii_soup_triangle *a = left, *b = right;
     for (int k = 0; k < 3; ++k) {
         const int order = plii_vec3_compare(a->corners[k], b->corners[k]);
         if (order != 0) { return order; }
@@ -22,47 +16,45 @@ static int soup_compare_corners(const void* left, const void* right) {
     return 0;
 }
 
-static void soup_order_pair(soup_entry* entry, int i, int j) {
-    if (plii_vec3_compare(entry->corners[i], entry->corners[j]) <= 0) { return; }
-    const pli_vec3 swap = entry->corners[i];
-    entry->corners[i] = entry->corners[j];
-    entry->corners[j] = swap;
-    entry->parity = -entry->parity;
+static void soup_order_pair(plii_soup_triangle* triangle, int i, int j) {
+    if (plii_vec3_compare(triangle->corners[i], triangle->corners[j]) <= 0) { return; }
+    const pli_vec3 swap = triangle->corners[i];
+    triangle->corners[i] = triangle->corners[j];
+    triangle->corners[j] = swap;
+    triangle->is_turned = !triangle->is_turned;
 }
 
-/* Triangles with an area into `entries`; gives their number. */
-static int soup_collect(soup_entry* entries, const pli_vec3* points, int triangle_count, const int* triangles,
-                        pli_vec3 origin, float scale) {
-    int count = 0;
+/* Those with an area, with their corners in ascending order. */
+static void soup_collect(plii_soup* soup, const pli_vec3* points, int triangle_count, const int* triangles,
+                         pli_vec3 origin, float scale) {
     for (int i = 0; i < triangle_count; ++i) {
-        soup_entry* entry = &entries[count];
+        plii_soup_triangle* triangle = &soup->triangles[soup->count];
+        *triangle = (plii_soup_triangle){.is_turned = false};
         for (int k = 0; k < 3; ++k) {
-            entry->corners[k] = pli_vec3_scale(pli_vec3_sub(points[triangles[3 * i + k]], origin), scale);
+            triangle->corners[k] = pli_vec3_scale(pli_vec3_sub(points[triangles[3 * i + k]], origin), scale);
         }
-        entry->parity = 1;
-        soup_order_pair(entry, 0, 1);
-        soup_order_pair(entry, 1, 2);
-        soup_order_pair(entry, 0, 1);
-        const pli_vec3* c = entry->corners;
-        if (plii_measure_triangle(c[0], c[1], c[2]).is_usable) { ++count; }
+        soup_order_pair(triangle, 0, 1);
+        soup_order_pair(triangle, 1, 2);
+        soup_order_pair(triangle, 0, 1);
+        const pli_vec3* c = triangle->corners;
+        if (plii_measure_triangle(c[0], c[1], c[2]).is_usable) { ++soup->count; }
     }
-    return count;
 }
 
-static void soup_add_once(plii_soup* soup, soup_entry* entries, int entry_count) {
-    qsort(entries, (size_t)entry_count, sizeof *entries, soup_compare_corners);
-    int end = 0;
-    for (int begin = 0; begin < entry_count; begin = end) {
-        int parity = 0;
-        for (end = begin; end < entry_count && soup_compare_corners(&entries[begin], &entries[end]) == 0; ++end) {
-            parity += entries[end].parity;
+static void soup_keep_once(plii_soup* soup) {
+    plii_soup_triangle* triangles = soup->triangles;
+    const int count = soup->count;
+    qsort(triangles, (size_t)count, sizeof *triangles, soup_compare_corners);
+    soup->count = 0;
+    for (int begin = 0, end = 0; begin < count; begin = end) {
+        int parity = 0; /* of those with the same corners */
+        for (; end < count && soup_compare_corners(&triangles[begin], &triangles[end]) == 0; ++end) {
+            parity += triangles[end].is_turned ? -1 : 1;
         }
         if (parity == 0) { continue; }
-        plii_soup_triangle* triangle = &soup->triangles[soup->count++];
-        triangle->corners[0] = entries[begin].corners[0];
-        triangle->corners[1] = entries[begin].corners[parity > 0 ? 1 : 2];
-        triangle->corners[2] = entries[begin].corners[parity > 0 ? 2 : 1];
-        triangle->is_hidden = false;
+        const pli_vec3 a = triangles[begin].corners[0], b = triangles[begin].corners[parity > 0 ? 1 : 2],
+                       c = triangles[begin].corners[parity > 0 ? 2 : 1];
+        triangles[soup->count++] = (plii_soup_triangle){.corners = {a, b, c}};
     }
 }
 
@@ -73,15 +65,10 @@ static pli_bounds soup_box(int triangle, const void* user) {
 
 bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count, const int* triangles, pli_vec3 origin,
                      float scale) {
-    soup_entry* entries = NULL;
-    bool is_built = PLII_ALLOCATE(soup->context, &entries, triangle_count) &&
-                    PLII_RESERVE(soup->context, &soup->triangles, &soup->capacity, triangle_count);
-    if (is_built) {
-        soup_add_once(soup, entries, soup_collect(entries, points, triangle_count, triangles, origin, scale));
-        is_built = plii_bvh_build_from(soup->context, &soup->tree, soup->count, soup_box, soup);
-    }
-    PLII_RELEASE(soup->context, entries, triangle_count);
-    return is_built;
+    if (!PLII_RESERVE(soup->context, &soup->triangles, &soup->capacity, triangle_count)) { return false; }
+    soup_collect(soup, points, triangle_count, triangles, origin, scale);
+    soup_keep_once(soup);
+    return plii_bvh_build_from(soup->context, &soup->tree, soup->count, soup_box, soup);
 }
 
 void plii_soup_free(plii_soup* soup) {

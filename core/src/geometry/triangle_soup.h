@@ -6,6 +6,7 @@
 
 typedef struct plii_soup_triangle {
     pli_vec3 corners[3];
+    bool is_turned; /* while they are sorted: an odd number of swaps has brought its corners into ascending order */
     bool is_hidden; /* not part of the surface that distances are measured to */
 } plii_soup_triangle;
 

@@ -11,9 +11,9 @@ static inline bool plii_bounds_overlap(pli_bounds a, pli_bounds b) {
 static inline pli_bounds plii_bounds_add(pli_bounds b, pli_vec3 point) {
     return (pli_bounds){plii_vec3_min(b.min, point), plii_vec3_max(b.max, point)};
 }
-/* There is one at least. */
+/* Zeros without any. */
 static inline pli_bounds plii_bounds_of_points(int count, const pli_vec3* points) {
-    pli_bounds bounds = {points[0], points[0]};
+    pli_bounds bounds = count > 0 ? (pli_bounds){points[0], points[0]} : (pli_bounds){0};
     for (int i = 1; i < count; ++i) {
         bounds = plii_bounds_add(bounds, points[i]);
     }

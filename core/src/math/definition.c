@@ -36,7 +36,7 @@ pli_status plii_check_vec3_between(pli_context* context, pli_vec3 value, float l
 
 pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,
                                     const char* function) {
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; points != NULL && i < count; ++i) {
         const pli_vec3 p = points[i];
         if (plii_is_point(p)) { continue; }
         const bool is_finite = plii_vec3_is_finite(p);

@@ -56,7 +56,7 @@ static inline pli_status plii_check_vec3_within(pli_context* context, pli_vec3 v
 /* INT_MAX: there is no highest. */
 pli_status plii_check_int(pli_context* context, int value, double low, double high, const char* name,
                           const char* function);
-/* Positions of an array, `what` and a number name one. */
+/* Positions of an array, or NULL; `what` and a number name one. */
 pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,
                                     const char* function);
 /* PLI_OK, or the error of an index: "node 5 is out of range, the body has 3 nodes". */

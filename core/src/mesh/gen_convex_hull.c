@@ -37,11 +37,8 @@ pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, co
     PLII_TRY(
         plii_check_between(context, tolerance_ratio, 0.0f, 1.0f - FLT_EPSILON / 2.0f, "the tolerance ratio", __func__));
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));
-    float tolerance = 0.0f;
-    if (point_count > 0) {
-        const pli_bounds bounds = plii_bounds_of_points(point_count, points);
-        tolerance = tolerance_ratio * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
-    }
+    const pli_bounds bounds = plii_bounds_of_points(point_count, points);
+    const float tolerance = tolerance_ratio * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
     plii_convex_hull hull = {0};
     PLII_TRY(plii_convex_hull_create(context, point_count, points, tolerance, __func__, &hull));
     const pli_status status = hull_mesh_create(context, point_count, points, &hull, __func__, mesh);

@@ -64,43 +64,39 @@ static pli_status patch_begin(pli_context* context, const pli_patch_def* def, in
     return PLI_OK;
 }
 
-/* Two faces and, if asked, the link on their common edge. The diagonal of odd cells runs from (x, y). */
-static void patch_push_alternating(pli_mesh* mesh, const pli_patch_def* def, int x, int y) {
+/* Two faces and, if asked, the link on their common edge. The diagonal runs from (x, y), but of even cells where it
+   alternates. */
+static void patch_push_cell(pli_mesh* mesh, const pli_patch_def* def, int x, int y, bool alternates) {
     const int n00 = patch_node(def, x, y), n10 = n00 + 1, n01 = n00 + def->columns, n11 = n01 + 1;
-    if (((x + y) & 1) != 0) {
-        plii_mesh_push_face(mesh, n00, n10, n11);
-        plii_mesh_push_face(mesh, n00, n11, n01);
-        if (def->diagonals) { plii_mesh_push_link(mesh, n00, n11); }
-    } else {
+    const bool is_even = alternates && ((x + y) & 1) == 0;
+    if (is_even) {
         plii_mesh_push_face(mesh, n01, n00, n10);
         plii_mesh_push_face(mesh, n01, n10, n11);
-        if (def->diagonals) { plii_mesh_push_link(mesh, n10, n01); }
+    } else if (alternates) {
+        plii_mesh_push_face(mesh, n00, n10, n11);
+        plii_mesh_push_face(mesh, n00, n11, n01);
+    } else {
+        plii_mesh_push_face(mesh, n00, n01, n11);
+        plii_mesh_push_face(mesh, n11, n10, n00);
     }
+    if (def->diagonals) { plii_mesh_push_link(mesh, is_even ? n10 : n00, is_even ? n01 : n11); }
 }
 
-static void patch_push_parallel(pli_mesh* mesh, const pli_patch_def* def, int x, int y) {
-    const int n00 = patch_node(def, x, y), n10 = n00 + 1, n01 = n00 + def->columns, n11 = n01 + 1;
-    plii_mesh_push_face(mesh, n00, n01, n11);
-    plii_mesh_push_face(mesh, n11, n10, n00);
-    if (def->diagonals) { plii_mesh_push_link(mesh, n00, n11); }
-}
-
-static void patch_push_cells(pli_mesh* mesh, const pli_patch_def* def,
-                             void (*push_cell)(pli_mesh* mesh, const pli_patch_def* def, int x, int y)) {
+static void patch_push_cells(pli_mesh* mesh, const pli_patch_def* def, bool alternates) {
     for (int y = 0; y < def->rows; ++y) {
         for (int x = 0; x < def->columns; ++x) {
             const int node = patch_node(def, x, y);
             const bool has_right = x + 1 < def->columns, has_up = y + 1 < def->rows;
             if (has_right) { plii_mesh_push_link(mesh, node, node + 1); }
             if (has_up) { plii_mesh_push_link(mesh, node, node + def->columns); }
-            if (has_right && has_up) { push_cell(mesh, def, x, y); }
+            if (has_right && has_up) { patch_push_cell(mesh, def, x, y, alternates); }
         }
     }
 }
 
 pli_status pli_mesh_create_patch(pli_context* context, const pli_patch_def* def, pli_mesh** mesh) {
     PLII_TRY(patch_begin(context, def, PLI_PATCH_PIN_CORNERS, __func__, mesh));
-    patch_push_cells(*mesh, def, patch_push_alternating);
+    patch_push_cells(*mesh, def, true);
     return PLI_OK;
 }
 
@@ -122,7 +118,7 @@ pli_status pli_mesh_create_patch_uv(pli_context* context, const pli_patch_def* d
     const int all_pins = PLI_PATCH_PIN_CORNERS | PLI_PATCH_PIN_MID_BOTTOM | PLI_PATCH_PIN_MID_LEFT |
                          PLI_PATCH_PIN_MID_RIGHT | PLI_PATCH_PIN_MID_TOP | PLI_PATCH_PIN_CENTER;
     PLII_TRY(patch_begin(context, def, all_pins, __func__, mesh));
-    patch_push_cells(*mesh, def, patch_push_parallel);
+    patch_push_cells(*mesh, def, false);
     if (texture_coordinates != NULL) { patch_set_texture(def, texture_coordinates); }
     return PLI_OK;
 }

@@ -38,10 +38,8 @@ pli_status plii_text_open(pli_context* context, const char* path, const char* fu
     errno = 0;
     FILE* file = fopen(path, "rb");
     if (missing != NULL) { *missing = file == NULL && errno == ENOENT; }
-    if (file == NULL) {
-        if (missing != NULL && *missing) { return PLI_OK; }
-        return plii_fail(context, PLI_ERROR_FILE_OPEN, function, "%s: %s", path, strerror(errno));
-    }
+    if (missing != NULL && *missing) { return PLI_OK; }
+    if (file == NULL) { return plii_fail(context, PLI_ERROR_FILE_OPEN, function, "%s: %s", path, strerror(errno)); }
     size_t used = 0;
     const pli_status status = text_load(context, file, path, function, &text->data, &text->size, &used);
     fclose(file);

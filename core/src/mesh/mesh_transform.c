@@ -10,12 +10,11 @@ static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const
                  "the transform is not finite");
     for (int i = 0; i < mesh->node_count; ++i) {
         const pli_vec3 moved = pli_transform_point(transform, mesh->positions[i]);
-        if (plii_is_point(moved)) { continue; }
         PLII_FAIL_IF(!plii_vec3_is_finite(moved), mesh->context, PLI_ERROR_NOT_FINITE, function,
                      "node %d would leave the range of float", i);
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                         "node %d would be at (%g, %g, %g), coordinates go to %g", i, (double)moved.x, (double)moved.y,
-                         (double)moved.z, (double)PLI_MAX_COORDINATE);
+        PLII_FAIL_IF(!plii_is_point(moved), mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                     "node %d would be at (%g, %g, %g), coordinates go to %g", i, (double)moved.x, (double)moved.y,
+                     (double)moved.z, (double)PLI_MAX_COORDINATE);
     }
     for (int i = 0; i < mesh->node_count; ++i) {
         mesh->positions[i] = pli_transform_point(transform, mesh->positions[i]);
@@ -57,6 +56,5 @@ float pli_mesh_volume(const pli_mesh* mesh) {
     return volume / 6.0f;
 }
 
-PLII_DEFINE_GET(pli_bounds, pli_mesh_bounds, mesh,
-                mesh->node_count > 0 ? plii_bounds_of_points(mesh->node_count, mesh->positions) : (pli_bounds){0},
+PLII_DEFINE_GET(pli_bounds, pli_mesh_bounds, mesh, plii_bounds_of_points(mesh->node_count, mesh->positions),
                 (pli_bounds){0})

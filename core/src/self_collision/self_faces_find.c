@@ -56,9 +56,12 @@ static void self_faces_nearest_on_edges(const pli_vec3 p[4], float* s, float* t)
     }
 }
 
-/* From the second side to the first between nearest points; `weights` of the nodes, negative on the second side. */
-static pli_vec3 self_faces_nearest(const pli_vec3 p[4], bool is_edges, float weights[4]) {
-    if (is_edges) {
+/* From the second side to the first between nearest points of a pair whose nodes are `at`, by index; `weights` of the
+   nodes, negative on the second side. */
+static pli_vec3 self_faces_nearest(const pli_vec3* at, const plii_self_faces_pair* pair, float weights[4]) {
+    const int* nodes = pair->nodes;
+    const pli_vec3 p[4] = {at[nodes[0]], at[nodes[1]], at[nodes[2]], at[nodes[3]]};
+    if (pair->is_edges) {
         float s = 0.0f, t = 0.0f;
         self_faces_nearest_on_edges(p, &s, &t);
         weights[0] = 1.0f - s;
@@ -273,29 +276,19 @@ void plii_self_faces_begin(pli_body* body, void* data) {
 
 // ------------------------------------------------------------------------------------------ pairs of a step or substep
 
-static float self_faces_distance_at_rest(const plii_self_faces_state* state, const plii_self_faces_pair* pair) {
-    pli_vec3 x[4];
-    float weights[4];
-    for (int k = 0; k < 4; ++k) {
-        x[k] = state->rest[pair->nodes[k]];
-    }
-    return pli_vec3_length(self_faces_nearest(x, pair->is_edges, weights));
-}
-
 /* Looks at a pair at the start, where `last` is. True when it has a normal and could come together. */
 static bool self_faces_activate(plii_self_faces_state* state, int index) {
     plii_self_faces_pair* pair = &state->pairs[index];
     const float thickness = state->def.thickness;
-    pli_vec3 x[4];
-    for (int k = 0; k < 4; ++k) {
-        x[k] = state->last[pair->nodes[k]];
-    }
-    const pli_vec3 apart = self_faces_nearest(x, pair->is_edges, pair->weights);
+    const pli_vec3 apart = self_faces_nearest(state->last, pair, pair->weights);
     const float distance = pli_vec3_length(apart);
     if (!(distance > 1e-6f * thickness) || !plii_is_finite(distance)) { return false; }
     float gap = distance - (1.0f + SELF_FACES_SLACK) * thickness;
     if (gap < 2.0f * state->motion) {
-        if (pair->target < 0.0f) { pair->target = plii_min(thickness, self_faces_distance_at_rest(state, pair)); }
+        if (pair->target < 0.0f) {
+            float unused[4];
+            pair->target = plii_min(thickness, pli_vec3_length(self_faces_nearest(state->rest, pair, unused)));
+        }
         gap = distance - pair->target - SELF_FACES_SLACK * thickness;
     }
     state->due[index] = state->moved + 0.5f * gap;
@@ -303,8 +296,9 @@ static bool self_faces_activate(plii_self_faces_state* state, int index) {
     pair->normal = plii_vec3_divide(apart, distance);
     /* The sides as they are, not as nearest points say: those are rounded. */
     float low = FLT_MAX, high = -FLT_MAX;
+    const pli_vec3 first = state->last[pair->nodes[0]];
     for (int k = 0; k < 4; ++k) {
-        const float level = pli_vec3_dot(pair->normal, pli_vec3_sub(x[k], x[0]));
+        const float level = pli_vec3_dot(pair->normal, pli_vec3_sub(state->last[pair->nodes[k]], first));
         if (k == 0 || (k == 1 && pair->is_edges)) {
             low = plii_min(low, level);
         } else {

@@ -29,26 +29,26 @@ typedef struct plii_self_faces_hits {
 
 typedef struct plii_self_faces_state {
     pli_self_faces_def def;
-    float travel;           /* m that a node may move in this step, beside what all have in common, */
-    float motion;           /* in this step or substep */
     float reach;            /* m, of the last search; 0: none */
-    float moved;            /* m that a node has moved since then at most, likewise */
+    float moved;            /* m that a node has moved since then at most, beside what all have in common */
     float mean_edge_length; /* m, at rest */
-    pli_vec3* rest;         /* [node_count] */
-    pli_vec4* starts;       /* [node_count] at the start of the step */
-    pli_vec3* was;          /* [node_count] before motions are cut short */
-    pli_vec3* last;         /* [node_count] where `moved` has counted to */
-    int* firsts;            /* [3 * face_count] first nodes of the edges of all faces, while these are looked for, */
-    int *rows, *corners;    /* [node_count + 1], [3 * face_count] and these by them */
-    int (*edges)[2];        /* [3 * face_count], of which edge_count are in use */
+    float travel;           /* m that a node may move in this step, likewise, */
+    float motion;           /* in this step or substep */
     int edge_count;
+    plii_bvh tree;
+    plii_self_faces_hits hits[PLII_MOST_BLOCKS]; /* of the last search, by block; the first for all without threads */
+    pli_vec3* rest;                              /* [node_count] */
+    pli_vec4* starts;                            /* [node_count] at the start of the step */
+    pli_vec3* was;                               /* [node_count] before motions are cut short */
+    pli_vec3* last;                              /* [node_count] where `moved` has counted to */
+    int* firsts;         /* [3 * face_count] first nodes of the edges of all faces, while these are looked for, */
+    int *rows, *corners; /* [node_count + 1], [3 * face_count] and these by them */
+    int (*edges)[2];     /* [3 * face_count], of which edge_count are in use */
     pli_bounds* boxes;
     plii_self_faces_pair* pairs;
     float* due;  /* [pair_count] value of `moved` up to which a pair cannot come together */
     int* active; /* pairs to be solved in this step or substep */
     int box_capacity, pair_count, pair_capacity, due_capacity, active_count, active_capacity;
-    plii_bvh tree;
-    plii_self_faces_hits hits[PLII_MOST_BLOCKS]; /* of the last search, by block; the first for all without threads */
     pli_self_faces_report report;
 } plii_self_faces_state;
 

@@ -161,24 +161,27 @@ static void self_nodes_find_apart(self_nodes_finder* finder, int index, float sh
 
 // ---------------------------------------------------------------------------------------------------------- in blocks
 
-/* Of all nodes, or of those of the list of nodes apart from `first` on. */
-typedef struct self_nodes_search_task {
+/* Of a pass over all nodes, or in a search over those of the list of nodes apart from `first` on. */
+typedef struct self_nodes_pass {
     const pli_body* body;
     plii_self_node_pairs* state;
+    float share; /* of the travel since the search */
     bool is_apart;
     int first;
-    float share;
-} self_nodes_search_task;
+    const plii_self_nodes* nodes; /* that move; NULL: by their velocities */
+    pli_vec3 shift;
+    float scale, decay; /* of motions; of margins */
+} self_nodes_pass;
 
 /* True when some are missing. */
-static bool self_nodes_find_some(const self_nodes_search_task* task, int begin, int end, plii_self_search* search,
+static bool self_nodes_find_some(const self_nodes_pass* pass, int begin, int end, plii_self_search* search,
                                  plii_self_pair_list* found) {
-    const plii_link_graph* graph = plii_feature_state(task->body, &plii_link_graph_class);
-    self_nodes_finder finder = {task->body, graph, task->state, search, found, false};
+    const plii_link_graph* graph = plii_feature_state(pass->body, &plii_link_graph_class);
+    self_nodes_finder finder = {pass->body, graph, pass->state, search, found, false};
     search->near.is_truncated = false;
     for (int i = begin; i < end; ++i) {
-        if (task->is_apart) {
-            self_nodes_find_apart(&finder, task->first + i, task->share);
+        if (pass->is_apart) {
+            self_nodes_find_apart(&finder, pass->first + i, pass->share);
         } else {
             self_nodes_find_common(&finder, i);
         }
@@ -187,10 +190,10 @@ static bool self_nodes_find_some(const self_nodes_search_task* task, int begin, 
 }
 
 static void self_nodes_find_block(int begin, int end, int block, void* data) {
-    const self_nodes_search_task* task = data;
-    plii_self_search_part* part = &task->state->parts[block];
+    const self_nodes_pass* pass = data;
+    plii_self_search_part* part = &pass->state->parts[block];
     part->found.count = 0;
-    part->is_truncated = self_nodes_find_some(task, begin, end, &part->search, &part->found);
+    part->is_truncated = self_nodes_find_some(pass, begin, end, &part->search, &part->found);
 }
 
 void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
@@ -221,17 +224,17 @@ static bool self_nodes_reserve_parts(const pli_body* body, plii_self_node_pairs*
 
 enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
 /* Adds the pairs of so many nodes, in their order, whatever the threads. */
-static void self_nodes_find(self_nodes_search_task* task, int count) {
-    const pli_body* body = task->body;
-    plii_self_node_pairs* state = task->state;
-    const int grain = plii_grain(task->is_apart ? SELF_NODES_APART_NS : SELF_NODES_COMMON_NS);
+static void self_nodes_find(self_nodes_pass* pass, int count) {
+    const pli_body* body = pass->body;
+    plii_self_node_pairs* state = pass->state;
+    const int grain = plii_grain(pass->is_apart ? SELF_NODES_APART_NS : SELF_NODES_COMMON_NS);
     const plii_blocks blocks = plii_blocks_of(count, grain, PLII_SELF_SEARCH_PARTS);
     if (blocks.count <= 1 || !plii_has_threads(body->context) || !self_nodes_reserve_parts(body, state, blocks)) {
         state->is_truncated =
-            self_nodes_find_some(task, 0, count, &state->search, &state->found) || state->is_truncated;
+            self_nodes_find_some(pass, 0, count, &state->search, &state->found) || state->is_truncated;
         return;
     }
-    plii_run_blocks(body->context, blocks, count, self_nodes_find_block, task);
+    plii_run_blocks(body->context, blocks, count, self_nodes_find_block, pass);
     for (PLII_EACH(const plii_self_search_part, part, state->parts, blocks.count)) {
         const int more = part->found.count;
         const bool has_memory = self_nodes_reserve(body->context, &state->found, more);
@@ -311,24 +314,15 @@ static void self_nodes_search(const pli_body* body, plii_self_node_pairs* state)
         state->is_truncated = true;
         return;
     }
-    self_nodes_search_task task = {.body = body, .state = state};
-    self_nodes_find(&task, node_count);
+    self_nodes_pass pass = {.body = body, .state = state};
+    self_nodes_find(&pass, node_count);
     state->is_known = !state->is_truncated;
 }
 
-/* Of a pass over the nodes. */
-typedef struct self_nodes_paths {
-    const pli_body* body;
-    plii_self_node_pairs* state;
-    const plii_self_nodes* nodes;
-    pli_vec3 shift;
-    float scale, share; /* of motions; of the travel since the search */
-} self_nodes_paths;
-
 static double self_nodes_leaving_block(int begin, int end, const void* data) {
-    const self_nodes_paths* all = data;
-    const pli_body* body = all->body;
-    const plii_self_node_pairs* state = all->state;
+    const self_nodes_pass* pass = data;
+    const pli_body* body = pass->body;
+    const plii_self_node_pairs* state = pass->state;
     int leaving = 0;
     for (int i = begin; i < end; ++i) {
         const pli_vec3 to =
@@ -341,18 +335,18 @@ static double self_nodes_leaving_block(int begin, int end, const void* data) {
 }
 
 static double self_nodes_strayed_block(int begin, int end, const void* data) {
-    const self_nodes_paths* all = data;
+    const self_nodes_pass* pass = data;
     int strayed = 0;
     for (int i = begin; i < end; ++i) {
-        strayed += self_nodes_has_strayed(all->state, i, all->share);
+        strayed += self_nodes_has_strayed(pass->state, i, pass->share);
     }
     return strayed;
 }
 
 static int self_nodes_count(const pli_body* body, plii_self_node_pairs* state, plii_block_value_fn* value,
                             float share) {
-    const self_nodes_paths all = {.body = body, .state = state, .share = share};
-    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, &all);
+    const self_nodes_pass pass = {.body = body, .state = state, .share = share};
+    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, &pass);
 }
 
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
@@ -363,23 +357,29 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
     return true;
 }
 
-static void self_nodes_step_range(int begin, int end, void* data) {
-    const self_nodes_paths* paths = data;
-    plii_self_node_pairs* state = paths->state;
-    const pli_body* body = paths->body;
+static void self_nodes_travel_range(int begin, int end, void* data) {
+    const self_nodes_pass* pass = data;
     for (int i = begin; i < end; ++i) {
-        plii_add_xyz(&state->searched[i], paths->shift);
-        const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
-        self_nodes_set_travel(state, i, motion, 1.0f, SELF_NODES_MARGIN_DECAY);
+        const pli_vec3 motion =
+            pass->nodes != NULL ? plii_self_motion(pass->nodes, i) : plii_xyz(pass->body->velocities[i]);
+        plii_add_xyz(&pass->state->searched[i], pass->shift);
+        self_nodes_set_travel(pass->state, i, pli_vec3_scale(motion, pass->scale), pass->share, pass->decay);
     }
 }
 
+/* Of all nodes, which go on for `time`, from `now` on. */
+static void self_nodes_search_all(self_nodes_pass* pass, float now, float time) {
+    const pli_body* body = pass->body;
+    plii_parallel_for(body->context, self_nodes_travel_range, pass, body->node_count, plii_grain(SELF_NODES_PATH_NS));
+    pass->state->searched_at = now;
+    pass->state->travel_time = time;
+    self_nodes_search(body, pass->state);
+}
+
 void plii_self_node_pairs_search_step(const pli_body* body, plii_self_node_pairs* state, pli_vec3 shift) {
-    self_nodes_paths paths = {.body = body, .state = state, .shift = shift};
-    plii_parallel_for(body->context, self_nodes_step_range, &paths, body->node_count, plii_grain(SELF_NODES_PATH_NS));
-    state->searched_at = 0.0f;
-    state->travel_time = body->step.dt;
-    self_nodes_search(body, state);
+    const float dt = body->step.dt;
+    self_nodes_pass pass = {body, state, 1.0f, .shift = shift, .scale = dt, .decay = SELF_NODES_MARGIN_DECAY};
+    self_nodes_search_all(&pass, 0.0f, dt);
 }
 
 // ------------------------------------------------------------------------------------------------------ later
@@ -439,14 +439,6 @@ static void self_nodes_set_path(plii_self_node_pairs* state, int node, pli_vec3 
     plii_set_xyz(&state->searched[node], begin);
 }
 
-static void self_nodes_update_range(int begin, int end, void* data) {
-    const self_nodes_paths* paths = data;
-    for (int i = begin; i < end; ++i) {
-        const pli_vec3 motion = pli_vec3_scale(plii_self_motion(paths->nodes, i), paths->scale);
-        self_nodes_set_travel(paths->state, i, motion, paths->share, 1.0f);
-    }
-}
-
 void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
                                  float rate, float now, float left) {
     const float since = now - state->searched_at;
@@ -454,12 +446,8 @@ void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* sta
     const int strayed = self_nodes_count(body, state, self_nodes_strayed_block, share);
     if (strayed == 0) { return; }
     if (strayed + state->apart_count > self_nodes_max_apart(body->node_count)) {
-        self_nodes_paths paths = {.state = state, .nodes = nodes, .scale = left * rate, .share = share};
-        plii_parallel_for(body->context, self_nodes_update_range, &paths, body->node_count,
-                          plii_grain(SELF_NODES_PATH_NS));
-        state->searched_at = now;
-        state->travel_time = left;
-        self_nodes_search(body, state);
+        self_nodes_pass pass = {body, state, share, .nodes = nodes, .scale = left * rate, .decay = 1.0f};
+        self_nodes_search_all(&pass, now, left);
         return;
     }
     const uint64_t shortages = plii_thread.shortages;
@@ -469,8 +457,8 @@ void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* sta
         state->is_apart[node] = true;
         self_nodes_set_path(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
     }
-    self_nodes_search_task task = {.body = body, .state = state, .is_apart = true, .first = first, .share = share};
-    self_nodes_find(&task, state->apart_count - first);
+    self_nodes_pass pass = {body, state, share, .is_apart = true, .first = first};
+    self_nodes_find(&pass, state->apart_count - first);
     /* What is missing must not be missing in the steps to come. */
     if (plii_thread.shortages != shortages) { state->is_known = false; }
 }

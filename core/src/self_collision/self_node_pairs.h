@@ -36,20 +36,20 @@ typedef struct plii_self_search_part {
 enum { PLII_SELF_SEARCH_PARTS = 16 };
 
 typedef struct plii_self_node_pairs {
-    float thickness;
     pli_vec3* rest;     /* [node_count] positions, as all that follow, but for the last three */
-    pli_vec4* at;       /* now; w = inverse mass: `local`, or the solver's own */
     pli_vec4* local;    /* relative to an origin */
     pli_vec4* searched; /* at the last search */
     pli_vec4* travel;   /* expected from there in `travel_time`; w = margin, m */
     pli_vec3* middle;   /* half of the path */
     bool* is_apart;     /* searched alone since the last search of all */
     int* apart;         /* [apart_count] nodes */
+    float thickness;
     int apart_count;
     float searched_at; /* s since the start of the step */
     float travel_time; /* s */
     pli_vec3 drift;    /* mean travel */
     float reach;       /* of all nodes, at most: margin + half of what they travel beside the drift */
+    pli_vec4* at;      /* [node_count] now; w = inverse mass: `local`, or the solver's own */
     plii_spatial_hash hash;
     plii_self_search search;
     plii_self_search_part parts[PLII_SELF_SEARCH_PARTS]; /* where there are threads */

@@ -41,13 +41,6 @@ static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* st
     plii_parallel_for(body->context, self_nodes_copy_range, &copy, body->node_count, plii_grain(SELF_NODES_COPY_NS));
 }
 
-static void self_nodes_start_report(const pli_body* body, self_nodes_state* state) {
-    const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
-    state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
-    state->pairs.is_truncated = false;
-    state->pairs.searches = 0;
-}
-
 /* After searches: what they found. */
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
@@ -67,7 +60,10 @@ static void self_nodes_begin(pli_body* body, void* data) {
     const bool has_substeps = body->solver_class->has_substeps;
     const pli_vec3 origin = state->origin;
     const bool has_other_origin = !has_substeps && pli_vec3_length_squared(origin) > 0.0f;
-    self_nodes_start_report(body, state);
+    const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
+    state->report = (pli_self_collision_report){.limited_nodes = has_substeps ? 0 : limited};
+    state->pairs.is_truncated = false;
+    state->pairs.searches = 0;
     if (has_substeps) {
         self_nodes_copy_positions(body, state, &nodes);
     } else {
@@ -279,12 +275,9 @@ const plii_feature_class plii_self_nodes_class = {
                                PLII_FIELD(pli_self_collision_def, friction, 0, 1),
                                PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR)),
     .state_parts =
-        PLII_STATE_PARTS(PLII_STATE_OF(self_nodes_state, def, PLII_SAVED, "3fu"),
-                         PLII_STATE_OF(self_nodes_state, origin, PLII_SAVED, "3f"),
-                         PLII_STATE_OF(self_nodes_state, pairs.thickness, PLII_SAVED, "f"),
-                         PLII_STATE(self_nodes_state, pairs.at, PLII_LEFT),
-                         PLII_STATE_SPAN(self_nodes_state, pairs.apart_count, pairs.reach, PLII_SAVED, "i2f3ff"),
-                         PLII_STATE_SPAN(self_nodes_state, pairs.hash, pairs.part_node_count, PLII_LEFT, NULL),
+        PLII_STATE_PARTS(PLII_STATE_SPAN(self_nodes_state, def, origin, PLII_SAVED, "3fu3f"),
+                         PLII_STATE_SPAN(self_nodes_state, pairs.thickness, pairs.reach, PLII_SAVED, "fi2f3ff"),
+                         PLII_STATE_SPAN(self_nodes_state, pairs.at, pairs.part_node_count, PLII_LEFT, NULL),
                          PLII_STATE_SPAN(self_nodes_state, pairs.is_known, pairs.searches, PLII_SAVED, "2Bi"),
                          PLII_STATE_OF(self_nodes_state, report, PLII_SAVED, "4iB")),
     .is_sound = self_nodes_is_sound,

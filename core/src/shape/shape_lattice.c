@@ -23,18 +23,14 @@ typedef struct lattice_cell {
     float samples[LATTICE_CELL_POINTS][LATTICE_CELL_POINTS][LATTICE_CELL_POINTS]; /* [x][y][z] */
 } lattice_cell;
 
-/* What queries change. */
-typedef struct lattice_cache {
-    lattice_cell* cells;
-    int cell_capacity;
-    plii_key_table table; /* of the cells */
-} lattice_cache;
-
 typedef struct lattice_data {
     pli_context* context;
     pli_shape* source;
     float voxel_size;
-    lattice_cache* cache;
+    /* What queries change. */
+    lattice_cell* cells;
+    int cell_capacity;
+    plii_key_table table; /* of the cells */
 } lattice_data;
 
 /* Where a point lies along one axis. */
@@ -87,19 +83,18 @@ static void lattice_sample(const lattice_data* lattice, const int key[3], lattic
 }
 
 /* The cell at some coordinates; sampled into `fallback` when there is no memory to keep it. */
-static const lattice_cell* lattice_find(const lattice_data* lattice, const int cell[3], lattice_cell* fallback) {
-    lattice_cache* cache = lattice->cache;
+static const lattice_cell* lattice_find(lattice_data* lattice, const int cell[3], lattice_cell* fallback) {
     uint64_t key = 0; /* 21 bits of each coordinate */
     for (int axis = 0; axis < 3; ++axis) {
         key = key << 21 | ((uint64_t)(uint32_t)cell[axis] & 0x1fffffu);
     }
-    int index = plii_key_table_find(&cache->table, key);
-    if (index != PLI_NULL_INDEX) { return &cache->cells[index]; }
-    if (cache->table.count >= LATTICE_MAX_CELLS) { plii_key_table_clear(&cache->table); }
-    index = (int)cache->table.count;
-    const bool is_kept = PLII_RESERVE(lattice->context, &cache->cells, &cache->cell_capacity, index + 1) &&
-                         plii_key_table_add(&cache->table, key, index) != PLI_NULL_INDEX;
-    lattice_cell* found = is_kept ? &cache->cells[index] : fallback;
+    int index = plii_key_table_find(&lattice->table, key);
+    if (index != PLI_NULL_INDEX) { return &lattice->cells[index]; }
+    if (lattice->table.count >= LATTICE_MAX_CELLS) { plii_key_table_clear(&lattice->table); }
+    index = (int)lattice->table.count;
+    const bool is_kept = PLII_RESERVE(lattice->context, &lattice->cells, &lattice->cell_capacity, index + 1) &&
+                         plii_key_table_add(&lattice->table, key, index) != PLI_NULL_INDEX;
+    lattice_cell* found = is_kept ? &lattice->cells[index] : fallback;
     lattice_sample(lattice, cell, found);
     return found;
 }
@@ -125,7 +120,7 @@ static float lattice_interpolate(const lattice_cell* cell, lattice_position x, l
 
 static void lattice_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                               pli_vec3* normals) {
-    const lattice_data* lattice = user;
+    lattice_data* lattice = (lattice_data*)(uintptr_t)user; /* cells are kept from query to query */
     const float limit = LATTICE_MAX_COORDINATE * lattice->voxel_size;
     lattice_cell fallback;
     for (int i = 0; i < count; ++i) {
@@ -158,10 +153,8 @@ static pli_bounds lattice_bounds(const void* user) {
 
 static void lattice_destroy(void* user) {
     lattice_data* lattice = user;
-    lattice_cache* cache = lattice->cache;
-    PLII_RELEASE(lattice->context, cache->cells, cache->cell_capacity);
-    plii_key_table_free(&cache->table);
-    plii_release(lattice->context, cache, sizeof *cache);
+    PLII_RELEASE(lattice->context, lattice->cells, lattice->cell_capacity);
+    plii_key_table_free(&lattice->table);
     plii_shape_release(lattice->source);
 }
 
@@ -170,21 +163,13 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
     PLII_TRY(plii_check_handle(source, PLII_HANDLE_SHAPE, context, NULL, __func__));
     /* The smallest normal number has a finite inverse. */
     PLII_TRY(plii_check_between(context, voxel_size, PLII_ABOVE_0, PLI_MAX_COORDINATE, "voxel_size", __func__));
-    lattice_cache* cache = plii_allocate(context, sizeof *cache);
-    if (cache == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a lattice"); }
-    cache->table.context = context;
-    const lattice_data lattice = {context, source, voxel_size, cache};
+    const lattice_data lattice = {context, source, voxel_size, .table.context = context};
     const pli_shape_def def = {.distances = lattice_distances,
                                .bounds = lattice_bounds,
                                .support = source->def.support != NULL ? lattice_support : NULL,
                                .radius = source->def.radius,
                                .destroy = lattice_destroy};
-    const pli_status status =
-        plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &lattice, sizeof lattice, __func__, shape);
-    if (status != PLI_OK) {
-        plii_release(context, cache, sizeof *cache);
-        return status;
-    }
+    PLII_TRY(plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &lattice, sizeof lattice, __func__, shape));
     (*shape)->source = source;
     plii_shape_retain(source);
     return PLI_OK;

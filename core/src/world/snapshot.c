@@ -235,8 +235,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
 
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
     snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone", NULL);
-    SNAPSHOT_MEMBER(walk, world->def.gravity);
-    SNAPSHOT_MEMBER(walk, world->def.air_density);
+    SNAPSHOT_MEMBERS(walk, pli_world_def, &world->def, gravity, air_density);
     SNAPSHOT_MEMBER(walk, world->dt);
     SNAPSHOT_MEMBER(walk, world->sleep_group);
     if (walk->status != PLI_OK) { return; }

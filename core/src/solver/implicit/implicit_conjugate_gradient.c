@@ -5,13 +5,109 @@
    the round before (lagged as in Li and others, "Incremental Potential Contact"): forces change little from round to
    round where sticking and sliding as conditions would come and go. */
 
-#include "solver/implicit/implicit_gradient_filter.h"
+#include "solver/implicit/implicit_system.h"
 
 enum { IMPLICIT_MAX_ROUNDS = 8, IMPLICIT_NODE_PASSES = 8 };
 #define IMPLICIT_LEAST_SLIDING 0.01      /* of what friction takes in a step */
 #define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */
+#define IMPLICIT_POINT_STIFFNESS 10.0    /* of points of faces, relative to that of their nodes */
+#define IMPLICIT_HOLD_STIFFNESS 1e3      /* of what holds rigid bodies directly, relative to them */
 
 // -------------------------------------------------------------------------------------- what the constraints change
+
+/* The directions held at one node, and by whom. */
+typedef struct gradient_filter {
+    int node, begin, end; /* its constraints */
+    int count;
+    plii_dvec3 axes[3]; /* [count] orthonormal */
+    int rigid;          /* PLI_NULL_INDEX unless dynamic */
+    plii_dvec3 arm;
+} gradient_filter;
+
+/* In a `for`: each constraint of the node. */
+#define GRADIENT_EACH(type, constraint, constraints, filter)                                                           \
+    PLII_EACH(type, constraint, (constraints)->items + (filter)->begin, (filter)->end - (filter)->begin)
+
+static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
+    for (int i = 0; i < filter->count; ++i) {
+        axis = plii_dvec3_across(axis, filter->axes[i]);
+    }
+    const double length = plii_dvec3_length(axis);
+    if (filter->count < 3 && length > 1e-3) { filter->axes[filter->count++] = plii_dvec3_scale(axis, 1.0 / length); }
+}
+
+static bool gradient_is_rigid(const plii_implicit_constraint* constraint) {
+    return constraint->rows > 0 && !constraint->is_pinned && constraint->influence >= 1.0 && !constraint->is_point;
+}
+
+/* That of the next node with constraints, from one that is all zero on; false: there is no other node. A node between
+   several bodies follows one that does not move, if there is one. */
+static bool gradient_next_filter(const plii_implicit_constraints* constraints, gradient_filter* filter) {
+    const int begin = filter->end, count = constraints->node_bound_count;
+    if (begin == count) { return false; }
+    const int node = constraints->items[begin].nodes[0];
+    *filter = (gradient_filter){.node = node, .begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
+    bool is_led = false;
+    for (; filter->end < count && constraints->items[filter->end].nodes[0] == node; ++filter->end) {
+        const plii_implicit_constraint* constraint = &constraints->items[filter->end];
+        if (!gradient_is_rigid(constraint)) { continue; }
+        if (!is_led || !constraints->rigids[constraint->rigid].is_dynamic) {
+            filter->rigid = constraints->rigids[constraint->rigid].is_dynamic ? constraint->rigid : PLI_NULL_INDEX;
+            filter->arm = constraint->arm;
+            is_led = true;
+        }
+        if (constraint->rows == 1) { gradient_add_axis(filter, constraint->normal); }
+        for (int k = 0; k < 3 && constraint->rows == 3; ++k) {
+            gradient_add_axis(filter, plii_dvec3_make(k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0));
+        }
+    }
+    return true;
+}
+
+static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x) {
+    if (filter->count == 3) { return x; }
+    plii_dvec3 sum = {0};
+    for (int i = 0; i < filter->count; ++i) {
+        sum = plii_dvec3_add_scaled(sum, filter->axes[i], plii_dvec3_dot(filter->axes[i], x));
+    }
+    return sum;
+}
+
+static double gradient_point_factor(const plii_implicit_constraint* constraint) {
+    return constraint->is_pinned ? IMPLICIT_HOLD_STIFFNESS : IMPLICIT_POINT_STIFFNESS;
+}
+
+/* Impulse per velocity of constraints that give way: friction, anchors of partial influence, all on pinned nodes, and
+   points of faces, whose impulses along the normal are those of the round before and this. */
+static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, plii_dvec3 x) {
+    if (constraint->rows == 0) { return (plii_dvec3){0}; }
+    if (gradient_is_rigid(constraint)) {
+        if (!constraint->is_viscous) { return (plii_dvec3){0}; }
+        return plii_dvec3_scale(plii_dvec3_across(x, constraint->normal), constraint->viscosity);
+    }
+    if (constraint->is_point) {
+        const double along = gradient_point_factor(constraint) * constraint->stiffness;
+        return plii_dvec3_add_scaled(plii_dvec3_scale(x, constraint->viscosity), constraint->normal,
+                                     (along - constraint->viscosity) * plii_dvec3_dot(constraint->normal, x));
+    }
+    if (!constraint->is_pinned) {
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x),
+                                constraint->influence / (1.0 - constraint->influence));
+    }
+    if (constraint->rows == 3) {
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->influence);
+    }
+    const plii_dvec3 held = plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, x));
+    return plii_implicit_block_mul(&constraint->block, held);
+}
+
+/* x += what an impulse at the point is to its nodes. */
+static void gradient_spread(const plii_implicit_constraint* constraint, plii_dvec3 impulse, plii_dvec3* x) {
+    for (int k = 0; k < constraint->node_count && !constraint->is_pinned; ++k) {
+        const int node = constraint->nodes[k];
+        x[node] = plii_dvec3_add_scaled(x[node], impulse, constraint->weights[k]);
+    }
+}
 
 /* The held part of the direction is that of the rigid bodies. */
 static void gradient_lead(plii_implicit_system* system) {
@@ -105,10 +201,7 @@ static void gradient_start_residual(plii_implicit_system* system) {
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
-        plii_implicit_rigid_mul(rigid, rigid->change, rigid->residual);
-        for (int k = 0; k < 6; ++k) {
-            rigid->residual[k] = rigid->is_dynamic ? -rigid->residual[k] : 0.0;
-        }
+        plii_implicit_rigid_mul(rigid, rigid->change, -1.0, rigid->residual);
     }
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_dvec3 impulse = {0};
@@ -136,7 +229,7 @@ static double gradient_multiply(plii_implicit_system* system) {
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
-        if (rigid->is_dynamic) { plii_implicit_rigid_mul(rigid, rigid->direction, rigid->product); }
+        if (rigid->is_dynamic) { plii_implicit_rigid_mul(rigid, rigid->direction, 1.0, rigid->product); }
     }
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
@@ -353,17 +446,6 @@ static void gradient_judge_point(const pli_body* body, const plii_implicit_const
     gradient_judge_contact(constraint, mass, off, impulse);
 }
 
-/* Leaves the impulses along the normals. Their sum. */
-static double gradient_keep_pressing(const plii_implicit_constraints* constraints, const gradient_filter* filter) {
-    double sum = 0.0;
-    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
-        const double along = fmax(plii_dvec3_dot(constraint->normal, constraint->impulse), 0.0);
-        constraint->impulse = plii_dvec3_scale(constraint->normal, along);
-        sum += along;
-    }
-    return sum;
-}
-
 /* Where iterations ended early, the error left times the viscosity of what sticks can be more than friction bears. */
 static plii_dvec3 gradient_limit(plii_dvec3 impulse, double most) {
     const double length = plii_dvec3_length(impulse);
@@ -375,25 +457,29 @@ static plii_dvec3 gradient_limit(plii_dvec3 impulse, double most) {
 static void gradient_judge_node(const pli_body* body, const plii_implicit_constraints* constraints,
                                 const gradient_filter* filter, plii_dvec3 free, plii_dvec3* x) {
     const plii_dvec3 before = *x;
-    const double pressing = gradient_keep_pressing(constraints, filter);
+    double pressing = 0.0;
+    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) { /* is left of the impulses */
+        const double along = fmax(plii_dvec3_dot(constraint->normal, constraint->impulse), 0.0);
+        constraint->impulse = plii_dvec3_scale(constraint->normal, along);
+        pressing += along;
+    }
+    plii_dvec3 there = free;
     for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
         const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
         const plii_dvec3 yield = gradient_yield(constraint, plii_dvec3_sub(goal, before));
         const double alone =
             plii_implicit_block_stiffness(&constraint->block) * plii_dvec3_length(plii_dvec3_sub(goal, free));
         constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_limit(yield, pressing + alone));
-    }
-    for (GRADIENT_EACH(const plii_implicit_constraint, constraint, constraints, filter)) {
-        free = plii_dvec3_add(free, plii_implicit_block_solve(&constraint->block, constraint->impulse));
+        there = plii_dvec3_add(there, plii_implicit_block_solve(&constraint->block, constraint->impulse));
     }
     for (int pass = 0; pass < IMPLICIT_NODE_PASSES; ++pass) {
         for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
             const plii_dvec3 n = constraint->normal, answer = plii_implicit_block_solve(&constraint->block, n),
-                             off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), free);
+                             off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), there);
             const double more =
                 fmax(plii_dvec3_dot(n, off) / plii_dvec3_dot(n, answer), -plii_dvec3_dot(n, constraint->impulse));
             constraint->impulse = plii_dvec3_add_scaled(constraint->impulse, n, more);
-            free = plii_dvec3_add_scaled(free, answer, more);
+            there = plii_dvec3_add_scaled(there, answer, more);
         }
     }
     for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
@@ -401,7 +487,7 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
         gradient_judge_contact(constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, off,
                                constraint->impulse);
     }
-    *x = free;
+    *x = there;
 }
 
 /* Anchored, or squeezed. */
@@ -477,10 +563,8 @@ static double gradient_first_block(int begin, int end, const void* data) {
 
 int plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm, double* residual) {
     plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < system->body->node_count; ++i) {
-        if (!is_warm) { system->solution[i] = (plii_dvec3){0}; }
-        system->direction[i] = (plii_dvec3){0};
-    }
+    if (!is_warm) { memset(system->solution, 0, plii_implicit_vector_size(system->body)); }
+    memset(system->direction, 0, plii_implicit_vector_size(system->body));
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         memset(rigid->direction, 0, sizeof rigid->direction);
     }

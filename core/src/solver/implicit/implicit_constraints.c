@@ -27,21 +27,16 @@ static void implicit_invert_inertia(double a[3][3], double inertia[3][3]) {
     memcpy(inertia, rows, sizeof rows);
 }
 
-static double implicit_axis_mass(float inverse_mass, float factor) {
-    const double inverse = (double)inverse_mass * (double)factor;
-    return inverse > 0.0 ? 1.0 / inverse : IMPLICIT_IMMOVABLE;
-}
-
 static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched, pli_rigid* rigid) {
     *touched = (plii_implicit_rigid){.rigid = rigid};
     touched->is_dynamic = rigid->state.inverse_mass > 0.0f;
     if (!touched->is_dynamic) { return; }
-    touched->mass[0] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.x);
-    touched->mass[1] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.y);
-    touched->mass[2] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.z);
+    const float linear[3] = {rigid->linear_factor.x, rigid->linear_factor.y, rigid->linear_factor.z};
     const double factor[3] = {sqrt(fabs((double)rigid->angular_factor.x)), sqrt(fabs((double)rigid->angular_factor.y)),
                               sqrt(fabs((double)rigid->angular_factor.z))};
     for (int i = 0; i < 3; ++i) {
+        const double inverse_mass = (double)rigid->state.inverse_mass * (double)linear[i];
+        touched->mass[i] = inverse_mass > 0.0 ? 1.0 / inverse_mass : IMPLICIT_IMMOVABLE;
         const pli_vec3 row = rigid->state.inverse_inertia_world.rows[i];
         touched->inverse_inertia[i][0] = (double)row.x * factor[i] * factor[0];
         touched->inverse_inertia[i][1] = (double)row.y * factor[i] * factor[1];
@@ -66,12 +61,10 @@ static int implicit_constraints_find_rigid(pli_body* body, plii_implicit_constra
 void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints) {
     for (PLII_EACH(const plii_implicit_rigid, touched, constraints->rigids, constraints->rigid_count)) {
         const double* q = touched->change;
-        const pli_vec3 linear = pli_vec3_make((float)q[0], (float)q[1], (float)q[2]);
-        const pli_vec3 angular = pli_vec3_make((float)q[3], (float)q[4], (float)q[5]);
-        if (!touched->is_dynamic || !plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) { continue; }
-        pli_rigid_state* state = &touched->rigid->state;
-        state->linear_velocity = pli_vec3_add(state->linear_velocity, linear);
-        state->angular_velocity = pli_vec3_add(state->angular_velocity, angular);
+        const plii_twist change = {{(float)q[0], (float)q[1], (float)q[2]}, {(float)q[3], (float)q[4], (float)q[5]}};
+        const bool is_finite = plii_vec3_is_finite(change.linear) && plii_vec3_is_finite(change.angular);
+        if (!touched->is_dynamic || !is_finite) { continue; }
+        plii_rigid_set_velocity(touched->rigid, plii_twist_add(plii_rigid_velocity(touched->rigid), change));
         if (plii_rigid_is_moved_by_host(touched->rigid)) { touched->rigid->needs_reintegration = true; }
     }
 }
@@ -263,8 +256,8 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
     item->arm = plii_dvec3_from(pli_mat3_mul_vec3(rotation, local));
 }
 
-/* False: no memory for the rigid body, or nothing to hold. */
-static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* constraints,
+/* Without memory for the rigid body it is left out, as where there is nothing to hold. */
+static void implicit_constraints_add(pli_body* body, plii_implicit_constraints* constraints,
                                      const plii_node_constraint* from, const plii_dvec3* base, bool is_point) {
     plii_implicit_constraint* item = &constraints->items[constraints->count];
     *item = (plii_implicit_constraint){
@@ -272,9 +265,9 @@ static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
     item->reported = from->impulse;
     implicit_constraint_set_nodes(body, from, item);
     plii_rigid_touch(from->rigid);
-    if ((item->is_pinned && !(from->rigid->state.inverse_mass > 0.0f)) || !(from->influence > 0.0f)) { return false; }
+    if ((item->is_pinned && !(from->rigid->state.inverse_mass > 0.0f)) || !(from->influence > 0.0f)) { return; }
     item->rigid = implicit_constraints_find_rigid(body, constraints, from->rigid);
-    if (item->rigid == PLI_NULL_INDEX) { return false; }
+    if (item->rigid == PLI_NULL_INDEX) { return; }
     plii_dvec3 start = {0}, velocity = {0};
     for (int k = 0; k < item->node_count; ++k) {
         const int node = item->nodes[k];
@@ -290,7 +283,6 @@ static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
                                   : constraints->blocks[item->nodes[0]];
     item->squeeze = (double)(from->squeeze * body->step.inverse_dt) * plii_implicit_block_stiffness(&item->block);
     constraints->count += 1;
-    return true;
 }
 
 /* What else holds a node, if a rigid body that moves presses on it, is a point like those of faces. */
@@ -422,7 +414,7 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
             if (is_point != (pass == 1) || implicit_is_covered(constraints->listed, listed, &constraints->listed[i])) {
                 continue;
             }
-            (void)implicit_constraints_add(body, constraints, &constraints->listed[i], base, is_point);
+            implicit_constraints_add(body, constraints, &constraints->listed[i], base, is_point);
         }
         if (pass == 0) { constraints->node_bound_count = constraints->count; }
     }

@@ -171,12 +171,13 @@ static inline void plii_implicit_add_velocity(const plii_implicit_rigid* rigid, 
         }
     }
 }
-/* sum = M q. */
-static inline void plii_implicit_rigid_mul(const plii_implicit_rigid* rigid, const double q[6], double sum[6]) {
+/* sum = sign M q. */
+static inline void plii_implicit_rigid_mul(const plii_implicit_rigid* rigid, const double q[6], double sign,
+                                           double sum[6]) {
     for (int i = 0; i < 3; ++i) {
         const double* row = rigid->inertia[i];
-        sum[i] = rigid->mass[i] * q[i];
-        sum[3 + i] = row[0] * q[3] + row[1] * q[4] + row[2] * q[5];
+        sum[i] = sign * (rigid->mass[i] * q[i]);
+        sum[3 + i] = sign * (row[0] * q[3] + row[1] * q[4] + row[2] * q[5]);
     }
 }
 static inline void plii_implicit_rigid_matrix(const plii_implicit_rigid* rigid, double m[6][6]) {

@@ -19,7 +19,7 @@ static double energy_of_link(const pli_body* body, int link, plii_dvec3 a, plii_
 static void energy_add_rigid(const plii_implicit_rigid* rigid, double* work, double* scale) {
     double p[6];
     const double* q = rigid->change;
-    plii_implicit_rigid_mul(rigid, q, p);
+    plii_implicit_rigid_mul(rigid, q, 1.0, p);
     const plii_twist before = plii_rigid_velocity(rigid->rigid);
     const double v[6] = {(double)before.linear.x,  (double)before.linear.y,  (double)before.linear.z,
                          (double)before.angular.x, (double)before.angular.y, (double)before.angular.z};
@@ -111,7 +111,7 @@ static double energy_potential(const plii_implicit_system* system, double share)
         for (int k = 0; k < 6; ++k) {
             q[k] = rigid->before[k] + share * (rigid->change[k] - rigid->before[k]);
         }
-        plii_implicit_rigid_mul(rigid, q, p);
+        plii_implicit_rigid_mul(rigid, q, 1.0, p);
         for (int k = 0; k < 6; ++k) {
             sum += q[k] != 0.0 ? 0.5 * q[k] * p[k] : 0.0;
         }

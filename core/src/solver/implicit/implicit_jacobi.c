@@ -125,9 +125,7 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double sp
     } else {
         implicit_start(system);
     }
-    for (int i = 0; i < system->body->node_count; ++i) {
-        system->spare[i] = (plii_dvec3){0}; /* the iterate before the start */
-    }
+    memset(system->spare, 0, plii_implicit_vector_size(system->body)); /* the iterate before the start */
     for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
         memset(rigid->direction, 0, sizeof rigid->direction);
     }

@@ -295,10 +295,7 @@ static void project_rigid(plii_implicit_constraints* constraints, int index, pli
     plii_implicit_rigid* rigid = &constraints->rigids[index];
     double m[6][6], b[6];
     plii_implicit_rigid_matrix(rigid, m);
-    plii_implicit_rigid_mul(rigid, rigid->change, b);
-    for (int i = 0; i < 6; ++i) {
-        b[i] = -b[i];
-    }
+    plii_implicit_rigid_mul(rigid, rigid->change, -1.0, b);
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         if (constraint->rigid != index || constraint->rows == 0) { continue; }
         plii_implicit_add_push(b, constraint->arm, constraint->impulse, -1.0);

@@ -26,9 +26,6 @@ typedef struct implicit_state {
     pli_implicit_report report;
 } implicit_state;
 
-static size_t implicit_vector_size(int node_count) {
-    return (size_t)node_count * sizeof(plii_dvec3);
-}
 // ------------------------------------------------------------------------------------------------------- prediction
 
 /* The change of velocity of a node without springs; that by forces is limited as in the position-based solver. */
@@ -132,7 +129,7 @@ static void implicit_join_groups(const plii_implicit_system* system) {
    on little, but no more than stops it; across them it goes as solved. `momenta`: changes of velocity of groups. */
 static void implicit_slide_groups(const plii_implicit_system* system, plii_dvec3* momenta, plii_dvec3* sums) {
     const plii_implicit_constraints* constraints = system->constraints;
-    memset(sums, 0, implicit_vector_size(system->body->node_count)); /* x: motion against the change, y: contacts */
+    memset(sums, 0, plii_implicit_vector_size(system->body)); /* x: motion against the change, y: contacts */
     for (int pass = 0; pass < 2; ++pass) {
         for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
             if (!implicit_slides(constraints, constraint)) { continue; }
@@ -162,8 +159,8 @@ static void implicit_keep_momentum(plii_implicit_system* system) {
     const pli_body* body = system->body;
     plii_implicit_constraints* constraints = system->constraints;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
-    memset(momenta, 0, implicit_vector_size(body->node_count));
-    memset(masses, 0, implicit_vector_size(body->node_count));
+    memset(momenta, 0, plii_implicit_vector_size(body));
+    memset(masses, 0, plii_implicit_vector_size(body));
     implicit_join_groups(system);
     for (int i = 0; i < body->node_count; ++i) {
         const int group = implicit_group_of(system, i);
@@ -277,7 +274,7 @@ static void implicit_follow_solution(pli_body* body, const plii_implicit_system*
         plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
     }
-    memcpy(system->before, system->solution, implicit_vector_size(body->node_count));
+    memcpy(system->before, system->solution, plii_implicit_vector_size(body));
 }
 
 /* Whether conjugate gradients take part. */
@@ -328,7 +325,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
     const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, system->before);
     const bool is_exact = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
     const int iterations = is_exact ? state->def.sweeps : state->def.finishing_iterations;
-    memcpy(system->before, system->solution, implicit_vector_size(body->node_count));
+    memcpy(system->before, system->solution, plii_implicit_vector_size(body));
     if (state->constraints.count > 0) {
         implicit_iterate(state, true);
         if (is_free) { implicit_keep_momentum(system); }
@@ -493,10 +490,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
         if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
-    if (is_new) {
-        state->had_links = plii_feature_is_enabled(body, &plii_links_class);
-        plii_feature_disable(body, &plii_links_class);
-    }
+    if (is_new) { state->had_links = plii_feature_disable(body, &plii_links_class); }
     state->def = used;
     state->spectral_radius = 0.0;
     return plii_body_changed(body, PLI_OK);

@@ -74,6 +74,10 @@ typedef struct plii_implicit_pass {
     double factor;
 } plii_implicit_pass;
 
+/* Bytes of a vector. */
+static inline size_t plii_implicit_vector_size(const pli_body* body) {
+    return (size_t)body->node_count * sizeof(plii_dvec3);
+}
 /* Runs over the nodes on several threads, where one takes so long. */
 static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,
                                      int nanoseconds) {

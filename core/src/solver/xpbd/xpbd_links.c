@@ -5,13 +5,13 @@
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
-    const plii_link_colors* colors;    /* NULL: there was no memory for them */
     float *rest_lengths, *multipliers; /* by slot */
     float *compliances, *dampings;     /* by slot, where there are some: see plii_links_task */
     float* vectors;                    /* see plii_links_start_colors */
     int rest_capacity, multiplier_capacity, compliance_capacity, damping_capacity, vector_capacity;
-    float softening;        /* see plii_links_task */
-    uint32_t link_revision; /* of the numbers of links */
+    const plii_link_colors* colors; /* NULL: there was no memory for them */
+    float softening;                /* see plii_links_task */
+    uint32_t link_revision;         /* of the numbers of links */
 } xpbd_links_state;
 
 static bool xpbd_links_are_soft(const xpbd_links_state* state) {
@@ -132,8 +132,7 @@ const plii_feature_class plii_xpbd_links_class = {
                                PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
                                PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
-                                    PLII_STATE(xpbd_links_state, colors, PLII_LEFT),
-                                    PLII_STATE_SPAN(xpbd_links_state, softening, link_revision, PLII_LEFT, NULL)),
+                                    PLII_STATE_SPAN(xpbd_links_state, colors, link_revision, PLII_LEFT, NULL)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},

@@ -12,16 +12,13 @@ enum {
     XPBD_SUBSTEPS_PER_START = 5 /* positions follow the nodes after so many */
 };
 
-typedef struct xpbd_run {
+typedef struct xpbd_state {
+    /* Of the step in progress. */
     plii_substep_kinds kinds;
     plii_substep substep;
     plii_xpbd_nodes nodes;
     bool has_finish;
     int sweep;
-} xpbd_run;
-
-typedef struct xpbd_state {
-    xpbd_run run;
     pli_xpbd_def def;
     bool had_links;                                                /* on positions, before this solver came */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
@@ -76,72 +73,68 @@ static void xpbd_begin(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
-    xpbd_run* run = &state->run;
-    run->substep = (plii_substep){.dt = step->dt / parts,
-                                  .inverse_dt = step->inverse_dt * parts,
-                                  .displacements = state->displacements,
-                                  .start_displacements = state->start_displacements,
-                                  .limits = &run->kinds.limits};
-    plii_substep_kinds_begin(body, &run->kinds, false);
-    run->nodes = (plii_xpbd_nodes){.positions = body->positions,
-                                   .velocities = body->velocities,
-                                   .displacements = state->displacements,
-                                   .start_displacements = state->start_displacements,
-                                   .previous = body->previous,
-                                   .accelerations = state->accelerations,
-                                   .dt = run->substep.dt,
-                                   .inverse_dt = run->substep.inverse_dt};
-    run->has_finish = false;
-    for (int k = 0; k < run->kinds.count; ++k) {
-        run->has_finish = run->has_finish || run->kinds.at[k]->klass->substepped->finish != NULL;
+    state->substep = (plii_substep){.dt = step->dt / parts,
+                                    .inverse_dt = step->inverse_dt * parts,
+                                    .displacements = state->displacements,
+                                    .start_displacements = state->start_displacements,
+                                    .limits = &state->kinds.limits};
+    plii_substep_kinds_begin(body, &state->kinds, false);
+    state->nodes = (plii_xpbd_nodes){.positions = body->positions,
+                                     .velocities = body->velocities,
+                                     .displacements = state->displacements,
+                                     .start_displacements = state->start_displacements,
+                                     .previous = body->previous,
+                                     .accelerations = state->accelerations,
+                                     .dt = state->substep.dt,
+                                     .inverse_dt = state->substep.inverse_dt};
+    state->has_finish = false;
+    for (int k = 0; k < state->kinds.count; ++k) {
+        state->has_finish = state->has_finish || state->kinds.at[k]->klass->substepped->finish != NULL;
     }
-    run->sweep = 0;
-    body->substep = &run->substep;
-    xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->begin);
+    state->sweep = 0;
+    body->substep = &state->substep;
+    xpbd_run_pass(body, &state->nodes, xpbd_kernel(body)->begin);
 }
 
 static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
-    xpbd_run* run = &state->run;
     const plii_xpbd_nodes_kernel* pass = xpbd_kernel(body);
-    const int count = state->def.substeps, done = run->substep.index + 1;
-    run->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
-    xpbd_run_pass(body, &run->nodes, done < count && !run->has_finish ? pass->finish_and_move : pass->finish);
-    for (PLII_EACH_AT(const plii_feature, feature, run->kinds.at, run->kinds.count)) {
+    const int count = state->def.substeps, done = state->substep.index + 1;
+    state->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
+    xpbd_run_pass(body, &state->nodes, done < count && !state->has_finish ? pass->finish_and_move : pass->finish);
+    for (PLII_EACH_AT(const plii_feature, feature, state->kinds.at, state->kinds.count)) {
         plii_substep_fn* finish = feature->klass->substepped->finish;
-        if (finish != NULL) { finish(body, feature->state, &run->substep); }
+        if (finish != NULL) { finish(body, feature->state, &state->substep); }
     }
 }
 
 static void xpbd_sweep(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
-    xpbd_run* run = &state->run;
-    plii_substep* substep = &run->substep;
-    if (run->sweep == state->def.sweeps) {
+    plii_substep* substep = &state->substep;
+    if (state->sweep == state->def.sweeps) {
         xpbd_end_substep(body, state);
         substep->index += 1;
-        run->sweep = 0;
-        if (run->has_finish) { xpbd_run_pass(body, &run->nodes, xpbd_kernel(body)->move); }
+        state->sweep = 0;
+        if (state->has_finish) { xpbd_run_pass(body, &state->nodes, xpbd_kernel(body)->move); }
     }
-    if (run->sweep == 0) {
+    if (state->sweep == 0) {
         substep->remaining = (float)(state->def.substeps - 1 - substep->index) * substep->dt;
-        substep->has_new_positions = substep->index == 0 || run->nodes.follows;
-        plii_substep_kinds_restart(body, &run->kinds, substep);
+        substep->has_new_positions = substep->index == 0 || state->nodes.follows;
+        plii_substep_kinds_restart(body, &state->kinds, substep);
     }
-    substep->is_first_sweep = run->sweep == 0;
-    substep->is_last_sweep = ++run->sweep == state->def.sweeps;
-    plii_substep_kinds_sweep(body, &run->kinds, substep);
+    substep->is_first_sweep = state->sweep == 0;
+    substep->is_last_sweep = ++state->sweep == state->def.sweeps;
+    plii_substep_kinds_sweep(body, &state->kinds, substep);
 }
 
 static void xpbd_end(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
-    xpbd_run* run = &state->run;
     xpbd_end_substep(body, state);
     const float kept = 1.0f - body->solver.velocity_damping;
     for (int i = 0; i < body->node_count && kept < 1.0f; ++i) {
         const pli_vec3 velocity = plii_xyz(body->velocities[i]);
         if (body->positions[i].w > 0.0f) { plii_set_xyz(&body->velocities[i], pli_vec3_scale(velocity, kept)); }
     }
-    plii_substep_rigids_finish(body, run->substep.dt);
+    plii_substep_rigids_finish(body, state->substep.dt);
     body->substep = NULL;
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
@@ -164,9 +157,9 @@ const plii_feature_class plii_xpbd_class = {
     .state_size = sizeof(xpbd_state),
     .settings = PLII_LIMITS_AT(offsetof(xpbd_state, def), PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
                                PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX)),
-    .state_parts =
-        PLII_STATE_PARTS(PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"), PLII_STATE(xpbd_state, run, PLII_LEFT),
-                         PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B")),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"),
+                                    PLII_STATE_SPAN(xpbd_state, kinds, sweep, PLII_LEFT, NULL),
+                                    PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B")),
     /* Nothing of a step is needed by the next one. */
     .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
                           {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
@@ -202,10 +195,7 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     const bool is_new = body->solver_class != &xpbd_solver;
     xpbd_state* state = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_xpbd_class, &used, sizeof used, (void**)&state));
-    if (is_new) {
-        state->had_links = plii_feature_is_enabled(body, &plii_links_class);
-        plii_feature_disable(body, &plii_links_class);
-    }
+    if (is_new) { state->had_links = plii_feature_disable(body, &plii_links_class); }
     return plii_body_changed(body, PLI_OK);
 }
 
