@@ -454,6 +454,27 @@ static void test_box_rests_on_a_pinned_sheet(void** unused) {
     assert_true(pli_rigid_was_touched(box));
 }
 
+/* A box of 10 kg that falls by 0.3 m on the pinned end of a rope. */
+static void test_box_rests_on_a_pinned_end(void** unused) {
+    (void)unused;
+    const pli_implicit_def def = gradient_def(5e3f);
+    pli_shape* shape = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.5f, 0.5f, 0.5f), &shape));
+    pli_rigid* box = make_rigid(PLI_RIGID_DYNAMIC, shape, pli_vec3_make(0, 0.8f, 0), 10.0f, 2.0f);
+    pli_mesh* mesh = make_rope_mesh(pli_vec3_make(0, 0, 0), pli_vec3_make(0, -1, 0), 0, PLI_ROPE_PIN_FIRST);
+    pli_body* body = make_body(mesh, &def, 0.01f);
+    enable_contacts(body, 0.5f);
+    for (int i = 0; i < 120; ++i) {
+        push_down(box, 10.0f);
+        CHECK_OK(pli_world_step(world, dt));
+        move(box);
+    }
+    const pli_rigid_state state = pli_rigid_get_state(box);
+    check_near(state.pose.origin.y, 0.51, 0.002);
+    check_at_most(pli_vec3_length(state.linear_velocity), 1e-3);
+    check_near(position(body, 1).y, -1.002, 1e-4); /* 10 N of 5 kN/m */
+}
+
 /* From rest to full speed at once. */
 static void test_sheets_lie_on_lifts(void** unused) {
     (void)unused;
@@ -493,6 +514,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_sheets_rest_without_sinking_or_creeping, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_share_momentum, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_box_rests_on_a_pinned_sheet, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_box_rests_on_a_pinned_end, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_sheets_lie_on_lifts, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -522,7 +522,7 @@ static bool gradient_judge(plii_implicit_system* system) {
         const plii_dvec3 free = system->spare[filter.node];
         if (gradient_is_fixed(constraints, &filter)) {
             plii_implicit_project_node(constraints, filter.begin, filter.end, system->spare);
-            *x = system->spare[filter.node];
+            if (!constraint->is_pinned) { *x = system->spare[filter.node]; }
         } else if (filter.end - filter.begin > 1) {
             gradient_judge_node(body, constraints, &filter, free, x);
         } else {
