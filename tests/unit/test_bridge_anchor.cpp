@@ -102,6 +102,31 @@ void test_a_node_is_where_a_fast_box_is(void**) {
     }
 }
 
+/// A dynamic box in flight, which Bullet moves before the bridge solves, takes a rope along.
+void test_a_node_is_where_a_box_in_flight_is(void**) {
+    for (const Solver solver : {Solver::position_based, Solver::xpbd, Solver::implicit}) {
+        StockWorld stock(btVector3(0, 0, 0));
+        btRigidBody& box = stock.add_box(btVector3(0.5f, 0.5f, 0.5f), 100, btVector3(0, 0, 0));
+        pliant::Bridge bridge(*stock.world);
+        pli_mesh* mesh = nullptr;
+        pli_body* rope = nullptr;
+        assert_int_equal(
+            pli_mesh_create_rope(bridge.context(), pli_vec3_make(0, 0.5f, 0), pli_vec3_make(0, 2.5f, 0), 9, 0, &mesh),
+            PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(rope, solver);
+        const int node = 0;
+        assert_int_equal(pli_body_attach_nodes(rope, &node, 1, bridge.rigid(box)), PLI_OK);
+        box.setLinearVelocity(btVector3(13, 0, 0));
+        assert_int_equal(pli_body_add_velocity(rope, pli_vec3_make(13, 0, 0)), PLI_OK);
+        for (int i = 0; i < 60; ++i) {
+            stock.step(1);
+            check_near(pli_body_get_view(rope).positions[node].x, box.getWorldTransform().getOrigin().x(), 1e-4);
+        }
+    }
+}
+
 /// A box that carries a sheet and is put elsewhere, and the sheet with it: neither moves.
 void test_a_sheet_goes_along_where_its_box_appears_elsewhere(void**) {
     const btTransform far(btQuaternion(btVector3(0, 1, 0), btScalar(1.5)), btVector3(50, 3, 0)),
@@ -144,6 +169,7 @@ int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
         cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
+        cmocka_unit_test(test_a_node_is_where_a_box_in_flight_is),
         cmocka_unit_test(test_a_sheet_goes_along_where_its_box_appears_elsewhere),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

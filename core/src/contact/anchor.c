@@ -100,8 +100,9 @@ static void anchor_note_starts(pli_body* body, void* state) {
    each time, where the share is over 2/3. */
 static pli_vec3 anchor_error(const pli_body* body, const plii_anchor* anchor, pli_vec3 goal_motion, float hardness) {
     const pli_vec3 node = plii_xyz(body->positions[anchor->node]), start = plii_xyz(body->previous[anchor->node]);
-    const pli_vec3 from = body->world->def.reference_mode ? node : start;
-    const pli_vec3 way = pli_vec3_scale(pli_vec3_sub(anchor->step.goal, from), hardness);
+    const pli_vec3 off =
+        body->world->def.reference_mode ? pli_vec3_sub(anchor->step.goal, node) : pli_vec3_sub(anchor->start, start);
+    const pli_vec3 way = pli_vec3_scale(off, hardness);
     return pli_vec3_add(pli_vec3_sub(goal_motion, pli_vec3_sub(node, start)), way);
 }
 
