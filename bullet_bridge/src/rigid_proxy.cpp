@@ -180,15 +180,19 @@ void RigidProxy::follow(const Motion& motion, const btTransform& pose, pli_rigid
     state.angular_velocity = to_pli(motion.spin);
 }
 
+// Returns the pose.
+btTransform RigidProxy::read_start(pli_rigid_state& state, btScalar dt) const {
+    read_state(state);
+    if (!is_driven(dt)) { return object_->getWorldTransform(); }
+    const Motion motion = driven_motion(dt);
+    follow(motion, motion.start, state);
+    return motion.start;
+}
+
 void RigidProxy::capture(unsigned step, btScalar dt) {
     captured_step_ = step;
     holds_captured_ = false;
-    read_state(captured_);
-    captured_pose_ = object_->getWorldTransform();
-    if (!is_driven(dt)) { return; }
-    const Motion motion = driven_motion(dt);
-    captured_pose_ = motion.start;
-    follow(motion, captured_pose_, captured_);
+    captured_pose_ = read_start(captured_, dt);
 }
 
 inline RigidProxy::Response RigidProxy::response() const {
@@ -318,17 +322,21 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
 }
 
 bool RigidProxy::has_jumped(btScalar dt) const {
-    if (rigid_ == nullptr || body_ == nullptr || !body_->isKinematicObject()) { return false; }
-    if (is_driven(dt) && driven_motion(dt).is_led) { return false; }
-    const pli_transform before = pli_rigid_get_state(rigid_).pose;
-    btTransform led;
-    btTransformUtil::integrateTransform(to_bullet(before), body_->getLinearVelocity(), body_->getAngularVelocity(), dt,
-                                        led);
-    const btTransform& present = body_->getWorldTransform();
-    const bool rests = body_->getLinearVelocity().isZero() && body_->getAngularVelocity().isZero();
-    const btScalar scale = rests ? jump_of_resting : btScalar(1);
+    if (rigid_ == nullptr || (is_driven(dt) && driven_motion(dt).is_led)) { return false; }
+    const btTransform before = to_bullet(pli_rigid_get_state(rigid_).pose), &present = object_->getWorldTransform();
+    btTransform led = before;
+    btScalar scale = jump_of_resting;
+    if (is_driven(dt)) {
+        btTransformUtil::integrateTransform(before, body_->getLinearVelocity(), body_->getAngularVelocity(), dt, led);
+        scale = 1;
+    }
     return present.getOrigin().distance(led.getOrigin()) > scale * jump_distance ||
            present.getRotation().angleShortestPath(led.getRotation()) > scale * jump_angle;
+}
+
+pli_status RigidProxy::set_start_state(btScalar dt) {
+    (void)read_start(present_, dt);
+    return set_present_state();
 }
 
 void RigidProxy::read_present_state(btScalar dt) {

@@ -52,8 +52,10 @@ public:
     pli_status give_captured_state();
     /// Contacts of a body with the captured state, with the shapes that Bullet would meet it with: in reference mode.
     pli_status collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs);
-    /// A kinematic body is not where its velocity leads in the step from where the core's body is.
+    /// One that is not dynamic is not where its velocity leads in the step from where the core's body is.
     bool has_jumped(btScalar dt) const;
+    /// The core's body is where this step finds it, before the prediction.
+    pli_status set_start_state(btScalar dt);
     /// From the captured state to the one after Bullet's solver, in two steps. `dt`: of the step that ends; 0: of none.
     void read_present_state(btScalar dt);
     pli_status set_present_state();
@@ -120,6 +122,7 @@ private:
     pli_status create_rigid(pli_world* world, CollisionMode mode);
     pli_status update_rigid(CollisionMode mode);
     void read_state(pli_rigid_state& state) const; // of what is no btRigidBody the pose only
+    btTransform read_start(pli_rigid_state& state, btScalar dt) const;
 
     const btCollisionObject* object_;
     const btRigidBody* body_; ///< null for plain collision objects

@@ -102,6 +102,31 @@ void test_a_node_is_where_a_fast_box_is(void**) {
     }
 }
 
+/// A dynamic box in flight, which Bullet moves before the bridge solves, takes a rope along.
+void test_a_node_is_where_a_box_in_flight_is(void**) {
+    for (const Solver solver : {Solver::position_based, Solver::xpbd, Solver::implicit}) {
+        StockWorld stock(btVector3(0, 0, 0));
+        btRigidBody& box = stock.add_box(btVector3(0.5f, 0.5f, 0.5f), 100, btVector3(0, 0, 0));
+        pliant::Bridge bridge(*stock.world);
+        pli_mesh* mesh = nullptr;
+        pli_body* rope = nullptr;
+        assert_int_equal(
+            pli_mesh_create_rope(bridge.context(), pli_vec3_make(0, 0.5f, 0), pli_vec3_make(0, 2.5f, 0), 9, 0, &mesh),
+            PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(rope, solver);
+        const int node = 0;
+        assert_int_equal(pli_body_attach_nodes(rope, &node, 1, bridge.rigid(box)), PLI_OK);
+        box.setLinearVelocity(btVector3(13, 0, 0));
+        assert_int_equal(pli_body_add_velocity(rope, pli_vec3_make(13, 0, 0)), PLI_OK);
+        for (int i = 0; i < 60; ++i) {
+            stock.step(1);
+            check_near(pli_body_get_view(rope).positions[node].x, box.getWorldTransform().getOrigin().x(), 1e-4);
+        }
+    }
+}
+
 /// A box that carries a sheet and is put elsewhere, and the sheet with it: neither moves.
 void test_a_sheet_goes_along_where_its_box_appears_elsewhere(void**) {
     const btTransform far(btQuaternion(btVector3(0, 1, 0), btScalar(1.5)), btVector3(50, 3, 0)),
@@ -138,13 +163,74 @@ void test_a_sheet_goes_along_where_its_box_appears_elsewhere(void**) {
     }
 }
 
+/// A rope on a box that rests, or walks as a kinematic one does.
+struct Hung {
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    btRigidBody* box = nullptr;
+    pli_body* rope = nullptr;
+
+    Hung(Solver solver, bool walks) {
+        box = &stock.add_box(btVector3(0.1f, 0.1f, 0.1f), 0, btVector3(0, 3, 0));
+        if (walks) { box->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT); }
+        box->setActivationState(DISABLE_DEACTIVATION);
+        pli_mesh* mesh = nullptr;
+        const pli_vec3 from = pli_vec3_make(0, 3, 0), to = pli_vec3_make(1, 3, 0);
+        assert_int_equal(pli_mesh_create_rope(bridge.context(), from, to, 8, 0, &mesh), PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(rope, solver);
+        const int node = 0;
+        assert_int_equal(pli_body_attach_nodes(rope, &node, 1, bridge.rigid(*box)), PLI_OK);
+    }
+    void step() {
+        btTransform pose;
+        box->getMotionState()->getWorldTransform(pose);
+        if (box->isKinematicObject()) { pose.getOrigin() += btVector3(0.03f, 0, 0); } // 1.8 m/s
+        box->getMotionState()->setWorldTransform(pose);
+        stock.step(1);
+    }
+    void shift(const btVector3& way) {
+        btTransform pose = box->getWorldTransform();
+        pose.getOrigin() += way;
+        box->setWorldTransform(pose);
+        box->setInterpolationWorldTransform(pose);
+        box->getMotionState()->setWorldTransform(pose);
+        bridge.object(rope)->setWorldTransform(btTransform(btQuaternion::getIdentity(), way));
+    }
+};
+
+/// Games do so far from the origin: everything is 1 km elsewhere from one step to the next.
+void test_a_world_may_shift_its_origin(void**) {
+    const btVector3 way(1024, 0, -1024);
+    for (int i = 0; i < 6; ++i) {
+        const Solver solver = std::array{Solver::position_based, Solver::implicit, Solver::xpbd}[std::size_t(i / 2)];
+        Hung stays(solver, i % 2 == 1), goes(solver, i % 2 == 1);
+        double off = 0;
+        for (int k = 0; k < 30; ++k) {
+            if (k == 29) { goes.shift(way); }
+            stays.step();
+            goes.step();
+        }
+        for (int node = 0; node <= last_node; ++node) {
+            const pli_vec4 a = pli_body_get_view(stays.rope).positions[node],
+                           b = pli_body_get_view(goes.rope).positions[node];
+            off = std::max(off, double((btVector3(b.x - a.x, b.y - a.y, b.z - a.z) - way).length()));
+        }
+        print_message("solver %d, %s: off by %.2g m after it\n", int(solver), i % 2 == 1 ? "walks" : "rests", off);
+        check_at_most(off, 1e-3); // places are rounded to 0.1 mm there
+    }
+}
+
 } // namespace
 
 int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
         cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
+        cmocka_unit_test(test_a_node_is_where_a_box_in_flight_is),
         cmocka_unit_test(test_a_sheet_goes_along_where_its_box_appears_elsewhere),
+        cmocka_unit_test(test_a_world_may_shift_its_origin),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
