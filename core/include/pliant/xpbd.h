@@ -24,7 +24,8 @@ typedef struct pli_xpbd_def {
 PLI_API pli_xpbd_def pli_xpbd_def_default(void);
 
 /// Steps the body with this solver, or changes its settings. Forces stay in use; of pli_solver_settings so do
-/// velocity_damping and time_scale. Links, angles and volumes are kept by the constraints below.
+/// velocity_damping and time_scale. Links, angles and volumes are kept by the constraints below: until
+/// pli_body_enable_xpbd_links, links keep no length and nodes fall one by one.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def);
