@@ -313,7 +313,7 @@ PLII_DEFINE_GET(bool, pli_rigid_was_touched, rigid, rigid->was_touched, false)
 
 /* Against other threads of a step, where there may be some. */
 static bool rigid_lock(const pli_rigid* rigid) {
-    return rigid->context->parallel_for != NULL && plii_context_lock(rigid->context);
+    return rigid->context->def.parallel_for != NULL && plii_context_lock(rigid->context);
 }
 
 /* All who come here at once write the same, the first one does. */
