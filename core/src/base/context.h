@@ -20,6 +20,17 @@ typedef struct plii_shortage {
     plii_pass pass; /* likewise */
 } plii_shortage;
 
+/* What the user holds (base/handle.h). */
+typedef enum plii_handle_kind {
+    PLII_HANDLE_CONTEXT,
+    PLII_HANDLE_WORLD,
+    PLII_HANDLE_BODY,
+    PLII_HANDLE_RIGID,
+    PLII_HANDLE_MESH,
+    PLII_HANDLE_SHAPE,
+    PLII_HANDLE_KINDS
+} plii_handle_kind;
+
 struct pli_context {
     uint32_t magic;
     pli_context_def def;    /* `simd` is never PLI_SIMD_BEST */
@@ -29,7 +40,7 @@ struct pli_context {
     bool is_locked;         /* a thread is in a hook of the user, or writes what follows */
     plii_shortage shortage; /* the last one */
     char last_error[512];
-    int world_count, mesh_count, shape_count, triangles_count; /* that are alive */
+    int alive[PLII_HANDLE_KINDS], triangles_count; /* how many there are */
 };
 
 /* Errors are rare: calls of what makes them are put out of the way. */

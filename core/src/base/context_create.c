@@ -73,10 +73,11 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
 pli_status pli_context_destroy(pli_context* context) {
     if (context == NULL) { return PLI_OK; }
     PLII_TRY(plii_check_context_change(context, __func__));
-    PLII_FAIL_IF(context->world_count + context->mesh_count + context->shape_count + context->triangles_count > 0,
-                 context, PLI_ERROR_WRONG_STATE, __func__,
-                 "still alive are worlds: %d, meshes: %d, shapes: %d, sets of triangles: %d", context->world_count,
-                 context->mesh_count, context->shape_count, context->triangles_count);
+    const int* alive = context->alive; /* bodies and rigid bodies go with their world */
+    const int sum = alive[PLII_HANDLE_WORLD] + alive[PLII_HANDLE_MESH] + alive[PLII_HANDLE_SHAPE];
+    PLII_FAIL_IF(sum + context->triangles_count > 0, context, PLI_ERROR_WRONG_STATE, __func__,
+                 "still alive are worlds: %d, meshes: %d, shapes: %d, sets of triangles: %d", alive[PLII_HANDLE_WORLD],
+                 alive[PLII_HANDLE_MESH], alive[PLII_HANDLE_SHAPE], context->triangles_count);
     plii_handle_retire(context);
     context->def.allocator.release(context, sizeof *context, context->def.allocator.user);
     return PLI_OK;

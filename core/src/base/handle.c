@@ -195,15 +195,6 @@ bool plii_handle_add_context(pli_context* context) {
     return handles_add(context, PLII_HANDLE_CONTEXT, context);
 }
 
-/* Bodies and rigid bodies go with their world. */
-static void handle_count(pli_context* context, plii_handle_kind kind, int change) {
-    int* count = kind == PLII_HANDLE_WORLD   ? &context->world_count
-                 : kind == PLII_HANDLE_MESH  ? &context->mesh_count
-                 : kind == PLII_HANDLE_SHAPE ? &context->shape_count
-                                             : NULL;
-    if (count != NULL) { (void)__atomic_add_fetch(count, change, __ATOMIC_RELAXED); } /* a step may end a shape */
-}
-
 void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t size) {
     void* handle = handle_allocate(context, size);
     if (handle == NULL) { return NULL; }
@@ -212,7 +203,7 @@ void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t siz
         return NULL;
     }
     *(uint32_t*)handle = plii_handle_magic(kind);
-    handle_count(context, kind, 1);
+    (void)__atomic_add_fetch(&context->alive[kind], 1, __ATOMIC_RELAXED);
     return handle;
 }
 
@@ -223,6 +214,6 @@ void plii_handle_retire(void* handle) {
 
 void plii_handle_release(pli_context* context, void* handle, plii_handle_kind kind, size_t size) {
     plii_handle_retire(handle);
-    handle_count(context, kind, -1);
+    (void)__atomic_sub_fetch(&context->alive[kind], 1, __ATOMIC_RELAXED); /* a step may end a shape */
     plii_release(context, handle, size);
 }
