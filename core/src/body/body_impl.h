@@ -296,6 +296,7 @@ static inline size_t plii_body_node_block_size(const pli_body* body) {
 bool plii_body_allocate_arrays(pli_body* body, bool has_tags);
 /* With the topology. */
 void plii_body_release_arrays(pli_body* body);
-/* Nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when out of memory. */
-pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
-                                plii_topology* topology);
+/* As the mesh and the definition tell; without them (NULL) nothing is enabled, not even links, and arrays are zeroed.
+   Takes the topology over, which is NULL for lack of memory. NULL when out of memory. */
+pli_body* plii_body_make(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                         plii_topology* topology, const pli_mesh* mesh, const pli_body_def* def);
