@@ -53,8 +53,7 @@ static void soft_bullet_shift(pli_body* body, int node, pli_vec3 by) {
 static void soft_recover_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const float most = state->def.recovery_speed * body->step.dt;
-    for (int i = 0; most > 0.0f && i < state->count; ++i) {
-        const plii_soft_contact* contact = &state->contacts[i];
+    for (PLII_EACH(const plii_soft_contact, contact, state->contacts, most > 0.0f ? state->count : 0)) {
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
@@ -188,8 +187,7 @@ static void soft_visit(const pli_body* body, const void* data, plii_contact_visi
         const plii_contact_report report = soft_contact_report(body, state, i);
         visit(&report, user);
     }
-    for (int m = 0; m < state->met_count; ++m) {
-        pli_body* other = state->met[m];
+    for (PLII_EACH_AT(pli_body, other, state->met, state->met_count)) {
         const plii_soft_contacts_state* others = plii_feature_state(other, &plii_soft_contacts_class);
         for (int i = 0; others != NULL && i < others->count; ++i) {
             if (others->contacts[i].face_body != body) { continue; }
