@@ -270,11 +270,13 @@ pli_status plii_body_check_between(const pli_body* body, const char* what, int i
     snprintf(name, sizeof name, "%s %d", what, index);
     return plii_check_between(body->context, value, low, high, name, function);
 }
-static pli_status body_check_vec3(const pli_body* body, const char* what, int index, pli_vec3 value, float limit,
+/* Of a node, which has to be one. */
+static pli_status body_check_vec3(const pli_body* body, const char* what, int node, pli_vec3 value, float limit,
                                   const char* function) {
+    PLII_TRY(plii_check_node(body, node, function));
     if (plii_vec3_is_within(value, limit)) { return PLI_OK; }
     char name[40];
-    snprintf(name, sizeof name, "%s %d", what, index);
+    snprintf(name, sizeof name, "%s of node %d", what, node);
     return plii_check_vec3_within(body->context, value, limit, name, function);
 }
 
@@ -318,8 +320,7 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
 
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, "position of node", node, position, PLI_MAX_COORDINATE, __func__));
+    PLII_TRY(body_check_vec3(body, "position", node, position, PLI_MAX_COORDINATE, __func__));
     plii_set_xyz(&body->positions[node], position);
     plii_set_xyz(&body->previous[node], position);
     plii_body_update_bounds(body);
@@ -328,8 +329,7 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
 
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, "velocity of node", node, velocity, PLI_MAX_SPEED, __func__));
+    PLII_TRY(body_check_vec3(body, "velocity", node, velocity, PLI_MAX_SPEED, __func__));
     plii_set_xyz(&body->velocities[node], velocity);
     return plii_body_changed(body, PLI_OK);
 }
@@ -381,8 +381,7 @@ static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
 
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, "force of node", node, force, PLI_MAX_FORCE, __func__));
+    PLII_TRY(body_check_vec3(body, "force", node, force, PLI_MAX_FORCE, __func__));
     PLII_TRY(body_check_force(body, node, force, __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     body_add_force_to(body, node, force);
