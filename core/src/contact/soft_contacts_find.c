@@ -447,9 +447,8 @@ static pli_status soft_run_boxes(const plii_soft_contacts_pass* pass) {
     return PLI_OK;
 }
 
-/* Nodes that look for faces together, and how much larger than what one looks at their common bounds may be. */
+/* Nodes that look for faces together. */
 enum { SOFT_CONTACTS_TOGETHER = 8 };
-#define SOFT_CONTACTS_SPREAD 2.0f
 
 static pli_bounds soft_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);

@@ -63,14 +63,12 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { total += pinned_mass; }
     }
+    pose->weight = 0;
     for (int i = 0; i < body->node_count; ++i) {
         const float inverse_mass = body->positions[i].w;
         pose->weights[i] = inverse_mass > 0.0f ? 1.0f / (inverse_mass * total) : pinned_mass / total;
         /* All nodes are pinned. */
         if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
-    }
-    pose->weight = 0;
-    for (int i = 0; i < body->node_count; ++i) {
         pose->weight += (double)pose->weights[i];
     }
 }
