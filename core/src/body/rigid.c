@@ -476,11 +476,7 @@ pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_v
 
 static pli_mat3 rigid_effective_mass(float dt, float point_inverse_mass, pli_mat3 rigid) {
     const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
-    pli_mat3 matrix = plii_mat3_inverse(plii_mat3_add(point, rigid));
-    for (int i = 0; i < 3; ++i) {
-        matrix.rows[i] = pli_vec3_scale(matrix.rows[i], 1.0f / dt);
-    }
-    return matrix;
+    return plii_mat3_scale(plii_mat3_inverse(plii_mat3_add(point, rigid)), 1.0f / dt);
 }
 
 pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
