@@ -531,7 +531,3 @@ size_t pli_body_bytes(const pli_body* body) {
            (size_t)body->material_count * sizeof *body->materials +
            (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids + plii_feature_bytes(body);
 }
-
-int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* features) {
-    return plii_check_body(body, __func__) == PLI_OK ? plii_feature_list(body, capacity, features) : 0;
-}

@@ -246,7 +246,8 @@ size_t plii_feature_bytes(const pli_body* body) {
     return bytes;
 }
 
-int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features) {
+int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* features) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = 0; features != NULL && i < pipeline->feature_count && i < capacity; ++i) {
         const plii_feature* feature = &pipeline->features[i];
