@@ -128,41 +128,6 @@ static void soft_solve_bullet(pli_body* body, void* data) {
 /* What contacts have pushed, for contact events. A contact stands in the list of the body whose node it is; the body of
    the face finds it there, through the bodies that it met. */
 
-bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass) {
-    plii_soft_contacts_state* state = pass->node_state;
-    if (!pass->node_body->records_contacts && !pass->face_body->records_contacts) { return true; }
-    if (state->impulse_count > state->count) { state->impulse_count = state->count; } /* a pair was given up */
-    while (state->impulse_count <= state->count) {
-        if (!plii_contact_impulses_add(pass->node_body, &state->impulses, state->impulse_count)) { return false; }
-        state->impulse_count += 1;
-    }
-    return true;
-}
-
-void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state* state, int count) {
-    const pli_world* world = body->world;
-    bool is_recorded = false;
-    for (int i = 0; i < world->body_count; ++i) {
-        is_recorded = is_recorded || world->bodies[i]->records_contacts;
-    }
-    if (is_recorded) { (void)PLII_RESERVE(body->context, &state->impulses.items, &state->impulses.capacity, count); }
-    if (body->records_contacts) {
-        (void)PLII_RESERVE(body->context, &state->met, &state->met_capacity, world->body_count);
-    }
-}
-
-static bool soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
-    if (!body->records_contacts) { return true; }
-    if (!PLII_RESERVE(body->context, &state->met, &state->met_capacity, state->met_count + 1)) { return false; }
-    state->met[state->met_count++] = other;
-    return true;
-}
-
-bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
-                                    plii_soft_contacts_state* other_state) {
-    return soft_meet(body, state, other) && soft_meet(other, other_state, body);
-}
-
 /* Of contact `index` of `node_body`, to the body of its node, or to that of its face. */
 static plii_contact_report soft_contact_report(const pli_body* node_body, const plii_soft_contacts_state* state,
                                                int index) {
