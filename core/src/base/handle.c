@@ -129,14 +129,6 @@ bool plii_handle_is_alive(const void* handle, plii_handle_kind kind) {
     return handles_copy(handle, &record) && record.is_alive && record.kind == kind;
 }
 
-/* The context that it was made in, if that still lives. */
-static pli_context* handles_living_owner(const handle_record* record) {
-    handle_record owner;
-    const bool lives = handles_copy(record->owner, &owner) && owner.is_alive && owner.kind == PLII_HANDLE_CONTEXT &&
-                       owner.number == record->owner_number;
-    return lives ? (pli_context*)record->owner : NULL;
-}
-
 /* Where nothing was, as far as is remembered and a few tries find it, else where it is gone for longest. */
 static void* handle_allocate(pli_context* context, size_t size) {
     enum { MOST_TRIES = 16 };
@@ -179,9 +171,12 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
     if (what == NULL) { what = name; }
     if (handle == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s is null", what); }
 #if PLIANT_CHECKED
-    handle_record record;
+    handle_record record, owner;
     if (handles_copy(handle, &record)) {
-        if (context == NULL) { context = handles_living_owner(&record); }
+        /* The context that it was made in, if that still lives. */
+        const bool lives = handles_copy(record.owner, &owner) && owner.is_alive && owner.kind == PLII_HANDLE_CONTEXT &&
+                           owner.number == record.owner_number;
+        if (context == NULL && lives) { context = (pli_context*)record.owner; }
         PLII_FAIL_IF(record.kind == kind, context, PLI_ERROR_STALE_ID, function, "%s was destroyed before", what);
         return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is a %s", what, handle_names[record.kind]);
     }

@@ -517,12 +517,6 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
     return PLI_OK;
 }
 
-static pli_status soft_run_pass(const plii_soft_contacts_pass* pass) {
-    if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    if (!soft_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    return pass->use_boxes ? soft_run_boxes(pass) : soft_run_near(pass);
-}
-
 /* Of the faces in the step: the mean of their nodes, and how much others differ from it. */
 static void soft_measure_motion(plii_soft_contacts_pass* pass) {
     const pli_body* body = pass->face_body;
@@ -553,8 +547,11 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .fall = plii_step_fall(body),
                                         .use_boxes = use_boxes,
                                         .is_second = i == 1};
+        if (pass.face_body->topology->face_count == 0) { continue; }
         if (!use_boxes) { soft_measure_motion(&pass); }
-        status = soft_run_pass(&pass);
+        status = !soft_collect(&pass) ? PLI_ERROR_OUT_OF_MEMORY
+                 : use_boxes          ? soft_run_boxes(&pass)
+                                      : soft_run_near(&pass);
     }
     if (status == PLI_OK && !(soft_meet(body, state, other) && soft_meet(other, other_state, body))) {
         status = PLI_ERROR_OUT_OF_MEMORY;

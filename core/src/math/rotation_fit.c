@@ -118,16 +118,13 @@ pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion) {
    its eigenvalues, which is hardly less, as the others are at most 1.5. */
 #define FOLLOW_LEAST_DETERMINANT 0.05f
 
-static pli_quat follow_normalize(pli_quat q) {
-    const float scale = 1.0f / sqrtf(q.w * q.w + (q.x * q.x + q.y * q.y + q.z * q.z));
-    return (pli_quat){q.x * scale, q.y * scale, q.z * scale, q.w * scale};
-}
-
 /* A unit quaternion turned by the vector w, but for the third order of its length. */
 static pli_quat follow_rotate(pli_quat q, pli_vec3 w) {
     const pli_vec3 v = {q.x, q.y, q.z}, half = pli_vec3_scale(w, 0.5f);
     const pli_vec3 moved = pli_vec3_add(pli_vec3_add(v, pli_vec3_scale(half, q.w)), pli_vec3_cross(v, half));
-    return follow_normalize((pli_quat){moved.x, moved.y, moved.z, q.w - pli_vec3_dot(v, half)});
+    const float real = q.w - pli_vec3_dot(v, half);
+    const float scale = 1.0f / sqrtf(real * real + pli_vec3_length_squared(moved));
+    return (pli_quat){moved.x * scale, moved.y * scale, moved.z * scale, real * scale};
 }
 
 /* Of a quaternion whose length hardly differs from 1. */
