@@ -155,13 +155,7 @@ static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* posi
         positions[i] = plii_xyz(body->positions[i]);
     }
 }
-/* Moves a node from where it is predicted. XPBD starts from velocities, not from predictions. */
-static inline void plii_body_push_predicted(const pli_body* body, int node, pli_vec3 way) {
-    plii_add_xyz(&body->positions[node], way);
-    if (!body->solver_class->has_substeps) { return; }
-    plii_add_xyz(&body->velocities[node], pli_vec3_scale(way, body->step.inverse_dt));
-}
-/* The same, a part of the way to a goal. */
+/* Moves a node from where it is predicted, a part of the way to a goal. XPBD starts from velocities, not from there. */
 static inline void plii_body_pull_predicted(pli_body* body, int node, pli_vec3 goal, float share) {
     const pli_vec3 from = plii_xyz(body->positions[node]), to = pli_vec3_lerp(from, goal, share);
     plii_set_xyz(&body->positions[node], to);

@@ -131,7 +131,10 @@ static void pose_run(pli_body* body, void* state) {
         if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
         const plii_float4 goal = plii_lanes_combine(columns, plii_lanes_from_vec3(&pose->rest[i])) + frame_origin;
         const plii_float4 arm = plii_float4_from(&body->positions[i]) - from;
-        plii_body_push_predicted(body, i, plii_lanes_vec3((goal - arm) * matching));
+        const pli_vec3 way = plii_lanes_vec3((goal - arm) * matching);
+        plii_add_xyz(&body->positions[i], way);
+        if (!body->solver_class->has_substeps) { continue; }
+        plii_add_xyz(&body->velocities[i], pli_vec3_scale(way, body->step.inverse_dt));
     }
 }
 
