@@ -277,15 +277,15 @@ static void each_instruction_set_writes_and_reads_the_same(void** unused) {
     trial t;
     start(&t, TRIAL_CLOTH, XPBD, 1);
     step(&t);
-    const pli_simd best = t.context->simd;
+    const pli_simd best = t.context->def.simd;
     size_t size = 0, base_size = 0;
     void* buffer = save(&t, &size);
-    t.context->simd = PLI_SIMD_PORTABLE;
+    t.context->def.simd = PLI_SIMD_PORTABLE;
     void* of_base = save(&t, &base_size);
     assert_int_equal(base_size, size);
     assert_memory_equal(buffer, of_base, size);
     assert_int_equal(pli_world_restore(t.world, buffer, size), PLI_OK);
-    t.context->simd = best;
+    t.context->def.simd = best;
     assert_int_equal(pli_world_restore(t.world, of_base, size), PLI_OK);
     free(buffer);
     free(of_base);

@@ -72,7 +72,7 @@ static void parallel_range(int begin, int end, void* data) {
 }
 
 bool plii_has_threads(const pli_context* context) {
-    return context->parallel_for != NULL && !context_is_in(context, PLII_WALK_PARALLEL);
+    return context->def.parallel_for != NULL && !context_is_in(context, PLII_WALK_PARALLEL);
 }
 
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
@@ -83,7 +83,7 @@ void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, in
     parallel_task parallel = {context, range, task, plii_thread.pass};
     plii_walk walk;
     plii_walk_begin(&walk, context, PLII_WALK_STEP);
-    context->parallel_for(parallel_range, &parallel, count, grain, context->parallel_user);
+    context->def.parallel_for(parallel_range, &parallel, count, grain, context->def.parallel_user);
     plii_walk_end(&walk);
 }
 
@@ -107,10 +107,10 @@ pli_status plii_fail(pli_context* context, pli_status status, const char* functi
     const bool was_locked = plii_context_lock(context);
     memcpy(context->last_error, message, strlen(message) + 1);
     /* A call that fails inside of the log function is not logged, and its message does not stay. */
-    if (context->log != NULL && !is_logging) {
+    if (context->def.log != NULL && !is_logging) {
         plii_walk walk;
         plii_walk_begin(&walk, context, PLII_WALK_LOG);
-        context->log(PLI_LOG_ERROR, message, context->log_user);
+        context->def.log(PLI_LOG_ERROR, message, context->def.log_user);
         plii_walk_end(&walk);
         memcpy(context->last_error, message, strlen(message) + 1);
     }
@@ -129,7 +129,7 @@ void* plii_allocate(pli_context* context, size_t size) {
     plii_walk_begin(&walk, context, PLII_WALK_HOOK);
     void* block = NULL;
     if (size <= (size_t)PTRDIFF_MAX) {
-        block = context->allocator.allocate(size, PLII_ALIGNMENT, context->allocator.user);
+        block = context->def.allocator.allocate(size, PLII_ALIGNMENT, context->def.allocator.user);
     }
     plii_walk_end(&walk);
     if (block == NULL) {
@@ -152,7 +152,7 @@ void plii_release(pli_context* context, void* block, size_t size) {
     PLII_STORE(&context->allocated_bytes, context->allocated_bytes - size);
     plii_walk walk;
     plii_walk_begin(&walk, context, PLII_WALK_HOOK);
-    context->allocator.release(block, size, context->allocator.user);
+    context->def.allocator.release(block, size, context->def.allocator.user);
     plii_walk_end(&walk);
     plii_context_unlock(context, was_locked);
 }

@@ -20,21 +20,27 @@ typedef struct plii_shortage {
     plii_pass pass; /* likewise */
 } plii_shortage;
 
+/* What the user holds (base/handle.h). */
+typedef enum plii_handle_kind {
+    PLII_HANDLE_CONTEXT,
+    PLII_HANDLE_WORLD,
+    PLII_HANDLE_BODY,
+    PLII_HANDLE_RIGID,
+    PLII_HANDLE_MESH,
+    PLII_HANDLE_SHAPE,
+    PLII_HANDLE_KINDS
+} plii_handle_kind;
+
 struct pli_context {
     uint32_t magic;
-    pli_allocator allocator;
+    pli_context_def def;    /* `simd` is never PLI_SIMD_BEST */
     bool has_zeroed_memory; /* what the allocator gives is zero already */
-    pli_log_fn* log;
-    void* log_user;
-    pli_parallel_for_fn* parallel_for; /* NULL: one thread */
-    void* parallel_user;
-    pli_simd simd; /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
     bool is_locked;         /* a thread is in a hook of the user, or writes what follows */
     plii_shortage shortage; /* the last one */
     char last_error[512];
-    int world_count, mesh_count, shape_count, triangles_count; /* that are alive */
+    int alive[PLII_HANDLE_KINDS], triangles_count; /* how many there are */
 };
 
 /* Errors are rare: calls of what makes them are put out of the way. */
@@ -220,7 +226,7 @@ bool plii_has_threads(const pli_context* context);
 /* Through the hook. Within a part of another range everything is one part. */
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain);
 static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
-    if (count > grain && context->parallel_for != NULL) {
+    if (count > grain && context->def.parallel_for != NULL) {
         plii_parallel_run(context, range, task, count, grain);
     } else if (count > 0) {
         range(0, count, task);
@@ -229,7 +235,7 @@ static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, 
 
 /* The one of name_base and name_avx2 that the context runs. */
 #if defined(PLIANT_SIMD_X86) && PLIANT_SIMD_X86
-#define PLII_KERNEL(context, name) ((context)->simd == PLI_SIMD_AVX2 ? name##_avx2 : name##_base)
+#define PLII_KERNEL(context, name) ((context)->def.simd == PLI_SIMD_AVX2 ? name##_avx2 : name##_base)
 #else
 #define PLII_KERNEL(context, name) ((void)(context), name##_base)
 #endif

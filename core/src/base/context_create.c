@@ -60,13 +60,8 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     pli_context* made = used.allocator.allocate(sizeof *made, PLII_ALIGNMENT, used.allocator.user);
     if (made == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     memset(made, 0, sizeof *made);
-    made->allocator = used.allocator;
+    made->def = used;
     made->has_zeroed_memory = !is_own;
-    made->log = used.log;
-    made->log_user = used.log_user;
-    made->parallel_for = used.parallel_for;
-    made->parallel_user = used.parallel_user;
-    made->simd = used.simd;
     if (!plii_handle_add_context(made)) {
         used.allocator.release(made, sizeof *made, used.allocator.user);
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -78,12 +73,13 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
 pli_status pli_context_destroy(pli_context* context) {
     if (context == NULL) { return PLI_OK; }
     PLII_TRY(plii_check_context_change(context, __func__));
-    PLII_FAIL_IF(context->world_count + context->mesh_count + context->shape_count + context->triangles_count > 0,
-                 context, PLI_ERROR_WRONG_STATE, __func__,
-                 "still alive are worlds: %d, meshes: %d, shapes: %d, sets of triangles: %d", context->world_count,
-                 context->mesh_count, context->shape_count, context->triangles_count);
+    const int* alive = context->alive; /* bodies and rigid bodies go with their world */
+    const int sum = alive[PLII_HANDLE_WORLD] + alive[PLII_HANDLE_MESH] + alive[PLII_HANDLE_SHAPE];
+    PLII_FAIL_IF(sum + context->triangles_count > 0, context, PLI_ERROR_WRONG_STATE, __func__,
+                 "still alive are worlds: %d, meshes: %d, shapes: %d, sets of triangles: %d", alive[PLII_HANDLE_WORLD],
+                 alive[PLII_HANDLE_MESH], alive[PLII_HANDLE_SHAPE], context->triangles_count);
     plii_handle_retire(context);
-    context->allocator.release(context, sizeof *context, context->allocator.user);
+    context->def.allocator.release(context, sizeof *context, context->def.allocator.user);
     return PLI_OK;
 }
 

@@ -129,14 +129,6 @@ bool plii_handle_is_alive(const void* handle, plii_handle_kind kind) {
     return handles_copy(handle, &record) && record.is_alive && record.kind == kind;
 }
 
-/* The context that it was made in, if that still lives. */
-static pli_context* handles_living_owner(const handle_record* record) {
-    handle_record owner;
-    const bool lives = handles_copy(record->owner, &owner) && owner.is_alive && owner.kind == PLII_HANDLE_CONTEXT &&
-                       owner.number == record->owner_number;
-    return lives ? (pli_context*)record->owner : NULL;
-}
-
 /* Where nothing was, as far as is remembered and a few tries find it, else where it is gone for longest. */
 static void* handle_allocate(pli_context* context, size_t size) {
     enum { MOST_TRIES = 16 };
@@ -179,9 +171,12 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
     if (what == NULL) { what = name; }
     if (handle == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s is null", what); }
 #if PLIANT_CHECKED
-    handle_record record;
+    handle_record record, owner;
     if (handles_copy(handle, &record)) {
-        if (context == NULL) { context = handles_living_owner(&record); }
+        /* The context that it was made in, if that still lives. */
+        const bool lives = handles_copy(record.owner, &owner) && owner.is_alive && owner.kind == PLII_HANDLE_CONTEXT &&
+                           owner.number == record.owner_number;
+        if (context == NULL && lives) { context = (pli_context*)record.owner; }
         PLII_FAIL_IF(record.kind == kind, context, PLI_ERROR_STALE_ID, function, "%s was destroyed before", what);
         return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is a %s", what, handle_names[record.kind]);
     }
@@ -195,15 +190,6 @@ bool plii_handle_add_context(pli_context* context) {
     return handles_add(context, PLII_HANDLE_CONTEXT, context);
 }
 
-/* Bodies and rigid bodies go with their world. */
-static void handle_count(pli_context* context, plii_handle_kind kind, int change) {
-    int* count = kind == PLII_HANDLE_WORLD   ? &context->world_count
-                 : kind == PLII_HANDLE_MESH  ? &context->mesh_count
-                 : kind == PLII_HANDLE_SHAPE ? &context->shape_count
-                                             : NULL;
-    if (count != NULL) { (void)__atomic_add_fetch(count, change, __ATOMIC_RELAXED); } /* a step may end a shape */
-}
-
 void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t size) {
     void* handle = handle_allocate(context, size);
     if (handle == NULL) { return NULL; }
@@ -212,7 +198,7 @@ void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t siz
         return NULL;
     }
     *(uint32_t*)handle = plii_handle_magic(kind);
-    handle_count(context, kind, 1);
+    (void)__atomic_add_fetch(&context->alive[kind], 1, __ATOMIC_RELAXED);
     return handle;
 }
 
@@ -223,6 +209,6 @@ void plii_handle_retire(void* handle) {
 
 void plii_handle_release(pli_context* context, void* handle, plii_handle_kind kind, size_t size) {
     plii_handle_retire(handle);
-    handle_count(context, kind, -1);
+    (void)__atomic_sub_fetch(&context->alive[kind], 1, __ATOMIC_RELAXED); /* a step may end a shape */
     plii_release(context, handle, size);
 }

@@ -8,15 +8,6 @@
 
 #include "base/context.h"
 
-typedef enum plii_handle_kind {
-    PLII_HANDLE_CONTEXT,
-    PLII_HANDLE_WORLD,
-    PLII_HANDLE_BODY,
-    PLII_HANDLE_RIGID,
-    PLII_HANDLE_MESH,
-    PLII_HANDLE_SHAPE
-} plii_handle_kind;
-
 static inline uint32_t plii_handle_magic(plii_handle_kind kind) {
     return 0x706c6800u + (uint32_t)kind;
 }

@@ -33,17 +33,15 @@ int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generat
 }
 
 bool plii_id_pool_is_sound(const plii_id_pool* pool, int item_count) {
-    int free_count = 0, listed = 0;
+    int used = 0, listed = 0;
     if (pool->first_free1 < 0) { return false; }
-    for (int i = 0; i < pool->count; ++i) {
-        const int item = pool->slots[i].item;
-        if (item < PLI_NULL_INDEX || item >= item_count) { return false; }
-        free_count += item == PLI_NULL_INDEX;
+    for (PLII_EACH(const plii_id_slot, at, pool->slots, pool->count)) {
+        if (at->item < PLI_NULL_INDEX || at->item >= item_count) { return false; }
+        used += at->item != PLI_NULL_INDEX;
     }
     int slot = pool->first_free1 - 1;
-    for (; slot != PLI_NULL_INDEX && listed <= free_count; ++listed) {
-        if (slot < 0 || slot >= pool->count || pool->slots[slot].item != PLI_NULL_INDEX) { return false; }
+    for (; plii_id_pool_has(pool, slot, PLI_NULL_INDEX) && listed < pool->count; ++listed) {
         slot = pool->slots[slot].next_free;
     }
-    return listed == free_count && pool->count - free_count == item_count;
+    return slot == PLI_NULL_INDEX && used == item_count && listed + used == pool->count;
 }

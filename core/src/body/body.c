@@ -70,6 +70,7 @@ void plii_body_release_arrays(pli_body* body) {
 }
 
 static void body_release(pli_body* body) {
+    plii_feature_disable_all(body);
     plii_body_release_arrays(body);
     PLII_RELEASE(body->context, body->materials, body->material_count);
     PLII_RELEASE(body->context, body->ignored_rigids, body->ignored_rigid_capacity);
@@ -99,7 +100,12 @@ static float body_margin_of_mesh(const pli_world* world, const pli_mesh* mesh) {
     return count > 0 && !world->def.reference_mode ? fminf((float)(0.5 * sum / count), most) : most;
 }
 
-static void body_cook(pli_body* body, const pli_mesh* mesh) {
+/* False when out of memory. */
+static bool body_cook(pli_body* body, const pli_mesh* mesh, const pli_body_def* def) {
+    body->user_data = def->user_data;
+    body->solver = def->solver;
+    body->collision_margin =
+        def->collision_margin != PLI_MARGIN_OF_MESH ? def->collision_margin : body_margin_of_mesh(body->world, mesh);
     memcpy(body->materials, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 p = mesh->positions[i];
@@ -115,11 +121,11 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
         }
     }
     plii_body_update_bounds(body);
+    return plii_feature_enable(body, &plii_links_class, NULL) == PLI_OK;
 }
 
-/* With arrays, not in the world; takes the topology, NULL for lack of memory. NULL when out of memory. */
-static pli_body* body_make(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
-                           plii_topology* topology) {
+pli_body* plii_body_make(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                         plii_topology* topology, const pli_mesh* mesh, const pli_body_def* def) {
     pli_body* made = plii_handle_create(world->context, PLII_HANDLE_BODY, sizeof *made);
     if (made == NULL) {
         plii_topology_release(world->context, topology);
@@ -135,17 +141,10 @@ static pli_body* body_make(pli_world* world, int node_count, int link_count, int
     made->material_count = material_count;
     made->topology = topology;
     if (topology != NULL && plii_body_allocate_arrays(made, has_tags) &&
-        PLII_ALLOCATE(world->context, &made->materials, material_count)) {
+        PLII_ALLOCATE(world->context, &made->materials, material_count) &&
+        (mesh == NULL || body_cook(made, mesh, def)) && plii_world_add_body(world, made) == PLI_OK) {
         return made;
     }
-    body_release(made);
-    return NULL;
-}
-
-pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
-                                plii_topology* topology) {
-    pli_body* made = body_make(world, node_count, link_count, material_count, has_tags, topology);
-    if (made == NULL || plii_world_add_body(world, made) == PLI_OK) { return made; }
     body_release(made);
     return NULL;
 }
@@ -167,24 +166,10 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
 
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
     plii_topology* topology = plii_mesh_acquire_topology((pli_mesh*)(uintptr_t)mesh, context);
-    pli_body* made = body_make(world, mesh->node_count, mesh->link_count, mesh->material_count,
-                               body_needs_link_tags(mesh), topology);
-    pli_status status = made != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-    if (made != NULL) {
-        made->user_data = used.user_data;
-        made->collision_margin =
-            used.collision_margin != PLI_MARGIN_OF_MESH ? used.collision_margin : body_margin_of_mesh(world, mesh);
-        made->solver = used.solver;
-        body_cook(made, mesh);
-        status = plii_feature_enable(made, &plii_links_class, NULL);
-        if (status == PLI_OK) { status = plii_world_add_body(world, made); }
-        if (status != PLI_OK) {
-            plii_feature_disable_all(made);
-            body_release(made);
-        }
-    }
-    PLII_FAIL_IF(status != PLI_OK, context, status, __func__, "no memory for %d nodes and %d links", mesh->node_count,
-                 mesh->link_count);
+    pli_body* made = plii_body_make(world, mesh->node_count, mesh->link_count, mesh->material_count,
+                                    body_needs_link_tags(mesh), topology, mesh, &used);
+    PLII_FAIL_IF(made == NULL, context, PLI_ERROR_OUT_OF_MEMORY, __func__, "no memory for %d nodes and %d links",
+                 mesh->node_count, mesh->link_count);
     *body = made;
     return PLI_OK;
 }
@@ -192,7 +177,6 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
 void pli_body_destroy(pli_body* body) {
     if (body == NULL || plii_check_body_idle(body, __func__) != PLI_OK) { return; }
     plii_world_remove_body(body->world, body);
-    plii_feature_disable_all(body);
     body_release(body);
 }
 
@@ -286,11 +270,13 @@ pli_status plii_body_check_between(const pli_body* body, const char* what, int i
     snprintf(name, sizeof name, "%s %d", what, index);
     return plii_check_between(body->context, value, low, high, name, function);
 }
-static pli_status body_check_vec3(const pli_body* body, const char* what, int index, pli_vec3 value, float limit,
+/* Of a node, which has to be one. */
+static pli_status body_check_vec3(const pli_body* body, const char* what, int node, pli_vec3 value, float limit,
                                   const char* function) {
+    PLII_TRY(plii_check_node(body, node, function));
     if (plii_vec3_is_within(value, limit)) { return PLI_OK; }
     char name[40];
-    snprintf(name, sizeof name, "%s %d", what, index);
+    snprintf(name, sizeof name, "%s of node %d", what, node);
     return plii_check_vec3_within(body->context, value, limit, name, function);
 }
 
@@ -334,8 +320,7 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
 
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, "position of node", node, position, PLI_MAX_COORDINATE, __func__));
+    PLII_TRY(body_check_vec3(body, "position", node, position, PLI_MAX_COORDINATE, __func__));
     plii_set_xyz(&body->positions[node], position);
     plii_set_xyz(&body->previous[node], position);
     plii_body_update_bounds(body);
@@ -344,8 +329,7 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
 
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, "velocity of node", node, velocity, PLI_MAX_SPEED, __func__));
+    PLII_TRY(body_check_vec3(body, "velocity", node, velocity, PLI_MAX_SPEED, __func__));
     plii_set_xyz(&body->velocities[node], velocity);
     return plii_body_changed(body, PLI_OK);
 }
@@ -397,8 +381,7 @@ static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
 
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, "force of node", node, force, PLI_MAX_FORCE, __func__));
+    PLII_TRY(body_check_vec3(body, "force", node, force, PLI_MAX_FORCE, __func__));
     PLII_TRY(body_check_force(body, node, force, __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     body_add_force_to(body, node, force);
@@ -547,8 +530,4 @@ size_t pli_body_bytes(const pli_body* body) {
            (size_t)topology->face_count * face_bytes + (size_t)topology->tetra_count * sizeof *topology->tetras +
            (size_t)body->material_count * sizeof *body->materials +
            (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids + plii_feature_bytes(body);
-}
-
-int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* features) {
-    return plii_check_body(body, __func__) == PLI_OK ? plii_feature_list(body, capacity, features) : 0;
 }

@@ -155,13 +155,7 @@ static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* posi
         positions[i] = plii_xyz(body->positions[i]);
     }
 }
-/* Moves a node from where it is predicted. XPBD starts from velocities, not from predictions. */
-static inline void plii_body_push_predicted(const pli_body* body, int node, pli_vec3 way) {
-    plii_add_xyz(&body->positions[node], way);
-    if (!body->solver_class->has_substeps) { return; }
-    plii_add_xyz(&body->velocities[node], pli_vec3_scale(way, body->step.inverse_dt));
-}
-/* The same, a part of the way to a goal. */
+/* Moves a node from where it is predicted, a part of the way to a goal. XPBD starts from velocities, not from there. */
 static inline void plii_body_pull_predicted(pli_body* body, int node, pli_vec3 goal, float share) {
     const pli_vec3 from = plii_xyz(body->positions[node]), to = pli_vec3_lerp(from, goal, share);
     plii_set_xyz(&body->positions[node], to);
@@ -296,6 +290,7 @@ static inline size_t plii_body_node_block_size(const pli_body* body) {
 bool plii_body_allocate_arrays(pli_body* body, bool has_tags);
 /* With the topology. */
 void plii_body_release_arrays(pli_body* body);
-/* Nothing enabled, not even links, with zeroed arrays; takes the topology over. NULL when out of memory. */
-pli_body* plii_body_create_bare(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
-                                plii_topology* topology);
+/* As the mesh and the definition tell; without them (NULL) nothing is enabled, not even links, and arrays are zeroed.
+   Takes the topology over, which is NULL for lack of memory. NULL when out of memory. */
+pli_body* plii_body_make(pli_world* world, int node_count, int link_count, int material_count, bool has_tags,
+                         plii_topology* topology, const pli_mesh* mesh, const pli_body_def* def);

@@ -19,9 +19,8 @@ bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* kla
 }
 
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass) {
-    const pli_world* world = body->world;
-    for (int i = 0; i < world->body_count; ++i) {
-        if (world->bodies[i] != body && plii_feature_is_enabled(world->bodies[i], klass)) { return true; }
+    for (PLII_EACH_BODY(other, body->world)) {
+        if (other != body && plii_feature_is_enabled(other, klass)) { return true; }
     }
     return false;
 }
@@ -118,26 +117,20 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
 
 /* One more user of a feature, which is added with its needs when it is not there. */
 static pli_status feature_add_user(pli_body* body, const plii_feature_class* klass) {
-    int index = feature_find(body, klass);
-    if (index == PLI_NULL_INDEX) {
-        pli_status status = PLI_OK;
-        int met_needs = 0;
-        for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
-            status = feature_add_user(body, *need);
-            if (status != PLI_OK) { break; }
-            met_needs += 1;
+    pli_status status = PLI_OK;
+    int met_needs = 0;
+    if (!plii_feature_is_enabled(body, klass)) {
+        while (status == PLI_OK && klass->needs != NULL && klass->needs[met_needs] != NULL) {
+            status = feature_add_user(body, klass->needs[met_needs]);
+            met_needs += status == PLI_OK;
         }
         if (status == PLI_OK) { status = feature_add(body, klass); }
-        if (status != PLI_OK) {
-            while (met_needs > 0) {
-                feature_drop_user(body, klass->needs[--met_needs]);
-            }
-            return status;
-        }
-        index = feature_find(body, klass);
     }
-    body->pipeline.features[index].users += 1;
-    return PLI_OK;
+    if (status == PLI_OK) { body->pipeline.features[feature_find(body, klass)].users += 1; }
+    while (status != PLI_OK && met_needs > 0) {
+        feature_drop_user(body, klass->needs[--met_needs]);
+    }
+    return status;
 }
 
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user) {
@@ -208,8 +201,7 @@ int plii_features_list_constraints(const pli_body* body, int parts, plii_node_co
 
 void plii_features_notify(const pli_body* about, plii_body_notice notice) {
     about->world->removals += notice != PLII_TOPOLOGY_CHANGED;
-    for (int i = 0; i < about->world->body_count; ++i) {
-        pli_body* body = about->world->bodies[i];
+    for (PLII_EACH_BODY(body, about->world)) {
         if (body == about && notice == PLII_TOPOLOGY_CHANGED) { continue; }
         for (PLII_EACH_FEATURE(feature, body)) {
             plii_body_notice_fn* on_body = feature->klass->on_body[notice];
@@ -254,7 +246,8 @@ size_t plii_feature_bytes(const pli_body* body) {
     return bytes;
 }
 
-int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features) {
+int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* features) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = 0; features != NULL && i < pipeline->feature_count && i < capacity; ++i) {
         const plii_feature* feature = &pipeline->features[i];

@@ -65,8 +65,6 @@ void plii_features_notify(const pli_body* about, plii_body_notice notice);
 void plii_features_notify_shapes(const pli_rigid* rigid, bool are_others);
 void plii_feature_disable_all(pli_body* body);
 size_t plii_feature_bytes(const pli_body* body);
-/* At most `capacity` of those that are enabled; returns how many there are. */
-int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features);
 
 static inline bool plii_stage_is_empty(const pli_body* body, plii_stage stage) {
     return body->pipeline.begin[stage] == body->pipeline.begin[stage + 1];

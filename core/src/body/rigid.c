@@ -26,20 +26,24 @@ pli_rigid_def pli_rigid_def_default(void) {
 
 #define RIGID_MAX_ROTATION 2.0f /* of the numbers of a rotation */
 
+/* Of the numbers of a state, in their order: static bodies use the first four, kinematic ones six. */
+#define RIGID_STATE_LIMITS(VECTOR, NUMBER)                                                                             \
+    VECTOR(pose.rotation.rows[0], RIGID_MAX_ROTATION)                                                                  \
+    VECTOR(pose.rotation.rows[1], RIGID_MAX_ROTATION)                                                                  \
+    VECTOR(pose.rotation.rows[2], RIGID_MAX_ROTATION)                                                                  \
+    VECTOR(pose.origin, PLI_MAX_COORDINATE)                                                                            \
+    VECTOR(linear_velocity, PLI_MAX_SPEED)                                                                             \
+    VECTOR(angular_velocity, PLI_MAX_ANGULAR_SPEED)                                                                    \
+    NUMBER(inverse_mass, 0.999f / PLI_MAX_MASS, 1.001f / PLI_MIN_MASS) /* plii_is_inverse_mass */                      \
+    VECTOR(inverse_inertia_world.rows[0], PLI_MAX_INVERSE_INERTIA)                                                     \
+    VECTOR(inverse_inertia_world.rows[1], PLI_MAX_INVERSE_INERTIA)                                                     \
+    VECTOR(inverse_inertia_world.rows[2], PLI_MAX_INVERSE_INERTIA)
+
 /* All but inverse masses that are too small; also what a body of its kind does not use. */
 static bool rigid_state_is_within(const pli_rigid_state* state) {
-#define RIGID_THREE(limit) limit, limit, limit
-    static const float limits[] = {RIGID_THREE(RIGID_MAX_ROTATION),
-                                   RIGID_THREE(RIGID_MAX_ROTATION),
-                                   RIGID_THREE(RIGID_MAX_ROTATION),
-                                   RIGID_THREE(PLI_MAX_COORDINATE),
-                                   RIGID_THREE(PLI_MAX_SPEED),
-                                   RIGID_THREE(PLI_MAX_ANGULAR_SPEED),
-                                   1.001f / PLI_MIN_MASS, /* inverse mass */
-                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA),
-                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA),
-                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA)};
-#undef RIGID_THREE
+#define RIGID_THREE(member, limit) limit, limit, limit,
+#define RIGID_HIGHEST(member, lowest, highest) highest,
+    static const float limits[] = {RIGID_STATE_LIMITS(RIGID_THREE, RIGID_HIGHEST)};
     _Static_assert(sizeof *state == sizeof limits, "a state consists of floats");
     const float* values = (const float*)state;
     int is_within = 1; /* without a branch: each body that takes part comes here twice in a step */
@@ -49,19 +53,9 @@ static bool rigid_state_is_within(const pli_rigid_state* state) {
     return is_within != 0;
 }
 
-/* Static bodies use the first four, kinematic ones six. */
-static const plii_field rigid_fields[] = {
-    PLII_FIELD(pli_rigid_state, pose.rotation.rows[0], -RIGID_MAX_ROTATION, RIGID_MAX_ROTATION),
-    PLII_FIELD(pli_rigid_state, pose.rotation.rows[1], -RIGID_MAX_ROTATION, RIGID_MAX_ROTATION),
-    PLII_FIELD(pli_rigid_state, pose.rotation.rows[2], -RIGID_MAX_ROTATION, RIGID_MAX_ROTATION),
-    PLII_FIELD(pli_rigid_state, pose.origin, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
-    PLII_FIELD(pli_rigid_state, linear_velocity, -PLI_MAX_SPEED, PLI_MAX_SPEED),
-    PLII_FIELD(pli_rigid_state, angular_velocity, -PLI_MAX_ANGULAR_SPEED, PLI_MAX_ANGULAR_SPEED),
-    PLII_FIELD(pli_rigid_state, inverse_mass, 0.999f / PLI_MAX_MASS, 1.001f / PLI_MIN_MASS), /* plii_is_inverse_mass */
-    PLII_FIELD(pli_rigid_state, inverse_inertia_world.rows[0], -PLI_MAX_INVERSE_INERTIA, PLI_MAX_INVERSE_INERTIA),
-    PLII_FIELD(pli_rigid_state, inverse_inertia_world.rows[1], -PLI_MAX_INVERSE_INERTIA, PLI_MAX_INVERSE_INERTIA),
-    PLII_FIELD(pli_rigid_state, inverse_inertia_world.rows[2], -PLI_MAX_INVERSE_INERTIA, PLI_MAX_INVERSE_INERTIA),
-};
+#define RIGID_VECTOR_FIELD(member, limit) PLII_FIELD(pli_rigid_state, member, -limit, limit),
+#define RIGID_NUMBER_FIELD(member, lowest, highest) PLII_FIELD(pli_rigid_state, member, lowest, highest),
+static const plii_field rigid_fields[] = {RIGID_STATE_LIMITS(RIGID_VECTOR_FIELD, RIGID_NUMBER_FIELD)};
 enum { RIGID_POSE_FIELDS = 4, RIGID_MOTION_FIELDS = 6, RIGID_FIELDS = sizeof rigid_fields / sizeof *rigid_fields };
 
 /* The error of a state, if there is one. */
@@ -313,7 +307,7 @@ PLII_DEFINE_GET(bool, pli_rigid_was_touched, rigid, rigid->was_touched, false)
 
 /* Against other threads of a step, where there may be some. */
 static bool rigid_lock(const pli_rigid* rigid) {
-    return rigid->context->parallel_for != NULL && plii_context_lock(rigid->context);
+    return rigid->context->def.parallel_for != NULL && plii_context_lock(rigid->context);
 }
 
 /* All who come here at once write the same, the first one does. */
@@ -482,11 +476,7 @@ pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_v
 
 static pli_mat3 rigid_effective_mass(float dt, float point_inverse_mass, pli_mat3 rigid) {
     const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
-    pli_mat3 matrix = plii_mat3_inverse(plii_mat3_add(point, rigid));
-    for (int i = 0; i < 3; ++i) {
-        matrix.rows[i] = pli_vec3_scale(matrix.rows[i], 1.0f / dt);
-    }
-    return matrix;
+    return plii_mat3_scale(plii_mat3_inverse(plii_mat3_add(point, rigid)), 1.0f / dt);
 }
 
 pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,

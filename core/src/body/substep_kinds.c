@@ -12,12 +12,10 @@ static void substep_kinds_insert(plii_substep_kinds* kinds, const plii_feature* 
 
 static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits* limits) {
     limits->count = 0;
-    for (int i = 0; i < body->pipeline.feature_count && limits->count < PLII_MAX_SUBSTEP_LIMITS; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         const plii_substep_class* kind = feature->klass->substepped;
-        if (kind == NULL || kind->room == NULL || (kind->is_idle != NULL && kind->is_idle(feature->state))) {
-            continue;
-        }
+        if (kind == NULL || kind->room == NULL || limits->count == PLII_MAX_SUBSTEP_LIMITS) { continue; }
+        if (kind->is_idle != NULL && kind->is_idle(feature->state)) { continue; }
         if (kind->is_limit != NULL && !kind->is_limit(feature->state)) { continue; }
         limits->rooms[limits->count] = kind->room;
         limits->carries[limits->count] = kind->carry;
@@ -27,15 +25,13 @@ static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits*
 
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
     kinds->count = 0;
-    for (int i = 0; i < body->pipeline.feature_count && kinds->count < PLII_MAX_SUBSTEP_KINDS; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         const plii_substep_class* kind = feature->klass->substepped;
         if (kind == NULL || (in_iterations && !kind->is_in_iterations)) { continue; }
-        substep_kinds_insert(kinds, feature);
+        if (kinds->count < PLII_MAX_SUBSTEP_KINDS) { substep_kinds_insert(kinds, feature); }
     }
     int busy = 0;
-    for (int k = 0; k < kinds->count; ++k) {
-        const plii_feature* feature = kinds->at[k];
+    for (PLII_EACH_AT(const plii_feature, feature, kinds->at, kinds->count)) {
         const plii_substep_class* kind = feature->klass->substepped;
         plii_thread.pass.feature = feature->klass;
         if (kind->begin != NULL) { kind->begin(body, feature->state); }
@@ -48,8 +44,7 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
 
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
     plii_substep_rigids_restart(body, substep);
-    for (int k = 0; k < kinds->count; ++k) {
-        const plii_feature* feature = kinds->at[k];
+    for (PLII_EACH_AT(const plii_feature, feature, kinds->at, kinds->count)) {
         plii_substep_fn* restart = feature->klass->substepped->restart;
         if (restart != NULL) { restart(body, feature->state, substep); }
     }

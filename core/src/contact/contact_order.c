@@ -31,19 +31,16 @@ pli_status plii_reorder_contacts(pli_body* body, const plii_feature_class* klass
                  "count is %d, there are %d contacts", count, contact_count);
     if (count == 0) { return PLI_OK; }
     if (order == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "order is null"); }
-    const size_t marks_size = (size_t)count, copy_size = (size_t)count * contact_size;
-    uint8_t* marks = plii_allocate(context, marks_size);
-    char* copy = plii_duplicate(context, contacts, copy_size);
-    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (marks == NULL || copy == NULL) {
-        plii_fail(context, status, function, "no memory to reorder %d contacts", count);
-    } else {
-        status = order_check(context, order, count, marks, function);
-    }
+    plii_scratch scratch = {.context = context};
+    uint8_t* marks = PLII_TAKE(&scratch, uint8_t, count);
+    char* copy = plii_scratch_take(&scratch, (size_t)count * contact_size);
+    const pli_status status = scratch.is_short ? plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function,
+                                                           "no memory to reorder %d contacts", count)
+                                               : order_check(context, order, count, marks, function);
+    if (status == PLI_OK) { memcpy(copy, contacts, (size_t)count * contact_size); }
     for (int i = 0; status == PLI_OK && i < count; ++i) {
         memcpy(contacts + (size_t)i * contact_size, copy + (size_t)order[i] * contact_size, contact_size);
     }
-    plii_release(context, marks, marks_size);
-    plii_release(context, copy, copy_size);
+    plii_scratch_free(&scratch);
     return plii_body_changed(body, status);
 }

@@ -10,6 +10,12 @@ static inline pli_vec3 plii_contact_blend(const pli_vec4* values, const int* fac
                                      pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
                         pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
 }
+/* Adds to the values of the nodes of a face, to each its share. */
+static inline void plii_contact_add(pli_vec4* values, const int* face, pli_vec3 shares, pli_vec3 by) {
+    plii_add_xyz(&values[face[0]], pli_vec3_scale(by, shares.x));
+    plii_add_xyz(&values[face[1]], pli_vec3_scale(by, shares.y));
+    plii_add_xyz(&values[face[2]], pli_vec3_scale(by, shares.z));
+}
 /* Inverse of the mass that a face shows at a point, 1/kg. */
 static inline float plii_contact_face_weight(const pli_vec4* positions, const int* face, pli_vec3 weights) {
     return positions[face[0]].w * (weights.x * weights.x) + positions[face[1]].w * (weights.y * weights.y) +

@@ -251,13 +251,6 @@ pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii
 
 // ---------------------------------------------------------------------------------------------------- making contacts
 
-static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigid_face_contact* contact) {
-    const pli_vec3 rigid_motion = plii_rigid_motion_at(pass->body, contact->rigid, contact->arm);
-    const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(pass->body->positions, contact), contact->start);
-    return plii_contact_slip(pli_vec3_sub(face_motion, rigid_motion), contact->normal,
-                             pass->state->def.friction * contact->rigid->friction);
-}
-
 /* What pinned nodes have of the gap where they are inside of a body that cannot move. The other nodes cannot take that
    back: near a pinned one they would be thrown away by many times the depth. */
 static float rigid_faces_pinned_part(const pli_body* body, const plii_rigid_face_contact* contact) {
@@ -313,7 +306,10 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     contact.given_up = rigid_faces_pinned_part(body, &contact);
     contact.target = plii_min(target_gap, contact.given_up);
     plii_rigid_faces_prepare_contact(body, pass->candidate, pass->end, &contact);
-    contact.slip = rigid_faces_slip(pass, &contact);
+    const pli_vec3 rigid_motion = plii_rigid_motion_at(body, rigid, contact.arm);
+    const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(body->positions, &contact), contact.start);
+    contact.slip = plii_contact_slip(pli_vec3_sub(face_motion, rigid_motion), contact.normal,
+                                     state->def.friction * rigid->friction);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1) ||
         (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
         return PLI_ERROR_OUT_OF_MEMORY;

@@ -433,15 +433,8 @@ static void rigid_contacts_clear(pli_body* body, void* data) {
 }
 
 static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    plii_rigid_contacts* state = data;
-    int kept = 0, linked = 0;
-    for (int i = 0; i < state->count; ++i) {
-        if (state->contacts[i].rigid == rigid) { continue; }
-        linked += i < state->linked;
-        state->contacts[kept++] = state->contacts[i];
-    }
-    state->count = kept;
-    state->linked = linked;
+    plii_rigid_contacts* state = data; /* between steps: the next one clears what is linked before it links */
+    PLII_REMOVE_IF(plii_rigid_contact, contact, state->contacts, state->count, contact->rigid == rigid);
 }
 
 static void rigid_contacts_preallocate(pli_body* body, void* data) {

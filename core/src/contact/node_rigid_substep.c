@@ -24,8 +24,7 @@ static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps*
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
     enum { MOST_PARTIAL_GROUPS = 8 }; /* as a rule; one per shape that the body touches may not be full */
     int dynamic_count = 0, surface_count = 0;
-    for (int i = 0; i < body->world->rigid_count; ++i) {
-        const pli_rigid* rigid = body->world->rigids[i];
+    for (PLII_EACH_RIGID(rigid, body->world)) {
         dynamic_count += rigid->kind == PLI_RIGID_DYNAMIC;
         surface_count += rigid->kind == PLI_RIGID_KINEMATIC;
     }

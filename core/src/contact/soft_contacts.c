@@ -42,33 +42,28 @@ static void soft_update_boxes(const pli_body* body, plii_soft_contacts_state* st
 /* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other. With a recovery
    speed, which Bullet lacks, a contact gives the nodes of a body that was solved before their velocities too. */
 
-/* As if the node had been there at the start of the step, so that no velocity comes of it. */
-static void soft_bullet_shift(pli_body* body, int node, pli_vec3 by) {
-    plii_add_xyz(&body->positions[node], by);
-    plii_add_xyz(&body->previous[node], by);
-}
-
 /* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
    step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
 static void soft_recover_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const float most = state->def.recovery_speed * body->step.dt;
-    for (int i = 0; most > 0.0f && i < state->count; ++i) {
-        const plii_soft_contact* contact = &state->contacts[i];
+    for (PLII_EACH(const plii_soft_contact, contact, state->contacts, most > 0.0f ? state->count : 0)) {
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
-        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
         const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
                                             plii_contact_blend(other->previous, face, contact->weights));
         const float distance = pli_vec3_dot(contact->normal, apart);
         const float depth = body->collision_margin + other->collision_margin - distance;
         if (!(depth > 0.0f) || distance < 0.0f) { continue; }
         const pli_vec3 shift = pli_vec3_scale(contact->normal, plii_min(depth, most));
-        soft_bullet_shift(body, contact->node, pli_vec3_scale(shift, contact->node_share));
-        for (int k = 0; k < 3; ++k) {
-            soft_bullet_shift(other, face[k], pli_vec3_scale(shift, -contact->face_share * weights[k]));
-        }
+        const pli_vec3 by = pli_vec3_scale(shift, contact->node_share);
+        const pli_vec3 shares = pli_vec3_scale(contact->weights, -contact->face_share);
+        plii_add_xyz(&body->positions[contact->node], by);
+        plii_contact_add(other->positions, face, shares, shift);
+        /* As if they had been there at the start of the step, so that no velocity comes of it. */
+        plii_add_xyz(&body->previous[contact->node], by);
+        plii_contact_add(other->previous, face, shares, shift);
     }
 }
 
@@ -112,13 +107,10 @@ static void soft_solve_bullet(pli_body* body, void* data) {
         const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));
         const pli_vec3 correction = pli_vec3_sub(pli_vec3_scale(n, depth), pli_vec3_scale(sliding, contact->friction));
         plii_set_xyz(&body->positions[contact->node], pli_vec3_add(x, pli_vec3_scale(correction, contact->node_share)));
-        const float w[3] = {weights.x, weights.y, weights.z};
-        for (int k = 0; k < 3; ++k) {
-            plii_add_xyz(&other->positions[face[k]], pli_vec3_scale(correction, -contact->face_share * w[k]));
-            if (!shifts || !other->is_solved) { continue; }
-            /* It takes its velocities from positions no more. */
-            const pli_vec3 share = pli_vec3_scale(correction, contact->face_share);
-            plii_add_xyz(&other->velocities[face[k]], pli_vec3_scale(share, -w[k] * other->step.inverse_dt));
+        plii_contact_add(other->positions, face, pli_vec3_scale(weights, -contact->face_share), correction);
+        if (shifts && other->is_solved) { /* it takes its velocities from positions no more */
+            plii_contact_add(other->velocities, face, pli_vec3_scale(weights, -other->step.inverse_dt),
+                             pli_vec3_scale(correction, contact->face_share));
         }
         if (i < state->impulse_count) { soft_note(body, state, i, correction); }
     }
@@ -128,41 +120,6 @@ static void soft_solve_bullet(pli_body* body, void* data) {
 
 /* What contacts have pushed, for contact events. A contact stands in the list of the body whose node it is; the body of
    the face finds it there, through the bodies that it met. */
-
-bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass) {
-    plii_soft_contacts_state* state = pass->node_state;
-    if (!pass->node_body->records_contacts && !pass->face_body->records_contacts) { return true; }
-    if (state->impulse_count > state->count) { state->impulse_count = state->count; } /* a pair was given up */
-    while (state->impulse_count <= state->count) {
-        if (!plii_contact_impulses_add(pass->node_body, &state->impulses, state->impulse_count)) { return false; }
-        state->impulse_count += 1;
-    }
-    return true;
-}
-
-void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state* state, int count) {
-    const pli_world* world = body->world;
-    bool is_recorded = false;
-    for (int i = 0; i < world->body_count; ++i) {
-        is_recorded = is_recorded || world->bodies[i]->records_contacts;
-    }
-    if (is_recorded) { (void)PLII_RESERVE(body->context, &state->impulses.items, &state->impulses.capacity, count); }
-    if (body->records_contacts) {
-        (void)PLII_RESERVE(body->context, &state->met, &state->met_capacity, world->body_count);
-    }
-}
-
-static bool soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
-    if (!body->records_contacts) { return true; }
-    if (!PLII_RESERVE(body->context, &state->met, &state->met_capacity, state->met_count + 1)) { return false; }
-    state->met[state->met_count++] = other;
-    return true;
-}
-
-bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
-                                    plii_soft_contacts_state* other_state) {
-    return soft_meet(body, state, other) && soft_meet(other, other_state, body);
-}
 
 /* Of contact `index` of `node_body`, to the body of its node, or to that of its face. */
 static plii_contact_report soft_contact_report(const pli_body* node_body, const plii_soft_contacts_state* state,
@@ -188,8 +145,7 @@ static void soft_visit(const pli_body* body, const void* data, plii_contact_visi
         const plii_contact_report report = soft_contact_report(body, state, i);
         visit(&report, user);
     }
-    for (int m = 0; m < state->met_count; ++m) {
-        pli_body* other = state->met[m];
+    for (PLII_EACH_AT(pli_body, other, state->met, state->met_count)) {
         const plii_soft_contacts_state* others = plii_feature_state(other, &plii_soft_contacts_class);
         for (int i = 0; others != NULL && i < others->count; ++i) {
             if (others->contacts[i].face_body != body) { continue; }

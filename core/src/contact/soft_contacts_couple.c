@@ -11,12 +11,6 @@ typedef struct couple_time {
     float dt, inverse_dt;
 } couple_time;
 
-static couple_time couple_now(const pli_body* body) {
-    const plii_substep* substep = body->substep;
-    return substep != NULL ? (couple_time){substep, substep->dt, substep->inverse_dt}
-                           : (couple_time){NULL, body->step.dt, body->step.inverse_dt};
-}
-
 /* A body of contacts. Its nodes are at positions + here * moves, and have moved by along * moves - before * starts in
    the step or substep. Shifts took overlaps back: as if nodes had started so much farther. */
 typedef struct couple_side {
@@ -227,7 +221,9 @@ typedef enum couple_pass { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_SETT
    and each would wait for what the one before it writes. */
 static void couple_run(pli_body* body, const plii_soft_contacts_state* state, couple_pass pass) {
     const plii_soft_contact* contacts = state->contacts;
-    const couple_time time = couple_now(body);
+    const plii_substep* substep = body->substep;
+    const couple_time time = substep != NULL ? (couple_time){substep, substep->dt, substep->inverse_dt}
+                                             : (couple_time){NULL, body->step.dt, body->step.inverse_dt};
     for (int first = 0, end; first < state->count; first = end) {
         pli_body* other = contacts[first].face_body;
         for (end = first; end < state->count && contacts[end].face_body == other;) {

@@ -55,6 +55,26 @@ static float soft_face_weight(const plii_soft_contacts_pass* pass, const int* fa
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
 }
 
+/* For contact events: a contact is about to be appended. False without memory. */
+static bool soft_record(const plii_soft_contacts_pass* pass) {
+    plii_soft_contacts_state* state = pass->node_state;
+    if (!pass->node_body->records_contacts && !pass->face_body->records_contacts) { return true; }
+    if (state->impulse_count > state->count) { state->impulse_count = state->count; } /* a pair was given up */
+    while (state->impulse_count <= state->count) {
+        if (!plii_contact_impulses_add(pass->node_body, &state->impulses, state->impulse_count)) { return false; }
+        state->impulse_count += 1;
+    }
+    return true;
+}
+
+/* Likewise, of two bodies. */
+static bool soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
+    if (!body->records_contacts) { return true; }
+    if (!PLII_RESERVE(body->context, &state->met, &state->met_capacity, state->met_count + 1)) { return false; }
+    state->met[state->met_count++] = other;
+    return true;
+}
+
 /* Of which node, face, weights, normal and margin are set; unless nothing in it can move. */
 static pli_status soft_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
     const pli_vec3 weights = contact.weights;
@@ -65,7 +85,7 @@ static pli_status soft_append(const plii_soft_contacts_pass* pass, plii_soft_con
     if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;
     if (!PLII_RESERVE(pass->node_body->context, &state->contacts, &state->capacity, state->count + 1) ||
-        !plii_soft_contacts_record(pass)) {
+        !soft_record(pass)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     contact.face_body = pass->face_body;
@@ -408,7 +428,12 @@ void plii_soft_contacts_reserve(pli_body* body, void* data) {
     if (!plii_feature_is_shared(body, &plii_soft_contacts_class)) { return; }
     const int room = SOFT_CONTACTS_PER_NODE * plii_body_contact_bound(body);
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, room);
-    plii_soft_contacts_record_reserve(body, state, room);
+    bool is_recorded = false;
+    for (PLII_EACH_BODY(other, world)) {
+        is_recorded = is_recorded || other->records_contacts;
+    }
+    if (is_recorded) { (void)PLII_RESERVE(context, &state->impulses.items, &state->impulses.capacity, room); }
+    if (body->records_contacts) { (void)PLII_RESERVE(context, &state->met, &state->met_capacity, world->body_count); }
     /* Made later, from other positions, the order is another one. */
     if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_order_faces(body, state)) {
         plii_world_note_shortage(body->world);
@@ -447,9 +472,8 @@ static pli_status soft_run_boxes(const plii_soft_contacts_pass* pass) {
     return PLI_OK;
 }
 
-/* Nodes that look for faces together, and how much larger than what one looks at their common bounds may be. */
+/* Nodes that look for faces together. */
 enum { SOFT_CONTACTS_TOGETHER = 8 };
-#define SOFT_CONTACTS_SPREAD 2.0f
 
 static pli_bounds soft_looked_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
@@ -493,12 +517,6 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
     return PLI_OK;
 }
 
-static pli_status soft_run_pass(const plii_soft_contacts_pass* pass) {
-    if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    if (!soft_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    return pass->use_boxes ? soft_run_boxes(pass) : soft_run_near(pass);
-}
-
 /* Of the faces in the step: the mean of their nodes, and how much others differ from it. */
 static void soft_measure_motion(plii_soft_contacts_pass* pass) {
     const pli_body* body = pass->face_body;
@@ -529,10 +547,13 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .fall = plii_step_fall(body),
                                         .use_boxes = use_boxes,
                                         .is_second = i == 1};
+        if (pass.face_body->topology->face_count == 0) { continue; }
         if (!use_boxes) { soft_measure_motion(&pass); }
-        status = soft_run_pass(&pass);
+        status = !soft_collect(&pass) ? PLI_ERROR_OUT_OF_MEMORY
+                 : use_boxes          ? soft_run_boxes(&pass)
+                                      : soft_run_near(&pass);
     }
-    if (status == PLI_OK && !plii_soft_contacts_record_pair(body, state, other, other_state)) {
+    if (status == PLI_OK && !(soft_meet(body, state, other) && soft_meet(other, other_state, body))) {
         status = PLI_ERROR_OUT_OF_MEMORY;
     }
     if (status != PLI_OK) {

@@ -91,13 +91,5 @@ typedef struct plii_soft_contacts_pass {
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
 void plii_soft_contacts_reserve(pli_body* body, void* data);
 
-/* For contact events. A contact is about to be appended; false without memory. */
-bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass);
-/* Room for so many, where they are recorded. */
-void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state* state, int count);
-/* Two bodies have met. */
-bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
-                                    plii_soft_contacts_state* other_state);
-
 void plii_soft_contacts_couple(pli_body* body, void* data);
 void plii_soft_contacts_settle(pli_body* body, void* data);

@@ -63,14 +63,12 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { total += pinned_mass; }
     }
+    pose->weight = 0;
     for (int i = 0; i < body->node_count; ++i) {
         const float inverse_mass = body->positions[i].w;
         pose->weights[i] = inverse_mass > 0.0f ? 1.0f / (inverse_mass * total) : pinned_mass / total;
         /* All nodes are pinned. */
         if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
-    }
-    pose->weight = 0;
-    for (int i = 0; i < body->node_count; ++i) {
         pose->weight += (double)pose->weights[i];
     }
 }
@@ -133,7 +131,10 @@ static void pose_run(pli_body* body, void* state) {
         if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
         const plii_float4 goal = plii_lanes_combine(columns, plii_lanes_from_vec3(&pose->rest[i])) + frame_origin;
         const plii_float4 arm = plii_float4_from(&body->positions[i]) - from;
-        plii_body_push_predicted(body, i, plii_lanes_vec3((goal - arm) * matching));
+        const pli_vec3 way = plii_lanes_vec3((goal - arm) * matching);
+        plii_add_xyz(&body->positions[i], way);
+        if (!body->solver_class->has_substeps) { continue; }
+        plii_add_xyz(&body->velocities[i], pli_vec3_scale(way, body->step.inverse_dt));
     }
 }
 

@@ -181,30 +181,24 @@ static void ray_find_nearest_node(ray_cast* ray) {
     }
 }
 
-static pli_status ray_check(const pli_body* body, const pli_ray_def* def, const char* function) {
-    pli_context* context = body->context;
-    PLII_TRY(PLII_CHECK_MADE(context, pli_ray_def, def, function));
-    const int known = PLI_RAY_NODES | PLI_RAY_LINKS | PLI_RAY_FACES | PLI_RAY_TETRAS;
-    PLII_FAIL_IF(def->targets == 0 || (def->targets & ~known) != 0, context, PLI_ERROR_INVALID_VALUE, function,
-                 "targets is 0x%x, bits of 0x%x are wanted", (unsigned)def->targets, (unsigned)known);
-    const pli_vec3 ends[2] = {def->from, def->to};
-    PLII_TRY(plii_check_between(context, def->radius, 0.0f, PLI_MAX_COORDINATE, "radius", function));
-    PLII_TRY(plii_check_finite_points(context, 2, ends, "end", function));
-    const pli_vec3 direction = pli_vec3_sub(def->to, def->from);
-    PLII_FAIL_IF(!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction)),
-                 context, PLI_ERROR_INVALID_VALUE, function, "the ray is %g m long",
-                 (double)pli_vec3_length(direction));
-    return PLI_OK;
-}
-
 pli_status pli_body_cast_ray(const pli_body* body, const pli_ray_def* def, pli_ray_hit* hit) {
     PLII_TRY(plii_check_body(body, __func__));
-    if (hit == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "hit is null"); }
-    PLII_TRY(ray_check(body, def, __func__));
+    pli_context* context = body->context;
+    if (hit == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "hit is null"); }
+    PLII_TRY(PLII_CHECK_MADE(context, pli_ray_def, def, __func__));
+    const int known = PLI_RAY_NODES | PLI_RAY_LINKS | PLI_RAY_FACES | PLI_RAY_TETRAS;
+    PLII_FAIL_IF(def->targets == 0 || (def->targets & ~known) != 0, context, PLI_ERROR_INVALID_VALUE, __func__,
+                 "targets is 0x%x, bits of 0x%x are wanted", (unsigned)def->targets, (unsigned)known);
+    const pli_vec3 ends[2] = {def->from, def->to}, direction = pli_vec3_sub(def->to, def->from);
+    PLII_TRY(plii_check_between(context, def->radius, 0.0f, PLI_MAX_COORDINATE, "radius", __func__));
+    PLII_TRY(plii_check_finite_points(context, 2, ends, "end", __func__));
+    PLII_FAIL_IF(!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction)),
+                 context, PLI_ERROR_INVALID_VALUE, __func__, "the ray is %g m long",
+                 (double)pli_vec3_length(direction));
     ray_cast ray = {
         .body = body,
         .from = def->from,
-        .direction = pli_vec3_sub(def->to, def->from),
+        .direction = direction,
         .radius = (double)def->radius,
         .hit = {.kind = PLI_FEATURE_NONE, .index = PLI_NULL_INDEX, .fraction = 1.0f, .nearest_node = PLI_NULL_INDEX},
     };

@@ -79,9 +79,8 @@ static void restitution_return(const plii_contact_report* report, void* user) {
 static void restitution_visit_contacts(pli_body* body, restitution_state* state, bool is_solved) {
     restitution_visit all = {body, state};
     int kind = 0;
-    for (int i = 0; i < body->pipeline.feature_count && kind < RESTITUTION_MOST_KINDS; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->visit_contacts == NULL) { continue; }
+    for (PLII_EACH_FEATURE(feature, body)) {
+        if (feature->klass->visit_contacts == NULL || kind == RESTITUTION_MOST_KINDS) { continue; }
         state->end = is_solved ? state->ends[kind] : 0;
         feature->klass->visit_contacts(body, feature->state, is_solved ? restitution_return : restitution_note, &all);
         state->ends[kind] = is_solved ? state->ends[kind] : state->count;

@@ -67,17 +67,14 @@ static pli_vec3 target_allowed(const pli_target* limits, const target_pose* pose
     const float squared = pli_vec3_length_squared(apart), most = limits->max_distance;
     const bool is_beyond = squared > most * most && plii_is_finite(squared);
     if (is_beyond) { apart = pli_vec3_scale(apart, most / sqrtf(squared)); }
-    if (!(limits->backstop_radius > 0.0f) || !(most > 0.0f)) {
-        return is_beyond ? pli_vec3_add(pose->position, apart) : x;
-    }
+    const pli_vec3 inside = is_beyond ? pli_vec3_add(pose->position, apart) : x;
+    if (!(limits->backstop_radius > 0.0f) || !(most > 0.0f)) { return inside; }
     const float along = pli_vec3_dot(apart, pose->normal);
     const pli_vec3 side = pli_vec3_sub(apart, pli_vec3_scale(pose->normal, along));
     const float across = pli_vec3_length(side);
     double new_along = (double)along, new_across = (double)across;
     target_leave_backstop(limits, &new_along, &new_across);
-    if (new_along == (double)along && new_across == (double)across) {
-        return is_beyond ? pli_vec3_add(pose->position, apart) : x;
-    }
+    if (new_along == (double)along && new_across == (double)across) { return inside; }
     const pli_vec3 unit = across > 0.0f ? pli_vec3_scale(side, 1.0f / across) : target_any_across(pose->normal);
     return pli_vec3_add(pose->position, pli_vec3_add(pli_vec3_scale(pose->normal, (float)new_along),
                                                      pli_vec3_scale(unit, (float)new_across)));

@@ -56,9 +56,8 @@ static file_body_sizes file_body_read_sizes(plii_file* file, const pli_body* bod
 static pli_body* file_make_body(plii_file* file, pli_world* world, const file_body_sizes* sizes) {
     plii_topology* topology =
         plii_topology_create(file->context, sizes->faces, sizes->tetras, sizes->has_face_materials);
-    pli_body* body = topology == NULL ? NULL
-                                      : plii_body_create_bare(world, sizes->nodes, sizes->links, sizes->materials,
-                                                              sizes->has_tags, topology);
+    pli_body* body =
+        plii_body_make(world, sizes->nodes, sizes->links, sizes->materials, sizes->has_tags, topology, NULL, NULL);
     if (body == NULL) {
         PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for a body of %d nodes and %d links", sizes->nodes,
                        sizes->links);

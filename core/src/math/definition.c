@@ -63,25 +63,20 @@ pli_status plii_check_int(pli_context* context, int value, double low, double hi
                      high);
 }
 
-static pli_status definition_check_field(pli_context* context, const void* values, const plii_field* field,
-                                         const char* function) {
-    const void* value = (const char*)values + field->offset;
-    if (field->type == PLII_FIELD_FLOAT) {
-        return plii_check_between(context, *(const float*)value, field->lowest, field->highest, field->name, function);
-    }
-    if (field->type == PLII_FIELD_VEC3) {
-        return plii_check_vec3_between(context, *(const pli_vec3*)value, field->lowest, field->highest, field->name,
-                                       function);
-    }
-    int number;
-    memcpy(&number, value, sizeof number);
-    return plii_check_int(context, number, (double)field->lowest, (double)field->highest, field->name, function);
-}
-
 pli_status plii_check_fields(pli_context* context, const void* values, int count, const plii_field* fields,
                              const char* function) {
-    for (int i = 0; i < count; ++i) {
-        PLII_TRY(definition_check_field(context, values, &fields[i], function));
+    for (PLII_EACH(const plii_field, field, fields, count)) {
+        const void* value = (const char*)values + field->offset;
+        const float low = field->lowest, high = field->highest;
+        if (field->type == PLII_FIELD_FLOAT) {
+            PLII_TRY(plii_check_between(context, *(const float*)value, low, high, field->name, function));
+        } else if (field->type == PLII_FIELD_VEC3) {
+            PLII_TRY(plii_check_vec3_between(context, *(const pli_vec3*)value, low, high, field->name, function));
+        } else {
+            int number;
+            memcpy(&number, value, sizeof number);
+            PLII_TRY(plii_check_int(context, number, (double)low, (double)high, field->name, function));
+        }
     }
     return PLI_OK;
 }

@@ -118,16 +118,13 @@ pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion) {
    its eigenvalues, which is hardly less, as the others are at most 1.5. */
 #define FOLLOW_LEAST_DETERMINANT 0.05f
 
-static pli_quat follow_normalize(pli_quat q) {
-    const float scale = 1.0f / sqrtf(q.w * q.w + (q.x * q.x + q.y * q.y + q.z * q.z));
-    return (pli_quat){q.x * scale, q.y * scale, q.z * scale, q.w * scale};
-}
-
 /* A unit quaternion turned by the vector w, but for the third order of its length. */
 static pli_quat follow_rotate(pli_quat q, pli_vec3 w) {
     const pli_vec3 v = {q.x, q.y, q.z}, half = pli_vec3_scale(w, 0.5f);
     const pli_vec3 moved = pli_vec3_add(pli_vec3_add(v, pli_vec3_scale(half, q.w)), pli_vec3_cross(v, half));
-    return follow_normalize((pli_quat){moved.x, moved.y, moved.z, q.w - pli_vec3_dot(v, half)});
+    const float real = q.w - pli_vec3_dot(v, half);
+    const float scale = 1.0f / sqrtf(real * real + pli_vec3_length_squared(moved));
+    return (pli_quat){moved.x * scale, moved.y * scale, moved.z * scale, real * scale};
 }
 
 /* Of a quaternion whose length hardly differs from 1. */
@@ -160,11 +157,7 @@ pli_mat3 plii_rotation_fit_warm(const pli_mat3* matrix, pli_quat* quaternion) {
     for (int k = 0; k < 3; ++k) {
         squared += pli_vec3_length_squared(matrix->rows[k]);
     }
-    const float scale = 1.0f / sqrtf(squared);
-    pli_mat3 a; /* of norm 1 */
-    for (int k = 0; k < 3; ++k) {
-        a.rows[k] = pli_vec3_scale(matrix->rows[k], scale);
-    }
+    const pli_mat3 a = plii_mat3_scale(*matrix, 1.0f / sqrtf(squared)); /* of norm 1 */
     pli_quat q = *quaternion;
     for (int step = 0; step < FOLLOW_MOST_STEPS; ++step) {
         bool is_sound;
@@ -208,14 +201,9 @@ pli_mat3 plii_polar_factor_of_bullet(pli_mat3 a) {
         const float u_norm = u_norm_1 * polar_norm_infinity(u);
         if (inverse_norm < PLII_EPSILON || u_norm < PLII_EPSILON) { break; }
         const float gamma = powf(inverse_norm / u_norm, 0.25f);
-        const float inverse_gamma = 1.0f / gamma;
-        const pli_mat3 transposed = pli_mat3_transpose(inverse);
-        pli_mat3 delta;
-        for (int r = 0; r < 3; ++r) {
-            const pli_vec3 sum = pli_vec3_add(pli_vec3_scale(u.rows[r], gamma - 2.0f),
-                                              pli_vec3_scale(transposed.rows[r], inverse_gamma));
-            delta.rows[r] = pli_vec3_scale(sum, 0.5f);
-        }
+        const pli_mat3 sum =
+            plii_mat3_add(plii_mat3_scale(u, gamma - 2.0f), plii_mat3_scale(pli_mat3_transpose(inverse), 1.0f / gamma));
+        const pli_mat3 delta = plii_mat3_scale(sum, 0.5f);
         u = plii_mat3_add(u, delta);
         if (polar_norm_1(delta) <= POLAR_TOLERANCE * u_norm_1) { break; }
         inverse = plii_mat3_inverse(u);

@@ -102,6 +102,12 @@ static inline pli_mat3 plii_mat3_add(pli_mat3 a, pli_mat3 b) {
     }
     return a;
 }
+static inline pli_mat3 plii_mat3_scale(pli_mat3 m, float s) {
+    for (int i = 0; i < 3; ++i) {
+        m.rows[i] = pli_vec3_scale(m.rows[i], s);
+    }
+    return m;
+}
 static inline pli_mat3 plii_mat3_diagonal(float x, float y, float z) {
     const pli_mat3 diagonal = {{{x, 0, 0}, {0, y, 0}, {0, 0, z}}};
     return diagonal;

@@ -53,9 +53,7 @@ static bool self_limit_fit(const pli_body* body, self_limit* limit) {
     /* A little more than it is: nodes in a line do not turn about it. */
     inertia =
         plii_mat3_add(inertia, plii_point_response(size * (1.0f + 1e-5f), plii_mat3_diagonal(all, all, all), mean));
-    for (int k = 0; k < 3; ++k) {
-        inertia.rows[k] = pli_vec3_scale(inertia.rows[k], 1.0f / size);
-    }
+    inertia = plii_mat3_scale(inertia, 1.0f / size);
     limit->centre = pli_vec3_add(first, mean);
     limit->move = plii_dvec3_to_float(plii_dvec3_scale(momentum, 1.0 / mass));
     limit->turn =

@@ -13,7 +13,7 @@ enum { GROUPS_BODY_NODES = 16, GROUPS_FORCES_TIMES = 8, GROUPS_IMPLICIT_TIMES = 
 enum { GROUPS_MOVED_SOLVE_NODES = 8, GROUPS_MOVED_PREDICT_NODES = 160 };
 
 bool plii_groups_reserve(pli_world* world, int body_count) {
-    if (world->context->parallel_for == NULL) { return true; }
+    if (world->context->def.parallel_for == NULL) { return true; }
     return PLII_RESERVE(world->context, &world->group_roots, &world->group_root_capacity, body_count) &&
            PLII_RESERVE(world->context, &world->group_begin, &world->group_begin_capacity, body_count + 1) &&
            PLII_RESERVE(world->context, &world->group_bodies, &world->group_body_capacity, body_count);
@@ -49,7 +49,7 @@ static bool groups_are_worth_it(const pli_world* world) {
 
 void plii_groups_start(pli_world* world) {
     /* A profile function is told of one thing after the other. Distances of reference mode fill caches. */
-    world->has_groups = world->context->parallel_for != NULL && world->body_count > 1 && world->profile == NULL &&
+    world->has_groups = world->context->def.parallel_for != NULL && world->body_count > 1 && world->profile == NULL &&
                         !world->def.reference_mode && groups_are_worth_it(world);
     if (!world->has_groups) { return; }
     plii_union_start(world->body_count, world->group_roots);
