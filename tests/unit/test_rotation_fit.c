@@ -301,6 +301,11 @@ static pli_quat turned(pli_quat q, pli_vec3 turn) {
     return (pli_quat){.x = q.x + moved.x, .y = q.y + moved.y, .z = q.z + moved.z, .w = q.w - pli_vec3_dot(v, half)};
 }
 
+static pli_mat3 fit_warm(pli_mat3 matrix, pli_quat* quaternion) {
+    plii_rotations_fit_warm(1, &matrix, &quaternion);
+    return matrix;
+}
+
 /* Starts up to half a radian beside the result, and matrices of all kinds beside those that shape matching has. */
 static void test_follow_is_fit(void** state) {
     (void)state;
@@ -314,7 +319,7 @@ static void test_follow_is_fit(void** state) {
         pli_mat3 expected, found;
         expected = plii_rotation_fit(&matrix, &result);
         pli_quat q = turned(result, pli_vec3_scale(random_vector(&seed), 0.3f * random_unit(&seed)));
-        found = plii_rotation_fit_warm(&matrix, &q);
+        found = fit_warm(matrix, &q);
         if (!(orthogonality_error(found) <= worst_orthogonality)) { worst_orthogonality = orthogonality_error(found); }
         double value[3], rotation[3][3];
         decompose(matrix, value, rotation);
@@ -341,20 +346,45 @@ static void test_follow_is_fit(void** state) {
     check_at_most(worst_orthogonality, 1e-6);
 }
 
+/* Four at once have the bits that each has alone, beside what takes more steps or is left to plii_rotation_fit too. */
+static void test_follow_four(void** state) {
+    (void)state;
+    uint64_t seed = 7;
+    for (int i = 0; i < 4000; ++i) {
+        pli_mat3 matrices[4], alone[4];
+        pli_quat q[4], q_alone[4], *quaternions[4];
+        const int count = 1 + i % 4;
+        for (int k = 0; k < count; ++k) {
+            const pli_quat start = random_quaternion(&seed);
+            const float apart = k == i / 4 % 4 ? 0.4f : 1e-3f;
+            matrices[k] = random_matrix(&seed, (matrix_kind)((i + k) % KIND_COUNT), start);
+            q[k] = q_alone[k] = turned(start, pli_vec3_scale(random_vector(&seed), apart));
+            quaternions[k] = &q[k];
+            alone[k] = fit_warm(matrices[k], &q_alone[k]);
+        }
+        plii_rotations_fit_warm(count, matrices, quaternions);
+        assert_memory_equal(matrices, alone, (size_t)count * sizeof *alone);
+        assert_memory_equal(q, q_alone, (size_t)count * sizeof *q);
+    }
+}
+
 static void test_follow_useless_start(void** state) {
     (void)state;
     uint64_t seed = 5;
     pli_quat start = random_quaternion(&seed), useless = {0, 0, 0, 0};
     pli_mat3 matrix = random_matrix(&seed, (matrix_kind)0, start);
-    check_at_most(orthogonality_error(plii_rotation_fit_warm(&matrix, &useless)), 1e-6);
+    check_at_most(orthogonality_error(fit_warm(matrix, &useless)), 1e-6);
     matrix.rows[1].y = NAN;
-    check_at_most(orthogonality_error(plii_rotation_fit_warm(&matrix, &start)), 1e-6);
+    check_at_most(orthogonality_error(fit_warm(matrix, &start)), 1e-6);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_singular_values), cmocka_unit_test(test_start_fills_what_is_open),
-        cmocka_unit_test(test_useless_input),           cmocka_unit_test(test_follow_is_fit),
+        cmocka_unit_test(test_against_singular_values),
+        cmocka_unit_test(test_start_fills_what_is_open),
+        cmocka_unit_test(test_useless_input),
+        cmocka_unit_test(test_follow_is_fit),
+        cmocka_unit_test(test_follow_four),
         cmocka_unit_test(test_follow_useless_start),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

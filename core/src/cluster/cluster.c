@@ -145,26 +145,46 @@ static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sum
     return covariance;
 }
 
+/* Of up to four: the rotations of a cloth of small clusters would take most of the time one by one. */
+static void clusters_update_few(const pli_body* body, const plii_clusters* clusters, plii_cluster** items, int count) {
+    pli_mat3 rotations[PLII_LANES] = {0};
+    pli_quat* quaternions[PLII_LANES] = {0};
+    for (int i = 0; i < count; ++i) {
+        const cluster_sums sums = cluster_sum_up(body, clusters, items[i]);
+        rotations[i] = cluster_read_sums(items[i], &sums);
+        quaternions[i] = &items[i]->warm_rotation;
+    }
+    plii_rotations_fit_warm(count, rotations, quaternions);
+    for (int i = 0; i < count; ++i) {
+        plii_cluster* cluster = items[i];
+        cluster->has_frame = true;
+        cluster->frame.rotation = rotations[i];
+        cluster_update_inertia(cluster);
+        const pli_vec3 spin = pli_mat3_mul_vec3(cluster->inverse_inertia, plii_xyz(cluster->angular_velocity));
+        plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(spin, 1.0f - cluster->settings.angular_damping));
+    }
+}
+
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     if (cluster->has_frame) { return; }
-    cluster->has_frame = true;
-    if (clusters->def.reference_mode) {
+    if (!clusters->def.reference_mode) {
+        clusters_update_few(body, clusters, &cluster, 1);
+    } else {
+        cluster->has_frame = true;
         cluster_update_frame_of_bullet(body, clusters, cluster);
-        return;
     }
-    const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
-    const pli_mat3 covariance = cluster_read_sums(cluster, &sums);
-    cluster->frame.rotation = plii_rotation_fit_warm(&covariance, &cluster->warm_rotation);
-    cluster_update_inertia(cluster);
-    const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
-    plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
-                                                            1.0f - cluster->settings.angular_damping));
 }
 
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
-    for (PLII_EACH(plii_cluster, cluster, clusters->items, clusters->count)) {
-        if (cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near)) {
-            plii_cluster_update_frame(body, clusters, cluster);
+    plii_cluster* items[PLII_LANES];
+    int count = 0;
+    for (int i = 0; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        const bool is_near = cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near);
+        if (is_near && !cluster->has_frame) { items[count++] = cluster; }
+        if (count == PLII_LANES || (count > 0 && i + 1 == clusters->count)) {
+            clusters_update_few(body, clusters, items, count);
+            count = 0;
         }
     }
 }

@@ -110,7 +110,8 @@ static void pose_fit(const pli_body* body, pose_state* pose, pli_vec3 origin, pl
                       copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
                       copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), last->rows[1].x - last->rows[0].y),
                       sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
-    pose->rotation = plii_rotation_fit_warm(&covariance, &start);
+    pose->rotation = covariance;
+    plii_rotations_fit_warm(1, &pose->rotation, &(pli_quat*){&start});
 }
 
 static void pose_run(pli_body* body, void* state) {

@@ -5,6 +5,8 @@
 
 #include "math/rotation_fit.h"
 
+#include "math/simd_float4.h"
+
 #include <string.h>
 
 #define ROTATION_NEAR 1e-6       /* of the norm: eigenvalues so near to the largest share its eigenspace */
@@ -118,57 +120,85 @@ pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion) {
    its eigenvalues, which is hardly less, as the others are at most 1.5. */
 #define FOLLOW_LEAST_DETERMINANT 0.05f
 
-/* A unit quaternion turned by the vector w, but for the third order of its length. */
-static pli_quat follow_rotate(pli_quat q, pli_vec3 w) {
-    const pli_vec3 v = {q.x, q.y, q.z}, half = pli_vec3_scale(w, 0.5f);
-    const pli_vec3 moved = pli_vec3_add(pli_vec3_add(v, pli_vec3_scale(half, q.w)), pli_vec3_cross(v, half));
-    const float real = q.w - pli_vec3_dot(v, half);
-    const float scale = 1.0f / sqrtf(real * real + pli_vec3_length_squared(moved));
-    return (pli_quat){moved.x * scale, moved.y * scale, moved.z * scale, real * scale};
+/* Four unit quaternions by components. */
+typedef struct follow_quats {
+    plii_vec3x4 v;
+    plii_float4 w;
+} follow_quats;
+
+/* Turned by vectors, but for the third order of their length. */
+static follow_quats follow_rotate(follow_quats q, plii_vec3x4 rotation) {
+    const plii_vec3x4 half = plii_vec3x4_scale(rotation, plii_float4_all(0.5f));
+    const plii_vec3x4 moved = plii_vec3x4_add(q.v, plii_vec3x4_scale(half, q.w));
+    const plii_vec3x4 v = plii_vec3x4_add(moved, plii_vec3x4_cross(q.v, half));
+    const plii_float4 w = q.w - plii_vec3x4_dot(q.v, half);
+    const plii_float4 scale = 1.0f / plii_float4_sqrt(w * w + plii_vec3x4_dot(v, v));
+    return (follow_quats){plii_vec3x4_scale(v, scale), w * scale};
 }
 
-/* Of a quaternion whose length hardly differs from 1. */
-static pli_mat3 follow_matrix(pli_quat q) {
-    const float x2 = q.x * 2.0f, y2 = q.y * 2.0f, z2 = q.z * 2.0f;
-    const float xx = q.x * x2, yy = q.y * y2, zz = q.z * z2, xy = q.x * y2, xz = q.x * z2, yz = q.y * z2;
-    const float wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
-    return (pli_mat3){{{1.0f - (yy + zz), xy - wz, xz + wy},
-                       {xy + wz, 1.0f - (xx + zz), yz - wx},
-                       {xz - wy, yz + wx, 1.0f - (xx + yy)}}};
-}
-
-/* The rotation vector of a step; `is_sound` where it is one to a maximum. */
-static pli_vec3 follow_step(pli_mat3 r, pli_mat3 a, bool* is_sound) {
-    const pli_mat3 s = pli_mat3_mul(pli_mat3_transpose(r), a);
-    const pli_vec3 s0 = s.rows[0], s1 = s.rows[1], s2 = s.rows[2];
-    const pli_vec3 axial = {s2.y - s1.z, s0.z - s2.x, s1.x - s0.y};
-    const float xx = s1.y + s2.z, yy = s0.x + s2.z, zz = s0.x + s1.y;
-    const float xy = -0.5f * (s0.y + s1.x), xz = -0.5f * (s0.z + s2.x), yz = -0.5f * (s1.z + s2.y);
-    const pli_vec3 rows[3] = {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
-    const pli_mat3 cofactors = {
-        {pli_vec3_cross(rows[1], rows[2]), pli_vec3_cross(rows[2], rows[0]), pli_vec3_cross(rows[0], rows[1])}};
-    const float determinant = pli_vec3_dot(rows[0], cofactors.rows[0]);
-    *is_sound = xx > 0.0f && cofactors.rows[2].z > 0.0f && determinant > FOLLOW_LEAST_DETERMINANT;
-    return pli_vec3_scale(pli_mat3_mul_vec3(cofactors, axial), 1.0f / determinant);
-}
-
-pli_mat3 plii_rotation_fit_warm(const pli_mat3* matrix, pli_quat* quaternion) {
-    float squared = 0.0f;
+/* The rotation vectors of a step from quaternions whose length hardly differs from 1, for the rows of matrices; all
+   bits of `are_sound` where it is one to a maximum. */
+static plii_vec3x4 follow_step(follow_quats q, const plii_vec3x4 a[3], plii_mask4* are_sound) {
+    const plii_float4 x2 = q.v.x * 2.0f, y2 = q.v.y * 2.0f, z2 = q.v.z * 2.0f;
+    const plii_float4 qxx = q.v.x * x2, qyy = q.v.y * y2, qzz = q.v.z * z2;
+    const plii_float4 qxy = q.v.x * y2, qxz = q.v.x * z2, qyz = q.v.y * z2;
+    const plii_float4 wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
+    const plii_vec3x4 columns[3] = {{1.0f - (qyy + qzz), qxy + wz, qxz - wy},
+                                    {qxy - wz, 1.0f - (qxx + qzz), qyz + wx},
+                                    {qxz + wy, qyz - wx, 1.0f - (qxx + qyy)}};
+    plii_vec3x4 s[3];
     for (int k = 0; k < 3; ++k) {
-        squared += pli_vec3_length_squared(matrix->rows[k]);
+        s[k] = plii_vec3x4_add(plii_vec3x4_scale(a[0], columns[k].x), plii_vec3x4_scale(a[1], columns[k].y));
+        s[k] = plii_vec3x4_add(s[k], plii_vec3x4_scale(a[2], columns[k].z));
     }
-    const pli_mat3 a = plii_mat3_scale(*matrix, 1.0f / sqrtf(squared)); /* of norm 1 */
-    pli_quat q = *quaternion;
-    for (int step = 0; step < FOLLOW_MOST_STEPS; ++step) {
-        bool is_sound;
-        const pli_vec3 rotation = follow_step(follow_matrix(q), a, &is_sound);
-        q = follow_rotate(q, rotation);
-        if (is_sound && pli_vec3_length_squared(rotation) < FOLLOW_LAST_STEP * FOLLOW_LAST_STEP) {
-            *quaternion = q;
-            return pli_mat3_from_quat(q);
+    const plii_vec3x4 axial = {s[2].y - s[1].z, s[0].z - s[2].x, s[1].x - s[0].y};
+    const plii_float4 xx = s[1].y + s[2].z, yy = s[0].x + s[2].z, zz = s[0].x + s[1].y;
+    const plii_float4 xy = -0.5f * (s[0].y + s[1].x), xz = -0.5f * (s[0].z + s[2].x), yz = -0.5f * (s[1].z + s[2].y);
+    const plii_vec3x4 rows[3] = {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
+    const plii_vec3x4 x = plii_vec3x4_cross(rows[1], rows[2]), y = plii_vec3x4_cross(rows[2], rows[0]);
+    const plii_vec3x4 z = plii_vec3x4_cross(rows[0], rows[1]); /* cofactors */
+    const plii_float4 determinant = plii_vec3x4_dot(rows[0], x);
+    *are_sound = (xx > 0.0f) & (z.z > 0.0f) & (determinant > FOLLOW_LEAST_DETERMINANT);
+    const plii_vec3x4 step = {plii_vec3x4_dot(x, axial), plii_vec3x4_dot(y, axial), plii_vec3x4_dot(z, axial)};
+    return plii_vec3x4_scale(step, 1.0f / determinant);
+}
+
+void plii_rotations_fit_warm(int count, pli_mat3* matrices, pli_quat* const* quaternions) {
+    plii_float4 lanes[4][PLII_LANES]; /* rows and quaternions; where there are fewer than four, the first again */
+    for (int i = 0; i < PLII_LANES; ++i) {
+        const int from = i < count ? i : 0;
+        for (int k = 0; k < 3; ++k) {
+            lanes[k][i] = plii_lanes_from_vec3(&matrices[from].rows[k]);
         }
+        lanes[3][i] = plii_float4_load(&quaternions[from]->x);
     }
-    return plii_rotation_fit(matrix, quaternion);
+    plii_float4 squared = plii_float4_all(0.0f);
+    for (int k = 0; k < 3; ++k) {
+        plii_float4_transpose(lanes[k]);
+        squared += lanes[k][0] * lanes[k][0] + lanes[k][1] * lanes[k][1] + lanes[k][2] * lanes[k][2];
+    }
+    const plii_float4 scale = 1.0f / plii_float4_sqrt(squared);
+    plii_vec3x4 a[3]; /* of norm 1 */
+    for (int k = 0; k < 3; ++k) {
+        a[k] = (plii_vec3x4){lanes[k][0] * scale, lanes[k][1] * scale, lanes[k][2] * scale};
+    }
+    plii_float4_transpose(lanes[3]);
+    follow_quats q = {{lanes[3][0], lanes[3][1], lanes[3][2]}, lanes[3][3]};
+    plii_mask4 are_done = {0, 0, 0, 0};
+    for (int step = 0; step < FOLLOW_MOST_STEPS && plii_lanes_bits(are_done) != (1 << PLII_LANES) - 1; ++step) {
+        plii_mask4 are_sound;
+        const plii_vec3x4 rotation = follow_step(q, a, &are_sound);
+        const follow_quats next = follow_rotate(q, rotation);
+        q = (follow_quats){plii_vec3x4_select(are_done, q.v, next.v), plii_lanes_select(are_done, q.w, next.w)};
+        are_done |= are_sound & (plii_vec3x4_dot(rotation, rotation) < FOLLOW_LAST_STEP * FOLLOW_LAST_STEP);
+    }
+    plii_float4 found[PLII_LANES] = {q.v.x, q.v.y, q.v.z, q.w};
+    plii_float4_transpose(found);
+    for (int i = 0; i < count; ++i) {
+        if (are_done[i]) { plii_float4_store(&quaternions[i]->x, found[i]); }
+        matrices[i] =
+            are_done[i] ? pli_mat3_from_quat(*quaternions[i]) : plii_rotation_fit(&matrices[i], quaternions[i]);
+    }
 }
 
 /* Polar decomposition by scaled Newton iteration (Higham, "Computing the polar decomposition with applications",

@@ -11,9 +11,10 @@ void plii_diagonalize(double matrix[4][4], double axes[4][4]);
    the last step; any length, identity when useless. Replaced by the result, unit, on the start's side. */
 pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion);
 
-/* plii_rotation_fit for a start that is near the result, such as that of the last step, in float: right to 3e-6 rad.
-   What turns out not to be near, or has no one nearest rotation, is left to plii_rotation_fit. */
-pli_mat3 plii_rotation_fit_warm(const pli_mat3* matrix, pli_quat* quaternion);
+/* plii_rotation_fit of one to four matrices, which the rotations replace, for starts that are near the results, such as
+   those of the last step, in float: right to 3e-6 rad, with bits that do not depend on the others. What turns out not
+   to be near, or has no one nearest rotation, is left to plii_rotation_fit. */
+void plii_rotations_fit_warm(int count, pli_mat3* matrices, pli_quat* const* quaternions);
 
 /* Factor U of a = U S with S symmetric and positive definite. det U has the sign of det a, so an inverted matrix gives
    a reflection. Bit-equal to btPolarDecomposition with its default settings wherever that gives numbers, with its one
