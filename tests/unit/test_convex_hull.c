@@ -1,23 +1,10 @@
 /* The hull service: closed, convex, made of extreme points only, whatever the points. */
 
-#include "check.h"
 #include "failing_allocator.h"
 #include "geometry/convex_hull.h"
 #include "geometry/orient3d.h"
 
-static pli_context* context;
-
-static int setup(void** state) {
-    (void)state;
-    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    (void)state;
-    const size_t left = pli_context_allocated_bytes(context);
-    pli_context_destroy(context);
-    return left == 0 ? 0 : -1;
-}
+#include "context_fixture.h"
 
 static float random_unit(uint32_t* seed) {
     *seed = UINT32_C(1664525) * *seed + UINT32_C(1013904223);
@@ -269,5 +256,5 @@ int main(void) {
         cmocka_unit_test(test_extreme_sizes),
         cmocka_unit_test(test_out_of_memory_leaves_nothing),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, setup_context, teardown_context);
 }

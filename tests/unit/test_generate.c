@@ -1,25 +1,12 @@
 /* Generators: counts, places, pins, and what they refuse. Bit equality with Bullet is in oracle_generate.cpp. */
 
-#include "check.h"
 #include "failing_allocator.h"
+
+#include "context_fixture.h"
 
 #include <pliant/generate.h>
 
 #include <limits.h>
-
-static pli_context* context;
-
-static int setup(void** state) {
-    (void)state;
-    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    (void)state;
-    const size_t left = pli_context_allocated_bytes(context);
-    pli_context_destroy(context);
-    return left == 0 ? 0 : -1;
-}
 
 /* The call must give `status` and a message with `text` in it, and make nothing. */
 #define check_refused(call, status, text)                                                                              \
@@ -295,5 +282,5 @@ int main(void) {
         cmocka_unit_test(test_convex_hull),    cmocka_unit_test(test_triangles),
         cmocka_unit_test(test_tetras),         cmocka_unit_test(test_out_of_memory_leaves_nothing),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, setup_context, teardown_context);
 }

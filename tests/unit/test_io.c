@@ -1,26 +1,13 @@
 /* Readers of OBJ and TetGen files: what is accepted, what is refused and with which message. */
 
-#include "check.h"
 #include "failing_allocator.h"
+
+#include "context_fixture.h"
 
 #include <pliant/io.h>
 
 #include <locale.h>
 #include <stdio.h>
-
-static pli_context* context;
-
-static int setup(void** state) {
-    (void)state;
-    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    (void)state;
-    const size_t left = pli_context_allocated_bytes(context);
-    pli_context_destroy(context);
-    return left == 0 ? 0 : -1;
-}
 
 /* In the working directory. */
 static const char* file_path(const char* name) {
@@ -477,5 +464,5 @@ int main(void) {
         cmocka_unit_test(test_every_truncation),
         cmocka_unit_test(test_out_of_memory_leaves_nothing),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, setup_context, teardown_context);
 }

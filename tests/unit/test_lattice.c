@@ -1,25 +1,11 @@
 /* The distance lattice: exact at lattice points, linear in between, bounded memory, errors. */
 
-#include "check.h"
+#include "context_fixture.h"
 
 #include "pliant/bullet_reference.h"
 #include "pliant/shape.h"
 
 #include <string.h>
-
-static pli_context* context;
-
-static int setup(void** state) {
-    (void)state;
-    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    (void)state;
-    const size_t left = pli_context_allocated_bytes(context);
-    pli_context_destroy(context);
-    return left == 0 ? 0 : -1;
-}
 
 static void test_lattice_is_exact_at_its_points_and_linear_between(void** state) {
     (void)state;
@@ -105,5 +91,5 @@ int main(void) {
         cmocka_unit_test(test_lattice_memory_is_bounded_and_results_survive_the_bound),
         cmocka_unit_test(test_lattice_answers_far_and_bad_points),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, setup_context, teardown_context);
 }

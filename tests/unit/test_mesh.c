@@ -1,7 +1,8 @@
 /* The mesh recipe: appends and their errors, cloning, masses, bending links, orders, motions. */
 
-#include "check.h"
 #include "failing_allocator.h"
+
+#include "context_fixture.h"
 
 #include <pliant/body.h>
 #include <pliant/bullet_reference.h>
@@ -9,20 +10,6 @@
 #include <pliant/world.h>
 
 #include <float.h>
-
-static pli_context* context;
-
-static int setup(void** state) {
-    (void)state;
-    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    (void)state;
-    const size_t left = pli_context_allocated_bytes(context);
-    pli_context_destroy(context);
-    return left == 0 ? 0 : -1;
-}
 
 static pli_mesh* make_empty(void) {
     pli_mesh* mesh = NULL;
@@ -583,5 +570,5 @@ int main(void) {
         cmocka_unit_test(test_out_of_memory_changes_nothing),
         cmocka_unit_test(test_out_of_memory_while_building),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, setup_context, teardown_context);
 }

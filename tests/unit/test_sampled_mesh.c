@@ -1,12 +1,11 @@
 /* Solids sampled from triangle meshes: distances against the exact ones, signs of damaged surfaces, errors, contacts.
  */
 
-#include "check.h"
 #include "failing_allocator.h"
 
-#include <pliant/pliant.h>
+#include "context_fixture.h"
 
-static pli_context* context;
+#include <pliant/pliant.h>
 
 // ------------------------------------------------------------------------------------------------------- surfaces
 
@@ -575,16 +574,6 @@ static void test_cloth_stays_on_a_sampled_bunny(void** state) {
     surface_free(&s);
 }
 
-static int setup(void** state) {
-    (void)state;
-    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
-}
-static int teardown(void** state) {
-    (void)state;
-    pli_context_destroy(context);
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sampled_sphere),
@@ -601,5 +590,5 @@ int main(void) {
         cmocka_unit_test(test_sampled_mesh_refuses_bad_input),
         cmocka_unit_test(test_cloth_stays_on_a_sampled_bunny),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, setup_context, teardown_context);
 }

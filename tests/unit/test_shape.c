@@ -1,7 +1,7 @@
 /* Signed distances of the built-in shapes: against double-precision tests for inside and outside, against points of
    the surface, against finite differences, and against each other. */
 
-#include "check.h"
+#include "context_fixture.h"
 
 #include "pliant/bullet_reference.h"
 #include "pliant/shape.h"
@@ -11,20 +11,6 @@
 #include <string.h>
 
 enum { POINTS = 10000, SURFACE_POINTS = 500 };
-
-static pli_context* context;
-
-static int setup(void** state) {
-    (void)state;
-    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    (void)state;
-    const bool leaks = pli_context_allocated_bytes(context) != 0;
-    pli_context_destroy(context);
-    return leaks ? -1 : 0;
-}
 
 /* Uniform in [-size, size]. */
 static uint32_t random_state = 1;
@@ -679,5 +665,5 @@ int main(void) {
         cmocka_unit_test(test_shape_survives_every_failing_allocation),
         cmocka_unit_test(test_shape_refuses_bad_input),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, setup_context, teardown_context);
 }

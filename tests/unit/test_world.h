@@ -3,35 +3,29 @@
 
 /* An empty world for each test, and that nothing of it stays. */
 
-#include "check.h"
+#include "context_fixture.h"
 
 #include <pliant/pliant.h>
 
 #include <string.h>
 
-static pli_context* context;
 static pli_world* world;
 
 static inline int setup_world(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    if (setup_context(unused) != 0) { return -1; }
     return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
 }
 
 static inline int setup_weightless_world(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    if (setup_context(unused) != 0) { return -1; }
     pli_world_def def = pli_world_def_default();
     def.gravity = pli_vec3_make(0, 0, 0);
     return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
 }
 
 static inline int teardown_world(void** unused) {
-    (void)unused;
     pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
+    return teardown_context(unused);
 }
 
 /* Mean of the nodes' positions. */
