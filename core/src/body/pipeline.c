@@ -3,6 +3,7 @@
 #include "body/pipeline.h"
 
 #include "body/node_constraint.h"
+#include "body/substep.h"
 
 #include <string.h>
 
@@ -30,29 +31,37 @@ void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) 
     return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;
 }
 
+static bool feature_is_in(const plii_feature_class* klass, int stage) {
+    return stage == PLII_SUBSTEPPED ? klass->substepped != NULL : klass->stages[stage].run != NULL;
+}
+static int feature_order(const plii_feature_class* klass, int stage) {
+    return stage == PLII_SUBSTEPPED ? klass->substepped->order : klass->stages[stage].order;
+}
+
 /* Equal orders run in the order of enabling. Room was made before. */
 static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
     plii_pipeline_entry* entries = pipeline->entries;
     int count = 0;
     body->collides_with_bodies = body->may_be_joined = false;
-    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
+    for (int stage = 0; stage <= PLII_SUBSTEPPED; ++stage) {
         pipeline->begin[stage] = count;
         for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
             const plii_feature_class* klass = feature->klass;
             body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
             body->may_be_joined = body->may_be_joined || klass->visit_joined != NULL;
-            if (klass->stages[stage].run == NULL) { continue; }
+            if (!feature_is_in(klass, stage)) { continue; }
             int at = count++;
-            for (;
-                 at > pipeline->begin[stage] && entries[at - 1].klass->stages[stage].order > klass->stages[stage].order;
+            for (; at > pipeline->begin[stage] &&
+                   feature_order(entries[at - 1].klass, stage) > feature_order(klass, stage);
                  --at) {
                 entries[at] = entries[at - 1];
             }
-            entries[at] = (plii_pipeline_entry){klass->stages[stage].run, feature->state, klass};
+            plii_run_fn* run = stage == PLII_SUBSTEPPED ? NULL : klass->stages[stage].run;
+            entries[at] = (plii_pipeline_entry){run, feature->state, klass};
         }
     }
-    pipeline->begin[PLII_STAGE_COUNT] = count;
+    pipeline->begin[PLII_SUBSTEPPED + 1] = count;
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
@@ -80,17 +89,17 @@ static void feature_drop_user(pli_body* body, const plii_feature_class* klass) {
     }
 }
 
-static int feature_count_stages(const plii_feature_class* klass) {
+static int feature_count_entries(const plii_feature_class* klass) {
     int count = 0;
-    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
-        count += klass->stages[stage].run != NULL;
+    for (int stage = 0; stage <= PLII_SUBSTEPPED; ++stage) {
+        count += feature_is_in(klass, stage);
     }
     return count;
 }
 
 static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     plii_pipeline* pipeline = &body->pipeline;
-    const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass);
+    const int entry_count = pipeline->begin[PLII_SUBSTEPPED + 1] + feature_count_entries(klass);
     if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, pipeline->feature_count + 1) ||
         !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -252,12 +261,11 @@ int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* 
     for (int i = 0; features != NULL && i < pipeline->feature_count && i < capacity; ++i) {
         const plii_feature* feature = &pipeline->features[i];
         const plii_feature_class* klass = feature->klass;
-        features[i] =
-            (pli_feature_cost){.name = klass->name,
-                               .bytes = feature_held_bytes(body, feature),
-                               .is_needed = !feature->by_user,
-                               .has_passes = feature_count_stages(klass) > 0 || klass->collide_rigid != NULL ||
-                                             klass->collide_body != NULL || klass->substepped != NULL};
+        features[i] = (pli_feature_cost){.name = klass->name,
+                                         .bytes = feature_held_bytes(body, feature),
+                                         .is_needed = !feature->by_user,
+                                         .has_passes = feature_count_entries(klass) > 0 ||
+                                                       klass->collide_rigid != NULL || klass->collide_body != NULL};
     }
     return pipeline->feature_count;
 }

@@ -98,7 +98,7 @@ enum { PLII_MAX_SUBSTEP_KINDS = 16 };
 /* Features of the body that take part, by order; equals as they came. */
 typedef struct plii_substep_kinds {
     int count;
-    const plii_feature* at[PLII_MAX_SUBSTEP_KINDS];
+    const plii_pipeline_entry* at[PLII_MAX_SUBSTEP_KINDS];
     plii_substep_limits limits;
 } plii_substep_kinds;
 

@@ -1,60 +1,50 @@
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 
-static void substep_kinds_insert(plii_substep_kinds* kinds, const plii_feature* feature) {
-    const int order = feature->klass->substepped->order;
-    int place = kinds->count++;
-    for (; place > 0 && kinds->at[place - 1]->klass->substepped->order > order; --place) {
-        kinds->at[place] = kinds->at[place - 1];
-    }
-    kinds->at[place] = feature;
-}
+/* In a `for`: each that takes part in substeps, by order. */
+#define EACH_SUBSTEPPED(entry, pipeline)                                                                               \
+    PLII_EACH(const plii_pipeline_entry, entry, &(pipeline).entries[(pipeline).begin[PLII_SUBSTEPPED]],                \
+              (pipeline).begin[PLII_SUBSTEPPED + 1] - (pipeline).begin[PLII_SUBSTEPPED])
 
 static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits* limits) {
     limits->count = 0;
-    for (PLII_EACH_FEATURE(feature, body)) {
-        const plii_substep_class* kind = feature->klass->substepped;
-        if (kind == NULL || kind->room == NULL || limits->count == PLII_MAX_SUBSTEP_LIMITS) { continue; }
-        if (kind->is_idle != NULL && kind->is_idle(feature->state)) { continue; }
-        if (kind->is_limit != NULL && !kind->is_limit(feature->state)) { continue; }
+    for (EACH_SUBSTEPPED(entry, body->pipeline)) {
+        const plii_substep_class* kind = entry->klass->substepped;
+        if (kind->room == NULL || limits->count == PLII_MAX_SUBSTEP_LIMITS) { continue; }
+        if (kind->is_idle != NULL && kind->is_idle(entry->state)) { continue; }
+        if (kind->is_limit != NULL && !kind->is_limit(entry->state)) { continue; }
         limits->rooms[limits->count] = kind->room;
         limits->carries[limits->count] = kind->carry;
-        limits->states[limits->count++] = feature->state;
+        limits->states[limits->count++] = entry->state;
     }
 }
 
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
     kinds->count = 0;
-    for (PLII_EACH_FEATURE(feature, body)) {
-        const plii_substep_class* kind = feature->klass->substepped;
-        if (kind == NULL || (in_iterations && !kind->is_in_iterations)) { continue; }
-        if (kinds->count < PLII_MAX_SUBSTEP_KINDS) { substep_kinds_insert(kinds, feature); }
+    for (EACH_SUBSTEPPED(entry, body->pipeline)) {
+        const plii_substep_class* kind = entry->klass->substepped;
+        if (in_iterations && !kind->is_in_iterations) { continue; }
+        plii_thread.pass.feature = entry->klass;
+        if (kind->begin != NULL) { kind->begin(body, entry->state); }
+        if (kind->sweep == NULL || kinds->count == PLII_MAX_SUBSTEP_KINDS) { continue; }
+        if (kind->is_idle == NULL || !kind->is_idle(entry->state)) { kinds->at[kinds->count++] = entry; }
     }
-    int busy = 0;
-    for (PLII_EACH_AT(const plii_feature, feature, kinds->at, kinds->count)) {
-        const plii_substep_class* kind = feature->klass->substepped;
-        plii_thread.pass.feature = feature->klass;
-        if (kind->begin != NULL) { kind->begin(body, feature->state); }
-        const bool is_busy = kind->sweep != NULL && (kind->is_idle == NULL || !kind->is_idle(feature->state));
-        if (is_busy) { kinds->at[busy++] = feature; }
-    }
-    kinds->count = busy;
     substep_kinds_find_limits(body, &kinds->limits);
 }
 
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
     plii_substep_rigids_restart(body, substep);
-    for (PLII_EACH_AT(const plii_feature, feature, kinds->at, kinds->count)) {
-        plii_substep_fn* restart = feature->klass->substepped->restart;
-        if (restart != NULL) { restart(body, feature->state, substep); }
+    for (PLII_EACH_AT(const plii_pipeline_entry, entry, kinds->at, kinds->count)) {
+        plii_substep_fn* restart = entry->klass->substepped->restart;
+        if (restart != NULL) { restart(body, entry->state, substep); }
     }
 }
 
 void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
     for (int k = 0; k < kinds->count; ++k) {
-        const plii_feature* feature = kinds->at[k];
-        feature->klass->substepped->sweep(body, feature->state, substep);
-        for (int i = 0; i < k && feature->klass->substepped->order == PLII_ORDER_LINKS; ++i) {
+        const plii_pipeline_entry* entry = kinds->at[k];
+        entry->klass->substepped->sweep(body, entry->state, substep);
+        for (int i = 0; i < k && entry->klass->substepped->order == PLII_ORDER_LINKS; ++i) {
             plii_substep_fn* after_links = kinds->at[i]->klass->substepped->after_links;
             if (after_links != NULL) { after_links(body, kinds->at[i]->state, substep); }
         }

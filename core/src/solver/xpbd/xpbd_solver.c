@@ -103,9 +103,9 @@ static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
     const int count = state->def.substeps, done = state->substep.index + 1;
     state->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
     xpbd_run_pass(body, &state->nodes, done < count && !state->has_finish ? pass->finish_and_move : pass->finish);
-    for (PLII_EACH_AT(const plii_feature, feature, state->kinds.at, state->kinds.count)) {
-        plii_substep_fn* finish = feature->klass->substepped->finish;
-        if (finish != NULL) { finish(body, feature->state, &state->substep); }
+    for (PLII_EACH_AT(const plii_pipeline_entry, entry, state->kinds.at, state->kinds.count)) {
+        plii_substep_fn* finish = entry->klass->substepped->finish;
+        if (finish != NULL) { finish(body, entry->state, &state->substep); }
     }
 }
 
