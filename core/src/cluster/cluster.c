@@ -147,7 +147,7 @@ static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sum
 
 /* Of up to four: the rotations of a cloth of small clusters would take most of the time one by one. */
 static void clusters_update_few(const pli_body* body, const plii_clusters* clusters, plii_cluster** items, int count) {
-    pli_mat3 rotations[PLII_LANES] = {0};
+    pli_mat3 rotations[PLII_LANES];
     pli_quat* quaternions[PLII_LANES] = {0};
     for (int i = 0; i < count; ++i) {
         const cluster_sums sums = cluster_sum_up(body, clusters, items[i]);

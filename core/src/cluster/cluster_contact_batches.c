@@ -507,6 +507,7 @@ static inline group_sums groups_sum_up(const plii_contact_batches* groups, const
         const plii_contact_block* block = &groups->blocks[group->first_block + i];
         pushes = plii_vec3x4_add(pushes, groups_sum(block->directions, block->impulses));
         drifts = plii_vec3x4_add(drifts, plii_vec3x4_scale(block->directions[0], block->drifts));
+#pragma GCC unroll 2
         for (int side = 0; side < 2; ++side) {
             plii_vec3x4 *angular = &sums.velocities.angular[side], *drift = &sums.drifts.angular[side];
             *angular = plii_vec3x4_add(*angular, groups_sum(block->rotations[side], block->impulses));
@@ -516,6 +517,7 @@ static inline group_sums groups_sum_up(const plii_contact_batches* groups, const
         sums.pushed = plii_lanes_max(sums.pushed, block->impulses[0]);
         sums.drift_counts += plii_lanes_select(zero < block->drifts, one, zero);
     }
+#pragma GCC unroll 2
     for (int side = 0; side < 2; ++side) {
         sums.velocities.linear[side] = plii_vec3x4_mul(pushes, group->inverse_masses[side]);
         sums.drifts.linear[side] = plii_vec3x4_mul(drifts, group->inverse_masses[side]);

@@ -92,21 +92,20 @@ static void surface_add_candidate(int triangle, void* user) {
     candidates->offsets[place] = -height;
 }
 
-static surface_candidates surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points,
-                                                  float reach) {
+/* Into the place where they are used: there is much of them to copy. */
+static void surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points, float reach,
+                                    surface_candidates* candidates) {
     const pli_bounds near = plii_bounds_of_points(count, points);
-    surface_candidates candidates;
-    candidates.surface = surface;
-    candidates.middle = pli_vec3_scale(pli_vec3_add(near.min, near.max), 0.5f);
-    candidates.half = pli_vec3_sub(near.max, candidates.middle);
-    candidates.reach = SURFACE_BOX_REACH * reach;
-    candidates.count = 0;
-    plii_bvh_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
-    for (int i = candidates.count; i < SURFACE_MAX_CANDIDATES && i % PLII_LANES != 0; ++i) { /* nowhere near */
-        candidates.normals[0][i] = candidates.normals[1][i] = candidates.normals[2][i] = 0.0f;
-        candidates.offsets[i] = INFINITY;
+    candidates->surface = surface;
+    candidates->middle = pli_vec3_scale(pli_vec3_add(near.min, near.max), 0.5f);
+    candidates->half = pli_vec3_sub(near.max, candidates->middle);
+    candidates->reach = SURFACE_BOX_REACH * reach;
+    candidates->count = 0;
+    plii_bvh_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, candidates);
+    for (int i = candidates->count; i < SURFACE_MAX_CANDIDATES && i % PLII_LANES != 0; ++i) { /* nowhere near */
+        candidates->normals[0][i] = candidates->normals[1][i] = candidates->normals[2][i] = 0.0f;
+        candidates->offsets[i] = INFINITY;
     }
-    return candidates;
 }
 
 static int surface_nearest_candidate(const surface_candidates* candidates, pli_vec3 p, float max_squared) {
@@ -169,7 +168,7 @@ static void surface_distances(const void* user, int count, const pli_vec3* point
     const float reach = has_reach ? 1.001f * plii_max(max_distance, surface->thickness) : INFINITY;
     surface_candidates candidates;
     candidates.count = SURFACE_MAX_CANDIDATES + 1;
-    if (has_reach && count > 0) { candidates = surface_find_candidates(surface, count, points, reach); }
+    if (has_reach && count > 0) { surface_find_candidates(surface, count, points, reach, &candidates); }
     for (int i = 0; i < count; ++i) {
         const pli_vec3 p = points[i];
         normals[i] = pli_vec3_make(1, 0, 0);
