@@ -362,6 +362,23 @@ def _finish(value, context, world, name):
     return _convert.result_of(value)
 
 
+def _shown(value):
+    if isinstance(value, dict):
+        return "{" + ", ".join(f'"{name}": {_shown(each)}' for name, each in value.items()) + "}"
+    if isinstance(value, tuple):
+        return "(" + ", ".join(map(_shown, value)) + ")"
+    return f"{value:g}" if isinstance(value, float) else "None" if isinstance(value, ffi.CData) else repr(value)
+
+
+def _defaults_of(name):
+    """For `help`: what a call takes by name, with the defaults."""
+    for kind in ffi.typeof(getattr(lib, name)).args:
+        if kind.kind == "pointer" and kind.item.cname.endswith("_def"):
+            fields = _convert.result_of(_convert.default_of(kind.item)[0])
+            return "\n\n" + ", ".join(f"{field}={_shown(value)}" for field, value in fields.items())
+    return ""
+
+
 def _method(name, owner):
     declared = _signature(name)
     takes_owner = bool(declared) and owner in declared[0].split("*")[0].split() and "**" not in declared[0]
@@ -386,7 +403,7 @@ def _method(name, owner):
     made = method if takes_owner else staticmethod(factory)
     target = made if takes_owner else factory
     target.__name__ = name[len(owner) + 1:]
-    target.__doc__ = f"{name}({', '.join(declared)})"
+    target.__doc__ = f"{name}({', '.join(declared)})" + _defaults_of(name)
     return made
 
 
