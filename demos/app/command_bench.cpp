@@ -213,7 +213,9 @@ static void print_text(const std::vector<BenchResult>& results) {
     std::cout
         << "\nms: median over the frames of what the soft bodies take of a step. ratio: Bullet ms / Pliant ms; "
            "world ratio: of whole steps,\nrigid bodies included. stretch: root mean square of the links in "
-           "the last second of 15 s. alloc/step: over the second half of the frames.\n"
+           "the last second of 15 s,\nor with --quick and --series of the frames. alloc/step: over the second half of "
+           "the "
+           "frames.\n"
            "work/span: how many times as fast as on one thread a step is at most, however many threads there are; "
            "4/8/16 threads: predicted\nfrom the times of parts, without the cost of handing them over.\n";
 }

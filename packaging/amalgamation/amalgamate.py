@@ -16,7 +16,7 @@ import sys
 SWITCHES = {
     "src/cluster/": "PLIANT_FEATURES_CLUSTERS",
     "src/cut/": "PLIANT_FEATURES_CUT",
-    "src/file/": "PLIANT_FEATURES_FILES",  # names all features, so it goes with the first
+    "src/file/": "PLIANT_FEATURES_FILES",  # names all features: not there when one of them is not
     "src/self_collision/": "PLIANT_FEATURES_SELF_COLLISION",
     "src/solver/implicit/": "PLIANT_FEATURES_IMPLICIT",
     "src/solver/xpbd/": "PLIANT_FEATURES_XPBD",
@@ -161,10 +161,12 @@ def main():
         kernels[name] = core.expand(core.folder / name, once)
     wide_text = wide.read_text().replace("#pragma once\n", "").replace("defined(__AVX2__)", "1")
     wide_text = "#undef PLII_SIMD_LARGE\n" + INCLUDE.sub("", wide_text)
-    switches = "".join(
-        f"#ifndef {switch}\n#define {switch} {0 if switch == 'PLIANT_WITH_CCD' else 1}\n#endif\n"
-        for switch in SWITCHES.values()
-    )
+    files = SWITCHES["src/file/"]
+    features = " && ".join(each for folder, each in SWITCHES.items() if folder[-1] == "/" and each != files)
+    defaults = {each: "1" for each in SWITCHES.values() if each != files}
+    defaults |= {"PLIANT_WITH_CCD": "0", files: f"({features})"}
+    switches = "".join(f"#ifndef {each}\n#define {each} {value}\n#endif\n" for each, value in defaults.items())
+    switches += f'#if {files} && !({features})\n#error "{files} needs all features but threads"\n#endif\n'
     result = HEAD + (root / "packaging/amalgamation/head.inc").read_text() + switches
     result += '#include "pliant.h"\n' + headers.replace("defined(__AVX2__)", "0")
 

@@ -1,7 +1,8 @@
 """Pliant: soft bodies. The C interface as classes; see the headers for what functions do.
 
 A function pli_body_enable_tethers(body, def) is body.enable_tethers(...): the fields of the definition are named
-arguments, and what is left out has its default. Vectors are sequences of numbers, arrays are NumPy arrays or what can
+arguments, and what is left out has its default. Other parameters are given in their order or by name, `from_` for C's
+`from`. Vectors are sequences of numbers, arrays are NumPy arrays or what can
 become one. A status other than PLI_OK is raised as an Error with the library's message. What C returns by pointers is
 returned, as a tuple where there are several.
 """
@@ -66,6 +67,13 @@ class Mesh(_Part):
         pointer = _call("pli_mesh_create", [context], {}, context) if pointer is None else pointer
         super().__init__(context, pointer, lib.pli_mesh_destroy)
 
+    @property
+    def positions(self):
+        """[nodes, 3] m, a copy"""
+        view = lib.pli_mesh_get_view(self.pointer)
+        memory = ffi.buffer(view.positions, 12 * view.node_count) if view.node_count > 0 else b""
+        return np.frombuffer(memory, np.float32).reshape(-1, 3).copy()
+
 
 class Shape(_Part):
     """What rigid bodies are made of."""
@@ -82,9 +90,9 @@ class World(_Part):
         self._handles = weakref.WeakValueDictionary()
         super().__init__(context, pointer, lib.pli_world_destroy)
 
-    def step(self, seconds):
+    def step(self, dt):
         """pli_world_step; takes the shortest way, since it is called most."""
-        status = lib.pli_world_step(self._pointer, seconds)
+        status = lib.pli_world_step(self._pointer, dt)
         if status != lib.PLI_OK:
             _raise(status, self._context)
 
@@ -283,13 +291,16 @@ _LENGTHS_OF_OUTPUTS = {("pli_mesh_create_from_vertices", "vertex_nodes"): "verte
 
 
 def _call(name, arguments, fields, context):
-    """Calls with the arguments in their order; definitions are made of `fields`, outputs are returned."""
+    """Calls with the arguments in their order, then by name; definitions are made of the other `fields`, outputs are
+    returned."""
     function = getattr(lib, name)
     kind = ffi.typeof(function)
     declared = _signature(name)
+    words = [part.split()[-1] for part in declared]
     values, outputs, kept, given = [], [], [], {}
     arguments = list(arguments)
-    fields = dict(fields)
+    fields = {"from" if each == "from_" else each: value for each, value in fields.items()}
+    named = {word: fields.pop(word) for word in words[len(arguments):] if word in fields}
     for index, parameter in enumerate(kind.args):
         is_definition = parameter.kind == "pointer" and parameter.item.cname.endswith("_def")
         if is_definition and not (arguments and isinstance(arguments[0], (dict, ffi.CData))):
@@ -297,8 +308,11 @@ def _call(name, arguments, fields, context):
             _convert.fill(definition[0], fields, kept)
             fields = {}
             values.append(definition)
+        elif not arguments and words[index] in named:
+            given[words[index]] = named[words[index]]
+            values.append(_convert.value_of(parameter, named.pop(words[index]), kept))
         elif not arguments and _is_output(parameter) and not _is_const(declared, index):
-            length = _LENGTHS_OF_OUTPUTS.get((name, declared[index].split()[-1]))
+            length = _LENGTHS_OF_OUTPUTS.get((name, words[index]))
             if length is None:
                 memory = ffi.new(ffi.typeof(f"{parameter.item.cname}*"))
             else:
@@ -306,12 +320,12 @@ def _call(name, arguments, fields, context):
             outputs.append((parameter, memory))
             values.append(_convert.value_of(parameter, memory, kept))
         elif arguments:
-            given[declared[index].split()[-1]] = arguments[0]
+            given[words[index]] = arguments[0]
             values.append(_convert.value_of(parameter, arguments.pop(0), kept))
         else:
             raise TypeError(f"{name} wants {', '.join(declared)}")
-    if arguments or fields:
-        raise TypeError(f"{name} wants {', '.join(declared)}; left over: {arguments or fields}")
+    if arguments or fields or named:
+        raise TypeError(f"{name} wants {', '.join(declared)}; left over: {arguments or fields or named}")
     for array, value in given.items():
         count = _convert.count_of(array, given)
         if count is not None and count != array and isinstance(value, (list, tuple, np.ndarray)):
@@ -348,6 +362,23 @@ def _finish(value, context, world, name):
     return _convert.result_of(value)
 
 
+def _shown(value):
+    if isinstance(value, dict):
+        return "{" + ", ".join(f'"{name}": {_shown(each)}' for name, each in value.items()) + "}"
+    if isinstance(value, tuple):
+        return "(" + ", ".join(map(_shown, value)) + ")"
+    return f"{value:g}" if isinstance(value, float) else "None" if isinstance(value, ffi.CData) else repr(value)
+
+
+def _defaults_of(name):
+    """For `help`: what a call takes by name, with the defaults."""
+    for kind in ffi.typeof(getattr(lib, name)).args:
+        if kind.kind == "pointer" and kind.item.cname.endswith("_def"):
+            fields = _convert.result_of(_convert.default_of(kind.item)[0])
+            return "\n\n" + ", ".join(f"{field}={_shown(value)}" for field, value in fields.items())
+    return ""
+
+
 def _method(name, owner):
     declared = _signature(name)
     takes_owner = bool(declared) and owner in declared[0].split("*")[0].split() and "**" not in declared[0]
@@ -372,7 +403,7 @@ def _method(name, owner):
     made = method if takes_owner else staticmethod(factory)
     target = made if takes_owner else factory
     target.__name__ = name[len(owner) + 1:]
-    target.__doc__ = f"{name}({', '.join(declared)})"
+    target.__doc__ = f"{name}({', '.join(declared)})" + _defaults_of(name)
     return made
 
 

@@ -152,6 +152,28 @@ def test_errors_have_the_message_of_the_library(context):
         cloth.set_state(np.zeros((3, 3)))
 
 
+def test_parameters_by_name(context):
+    world = pliant.World(context)
+    mesh = pliant.Mesh.create_rope(context, from_=(0, 2, 0), to=(1, 2, 0), inner_nodes=3, pins=1)
+    mesh.set_total_mass(mass=0.5)
+    assert mesh.total_mass() == pytest.approx(0.5)
+    assert mesh.positions.tolist() == [[x, 2, 0] for x in (0, 0.25, 0.5, 0.75, 1)]
+    mesh.positions[:] = 0
+    assert mesh.positions[4, 0] == 1 and pliant.Mesh(context).positions.shape == (0, 3)
+    rope = pliant.Body.create(world, mesh=mesh, collision_margin=0.1)
+    rope.set_node_mass(4, mass=0)
+    world.step(dt=0.01)
+    assert rope.inverse_masses[4] == 0 and rope.get_collision_margin() == pytest.approx(0.1)
+    cloth = make_cloth(world)
+    hit = cloth.cast_ray(from_=(0.1, 3, 0.1), to=(0.1, 0, 0.1))
+    assert hit["point"][1] == pytest.approx(1, abs=0.01)
+    assert cloth.cast_ray({"from": (0.1, 3, 0.1), "to": (0.1, 0, 0.1)}) == hit
+    with pytest.raises(TypeError, match="float mass; left over: .*node"):
+        rope.set_node_mass(4, 1.0, node=4)
+    with pytest.raises(TypeError, match="wants .*float mass"):
+        rope.set_node_mass(node=4)
+
+
 @pytest.mark.parametrize("solver", ["position_based", "xpbd", "implicit"])
 def test_solvers(context, solver):
     world = pliant.World(context)
@@ -306,6 +328,8 @@ def test_threads_have_equal_bits():
 def test_names_of_the_headers_are_there():
     assert pliant.MAX_COORDINATE == 1e6
     assert "pli_body_enable_tethers(" in pliant.Body.enable_tethers.__doc__
+    assert "slack=0.01" in pliant.Body.enable_tethers.__doc__
+    assert 'solver={"velocity_iterations": 0, "position_iterations": 1,' in pliant.Body.create.__doc__
     missing = [name for name in pliant.functions
                if name.startswith("pli_body_enable_") and not hasattr(pliant.Body, name[len("pli_body_"):])]
     assert missing == []

@@ -6,7 +6,7 @@ compiler=$1 from=$2 work=$3 hello=$4
 rm -rf "$work"
 mkdir -p "$work/pliant"
 cp "$from/pliant.h" "$work/pliant/pliant.h" # the program says <pliant/pliant.h>
-off="-DPLIANT_FEATURES_CLUSTERS=0 -DPLIANT_FEATURES_CUT=0 -DPLIANT_FEATURES_FILES=0 -DPLIANT_FEATURES_SELF_COLLISION=0"
+off="-DPLIANT_FEATURES_CLUSTERS=0 -DPLIANT_FEATURES_CUT=0 -DPLIANT_FEATURES_SELF_COLLISION=0" # and so no files
 off="$off -DPLIANT_FEATURES_IMPLICIT=0 -DPLIANT_FEATURES_XPBD=0 -DPLIANT_FEATURES_THREADS=0"
 for kind in all cloth; do
     flags=-O0

@@ -135,7 +135,7 @@ check_layer(bench demos bullet_bridge/include core/include core/src) # it times 
 include(${CMAKE_CURRENT_LIST_DIR}/rooms.cmake)
 set(bullet_bridge_rooms include/pliant_bullet src)
 set(demos_rooms
-    "description measure/reference random_calls hello_core hello_bullet hello_cape hello_features hello_kinds hello_migration hello_rollback hello_vehicle"
+    "description measure/reference random_calls hello_core hello_bullet hello_cape hello_features hello_kinds hello_migration hello_rollback hello_state hello_vehicle"
     "scenes engines report" # what a scene says, what runs it, and how figures are written know nothing of each other
     "measure render"
     "measure/stability measure/workprec viewer export"

@@ -32,3 +32,10 @@ expect(GREATER "PLIANT_BUILD_BRIDGE=ON: the bridge to Bullet needs bullet \\(Deb
 
 configure(${CONSUMER} consumer "-DHOW=find_package;-DWITH_BULLET=OFF;-DCMAKE_PREFIX_PATH=${PREFIX}")
 expect(EQUAL "Pliant without pliant::bullet: pkg-config does not find bullet[^\n]*\\(Debian: libbullet-dev\\)")
+
+file(WRITE ${BUILD}/core/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(core C)
+find_package(pliant REQUIRED COMPONENTS core)
+")
+configure(${BUILD}/core wrong -DCMAKE_PREFIX_PATH=${PREFIX})
+expect(GREATER "there is no component core")

@@ -39,9 +39,36 @@ static void a_disabled_spring_does_nothing(void** unused) {
     (void)unused;
     pli_body* body = make_body();
     assert_int_equal(pli_body_enable_point_spring(body, pli_vec3_make(0, 0, 0), 2), PLI_OK);
-    pli_body_disable_point_spring(body);
+    assert_int_equal(pli_body_disable_point_spring(body), PLI_OK);
     run(100);
     check_near(pli_body_get_view(body).positions[0].x, 1, 0);
+}
+
+static void a_snapshot_has_the_settings(void** unused) {
+    (void)unused;
+    pli_body* body = make_body();
+    assert_int_equal(pli_body_enable_point_spring(body, pli_vec3_make(0, 0, 0), 2), PLI_OK);
+    unsigned char saved[4096];
+    size_t size = 0;
+    assert_int_equal(pli_world_save(world, saved, sizeof saved, &size), PLI_OK);
+    run(100);
+    const uint64_t hash = pli_body_state_hash(body);
+    assert_int_equal(pli_body_enable_point_spring(body, pli_vec3_make(0, 3, 0), 5), PLI_OK);
+    assert_int_equal(pli_world_restore(world, saved, size), PLI_OK);
+    run(100);
+    assert_true(pli_body_state_hash(body) == hash);
+}
+
+static void a_body_that_sleeps_wakes(void** unused) {
+    (void)unused;
+    pli_body* body = make_body();
+    assert_int_equal(pli_body_enable_sleep(body, NULL), PLI_OK);
+    run(600);
+    assert_true(pli_body_is_asleep(body));
+    assert_int_equal(pli_body_enable_point_spring(body, pli_vec3_make(0, 0, 0), 2), PLI_OK);
+    run(10);
+    assert_false(pli_body_is_asleep(body));
+    assert_true(pli_body_get_view(body).velocities[0].x < 0);
 }
 
 static void bad_values_are_refused(void** unused) {
@@ -56,6 +83,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_node_swings_with_the_period_of_mass_and_stiffness, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(a_disabled_spring_does_nothing, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_snapshot_has_the_settings, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_body_that_sleeps_wakes, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(bad_values_are_refused, setup_weightless_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

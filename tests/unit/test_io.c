@@ -447,8 +447,26 @@ static void test_out_of_memory_leaves_nothing(void** state) {
     remove_file("t.face");
 }
 
+/* What a modelling program numbers, as the vertices of a group, are the nodes of the same indices. */
+static void nodes_are_in_the_order_of_the_file(void** state) {
+    (void)state;
+    write_file("a.obj", "o A\nv 3 0 0\nv 9 9 9\nv 1 0 0\no B\nv 2 2 0\ng back\nf 4/1 1/2 3/3\n");
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_read_obj(context, file_path("a.obj"), &mesh), PLI_OK);
+    remove_file("a.obj");
+    const pli_mesh_view view = pli_mesh_get_view(mesh);
+    const float x[] = {3, 9, 1, 2};
+    assert_int_equal(view.node_count, 4);
+    for (int i = 0; i < 4; ++i) {
+        assert_true(view.positions[i].x == x[i]);
+    }
+    assert_int_equal(view.faces[0].nodes[0] + view.faces[0].nodes[1] + view.faces[0].nodes[2], 5);
+    pli_mesh_destroy(mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nodes_are_in_the_order_of_the_file),
         cmocka_unit_test(test_obj_forms),
         cmocka_unit_test(test_a_byte_order_mark_is_skipped),
         cmocka_unit_test(test_far_points_are_named_with_their_line),

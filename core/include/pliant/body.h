@@ -18,7 +18,9 @@ typedef struct pli_body pli_body;
 /// How the position-based solver runs.
 typedef struct pli_solver_settings {
     int velocity_iterations; ///< >= 0, default 0; see pli_body_enable_velocity_links. Bullet name: viterations
-    int position_iterations; ///< >= 0, default 1; anchors, contacts, links. Bullet name: piterations
+    /// >= 0, default 1 as in Bullet, which is soft: 4 to 20 are usual; anchors, contacts, links. Bullet name:
+    /// piterations
+    int position_iterations;
     /// >= 0, default 0; links on positions once more at the end of a step, with pli_body_enable_velocity_links. Nothing
     /// else holds nodes there: contacts, anchors, targets and tethers give way, as in Bullet. Bullet name: diterations
     int drift_iterations;

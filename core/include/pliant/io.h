@@ -19,7 +19,7 @@ typedef struct pli_triangles {
 } pli_triangles;
 
 /// Reads a Wavefront OBJ: `v` and `f` lines (polygons become fans, negative indices count from the end), all else is
-/// skipped.
+/// skipped. Points, and the nodes of pli_mesh_read_obj, are in the order of the `v` lines.
 /// @param triangles receives the points and triangles; what was in it is not released
 /// @return PLI_ERROR_FILE_OPEN, PLI_ERROR_FILE_FORMAT
 PLI_API pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_triangles* triangles);

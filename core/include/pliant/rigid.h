@@ -33,7 +33,8 @@ typedef struct pli_rigid_state {
     pli_vec3 linear_velocity;       ///< m/s, up to PLI_MAX_SPEED, default zero
     pli_vec3 angular_velocity;      ///< rad/s, up to PLI_MAX_ANGULAR_SPEED, default zero
     float inverse_mass;             ///< 1/kg, of PLI_MIN_MASS to PLI_MAX_MASS for dynamic, ignored otherwise
-    pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), up to PLI_MAX_INVERSE_INERTIA, ignored unless dynamic
+    pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), up to PLI_MAX_INVERSE_INERTIA, ignored unless dynamic; default
+                                    ///< zero: contacts do not turn it
 } pli_rigid_state;
 
 /// A rigid body.
