@@ -13,8 +13,8 @@
 #define GJK_PROGRESS 1e-13    /* of the squared distance */
 
 typedef struct gjk_vertex {
-    plii_dvec3 a, b, w; /* w = a - b */
-    pli_vec3 direction;
+    plii_dvec3 w; /* of a, with the offset, less that of b */
+    pli_vec3 point_a, point_b, direction;
 } gjk_vertex;
 
 /* Convex combination of up to 4 vertices of a simplex. */
@@ -26,10 +26,22 @@ typedef struct gjk_nearest {
     int count;
 } gjk_nearest;
 
+/* One by one: a whole one is much to clear and copy. */
+static inline void gjk_set(gjk_nearest* nearest, plii_dvec3 point, double squared, int count) {
+    nearest->point = point;
+    nearest->squared = squared;
+    nearest->count = count;
+}
+static inline void gjk_set_weight(gjk_nearest* nearest, int place, int index, double weight) {
+    nearest->index[place] = index;
+    nearest->weight[place] = weight;
+}
+
 static void gjk_reduce_to_vertex(const gjk_vertex* s, int i, gjk_nearest* best) {
     const double squared = plii_dvec3_dot(s[i].w, s[i].w);
     if (!(squared < best->squared)) { return; }
-    *best = (gjk_nearest){s[i].w, squared, {i}, {1.0}, 1};
+    gjk_set(best, s[i].w, squared, 1);
+    gjk_set_weight(best, 0, i, 1.0);
 }
 
 static void gjk_reduce_segment(const gjk_vertex* s, int i, int j, gjk_nearest* best) {
@@ -43,7 +55,10 @@ static void gjk_reduce_segment(const gjk_vertex* s, int i, int j, gjk_nearest* b
         const double t = along / length_squared;
         const plii_dvec3 point = plii_dvec3_add_scaled(a, ab, t);
         const double squared = plii_dvec3_dot(point, point);
-        if (squared < best->squared) { *best = (gjk_nearest){point, squared, {i, j}, {1.0 - t, t}, 2}; }
+        if (!(squared < best->squared)) { return; }
+        gjk_set(best, point, squared, 2);
+        gjk_set_weight(best, 0, i, 1.0 - t);
+        gjk_set_weight(best, 1, j, t);
     }
 }
 
@@ -68,7 +83,10 @@ static void gjk_reduce_triangle(const gjk_vertex* s, int i, int j, int k, gjk_ne
         const double squared = plii_dvec3_dot(p, p);
         if (!(squared < best->squared)) { return; }
         const double inverse = 1.0 / (u + v + w);
-        *best = (gjk_nearest){p, squared, {i, j, k}, {u * inverse, v * inverse, w * inverse}, 3};
+        gjk_set(best, p, squared, 3);
+        gjk_set_weight(best, 0, i, u * inverse);
+        gjk_set_weight(best, 1, j, v * inverse);
+        gjk_set_weight(best, 2, k, w * inverse);
         return;
     }
     if (!(u > 0.0)) { gjk_reduce_segment(s, j, k, best); }
@@ -98,14 +116,11 @@ static void gjk_reduce_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
         const double inverse = 1.0 / (weight[0] + weight[1] + weight[2] + weight[3]);
         plii_dvec3 sum = plii_dvec3_make(0, 0, 0);
         for (int i = 0; i < 4; ++i) {
-            best->index[i] = i;
-            best->weight[i] = weight[i] * inverse;
+            gjk_set_weight(best, i, i, weight[i] * inverse);
             sum = plii_dvec3_add_scaled(sum, s[i].w, best->weight[i]);
         }
         if (plii_dvec3_length(sum) <= GJK_RESIDUAL * longest) {
-            best->squared = 0.0;
-            best->point = plii_dvec3_make(0, 0, 0);
-            best->count = 4;
+            gjk_set(best, plii_dvec3_make(0, 0, 0), 0.0, 4);
             return;
         }
         is_flat = true; /* too flat for its weights */
@@ -115,18 +130,17 @@ static void gjk_reduce_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
     }
 }
 
-static gjk_nearest gjk_find_nearest(const gjk_vertex* simplex, int count) {
-    gjk_nearest best = {.squared = HUGE_VAL};
+static void gjk_find_nearest(const gjk_vertex* simplex, int count, gjk_nearest* best) {
+    gjk_set(best, plii_dvec3_make(0, 0, 0), HUGE_VAL, 0);
     if (count == 4) {
-        gjk_reduce_tetrahedron(simplex, &best);
+        gjk_reduce_tetrahedron(simplex, best);
     } else if (count == 3) {
-        gjk_reduce_triangle(simplex, 0, 1, 2, &best);
+        gjk_reduce_triangle(simplex, 0, 1, 2, best);
     } else if (count == 2) {
-        gjk_reduce_segment(simplex, 0, 1, &best);
+        gjk_reduce_segment(simplex, 0, 1, best);
     } else {
-        gjk_reduce_to_vertex(simplex, 0, &best);
+        gjk_reduce_to_vertex(simplex, 0, best);
     }
-    return best;
 }
 
 typedef struct gjk_state {
@@ -154,9 +168,8 @@ static gjk_vertex gjk_support(gjk_state* state, pli_vec3 normal) {
     const pli_vec3 point_a = a->support(a->user, pli_vec3_neg(normal)), point_b = b->support(b->user, normal);
     state->support_calls += 2;
     state->is_finite = state->is_finite && plii_vec3_is_finite(point_a) && plii_vec3_is_finite(point_b);
-    gjk_vertex v = {.direction = normal, .b = plii_dvec3_from(point_b)};
-    v.a = plii_dvec3_add(plii_dvec3_from(point_a), state->query->offset);
-    v.w = plii_dvec3_sub(v.a, v.b);
+    const plii_dvec3 a_moved = plii_dvec3_add(plii_dvec3_from(point_a), state->query->offset);
+    const gjk_vertex v = {plii_dvec3_sub(a_moved, plii_dvec3_from(point_b)), point_a, point_b, normal};
     const double squared = plii_dvec3_dot(v.w, v.w);
     if (squared > state->reach_squared) { state->reach_squared = squared; }
     const plii_dvec3 n = plii_dvec3_from(normal);
@@ -188,14 +201,13 @@ static void gjk_start(gjk_state* state, const plii_convex_cache* cache) {
 }
 
 /* Drops the vertices that the nearest point does not need. */
-static void gjk_reduce(gjk_state* state, gjk_nearest* nearest) {
+static void gjk_reduce(gjk_state* state, const gjk_nearest* nearest) {
     state->count = nearest->count;
     gjk_vertex kept[4];
     for (int i = 0; i < nearest->count; ++i) {
         kept[i] = state->simplex[nearest->index[i]];
-        nearest->index[i] = i;
     }
-    for (int i = 0; i < state->count; ++i) {
+    for (int i = 0; i < nearest->count; ++i) {
         state->simplex[i] = kept[i];
     }
 }
@@ -209,8 +221,9 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
     state.reach_squared = 0.0;
     state.is_finite = true;
     gjk_start(&state, cache);
-    gjk_nearest nearest = gjk_find_nearest(state.simplex, state.count);
-    gjk_reduce(&state, &nearest);
+    gjk_nearest found[2], *nearest = &found[0], *next = &found[1];
+    gjk_find_nearest(state.simplex, state.count, nearest);
+    gjk_reduce(&state, nearest);
     plii_convex_relation relation = PLII_CONVEX_SEPARATED;
     const double gap = query->gap > 0.0 ? query->gap : GJK_GAP;
     while (state.is_finite) {
@@ -218,29 +231,37 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
             relation = PLII_CONVEX_BEYOND;
             break;
         }
-        if (nearest.squared <= GJK_TOUCHING * GJK_TOUCHING * state.reach_squared) {
+        if (nearest->squared <= GJK_TOUCHING * GJK_TOUCHING * state.reach_squared) {
             relation = PLII_CONVEX_OVERLAPPING;
             break;
         }
-        const double distance = sqrt(nearest.squared);
+        const double distance = sqrt(nearest->squared);
         if (distance < query->enough || distance - state.lower_bound <= gap * distance || !gjk_may_call(&state)) {
             break;
         }
-        const gjk_vertex v = gjk_support(&state, plii_dvec3_to_float(plii_dvec3_scale(nearest.point, 1.0 / distance)));
+        const gjk_vertex v = gjk_support(&state, plii_dvec3_to_float(plii_dvec3_scale(nearest->point, 1.0 / distance)));
         if (distance - state.lower_bound <= gap * distance || gjk_is_in_simplex(&state, &v)) { break; }
         state.simplex[state.count] = v; /* beyond what counts until it proves good */
-        const gjk_nearest next = gjk_find_nearest(state.simplex, state.count + 1);
-        if (!(next.squared < nearest.squared * (1.0 - GJK_PROGRESS))) { break; }
-        state.count += 1;
+        gjk_find_nearest(state.simplex, state.count + 1, next);
+        if (!(next->squared < nearest->squared * (1.0 - GJK_PROGRESS))) { break; }
+        gjk_nearest* const before = nearest;
         nearest = next;
-        gjk_reduce(&state, &nearest);
+        next = before;
+        gjk_reduce(&state, nearest);
     }
     if (!state.is_finite) { relation = PLII_CONVEX_UNDEFINED; }
-    *result = (plii_gjk_result){.relation = relation, .support_calls = state.support_calls};
+    const plii_dvec3 zero = plii_dvec3_make(0, 0, 0);
+    result->relation = relation;
+    result->support_calls = state.support_calls;
+    result->distance = result->lower_bound = 0.0;
+    result->point_a = result->point_b = result->normal = zero;
+    result->simplex_count = 0;
     if (relation == PLII_CONVEX_UNDEFINED) { return; }
-    for (int i = 0; i < nearest.count; ++i) {
-        result->point_a = plii_dvec3_add_scaled(result->point_a, state.simplex[i].a, nearest.weight[i]);
-        result->point_b = plii_dvec3_add_scaled(result->point_b, state.simplex[i].b, nearest.weight[i]);
+    for (int i = 0; i < nearest->count; ++i) {
+        const gjk_vertex* vertex = &state.simplex[i];
+        const plii_dvec3 a = plii_dvec3_add(plii_dvec3_from(vertex->point_a), query->offset);
+        result->point_a = plii_dvec3_add_scaled(result->point_a, a, nearest->weight[i]);
+        result->point_b = plii_dvec3_add_scaled(result->point_b, plii_dvec3_from(vertex->point_b), nearest->weight[i]);
     }
     for (int i = 0; i < state.count; ++i) {
         result->simplex[i] = state.simplex[i].w;
@@ -252,8 +273,8 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
     for (int i = 0; cache != NULL && i < cache->count; ++i) {
         cache->directions[i] = is_beyond ? state.bound_direction : state.simplex[i].direction;
     }
-    const double distance = sqrt(nearest.squared);
-    if (distance > 0.0) { result->normal = plii_dvec3_scale(nearest.point, 1.0 / distance); }
+    const double distance = sqrt(nearest->squared);
+    if (distance > 0.0) { result->normal = plii_dvec3_scale(nearest->point, 1.0 / distance); }
     if (relation == PLII_CONVEX_OVERLAPPING) { return; }
     result->distance = distance;
     result->lower_bound = state.lower_bound > 0.0 ? state.lower_bound : 0.0;

@@ -77,8 +77,9 @@ plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* ca
     const int next = cache->present_count > 1 ? record[-1].previous_index + 1 : 0;
     const bool is_next = next < cache->before_count && plii_pair_keys_equal(cache->before[next].key, key);
     const int index = is_next ? next : pair_find_before(cache, key);
-    *record = (plii_pair_record){.key = key, .previous_index = index};
-    if (index != PLI_NULL_INDEX) { record->cache = cache->before[index].cache; }
+    record->key = key;
+    record->previous_index = index;
+    record->cache = index != PLI_NULL_INDEX ? cache->before[index].cache : (plii_convex_cache){0};
     return &record->cache;
 }
 
