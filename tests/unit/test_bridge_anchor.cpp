@@ -78,6 +78,57 @@ void test_a_pendulum_gains_no_energy(void**) {
     }
 }
 
+/// A door of 20 kg with cloth of 0.2 kg along its edge, as it turns on a hinge of Bullet without friction, and a bell
+/// of 100 kg with a rope of 0.1 kg, as it swings. Neither gets faster, nor off its hinge, in 20 s.
+void test_what_turns_on_a_hinge_gains_no_speed(void**) {
+    for (int i = 0; i < 2 * 3; ++i) {
+        const Solver solver = std::array{Solver::position_based, Solver::xpbd, Solver::implicit}[std::size_t(i % 3)];
+        const bool is_door = i < 3;
+        StockWorld stock;
+        const btVector3 half = is_door ? btVector3(0.5f, 1, 0.05f) : btVector3(0.3f, 0.3f, 0.3f);
+        btRigidBody& box = stock.add_box(half, is_door ? 20 : 100, btVector3(0, 3, 0));
+        const btVector3 pivot = is_door ? btVector3(-0.5f, 0, 0) : btVector3(0, 0.3f, 0);
+        const btVector3 spin = is_door ? btVector3(0, 3, 0) : btVector3(0, 0, 2);
+        box.setAngularVelocity(spin);
+        box.setLinearVelocity(spin.cross(-pivot));
+        box.setActivationState(DISABLE_DEACTIVATION);
+        btHingeConstraint hinge(box, pivot, is_door ? btVector3(0, 1, 0) : btVector3(0, 0, 1));
+        stock.world->addConstraint(&hinge);
+        pliant::Bridge bridge(*stock.world);
+        pli_patch_def patch = pli_patch_def_default();
+        patch.corner_00 = pli_vec3_make(0.5f, 4, 0);
+        patch.corner_10 = pli_vec3_make(0.5f, 2.2f, 0);
+        patch.corner_01 = pli_vec3_make(1, 4, 0);
+        patch.corner_11 = pli_vec3_make(1, 2.2f, 0);
+        patch.columns = 10;
+        patch.rows = 5;
+        const pli_vec3 top = pli_vec3_make(0.3f, 2.7f, 0), end = pli_vec3_make(0.3f, 0.7f, 0);
+        pli_mesh* mesh = nullptr;
+        pli_body* soft = nullptr;
+        assert_int_equal(is_door ? pli_mesh_create_patch(bridge.context(), &patch, &mesh)
+                                 : pli_mesh_create_rope(bridge.context(), top, end, 14, 0, &mesh),
+                         PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, is_door ? 0.2f : 0.1f), PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &soft), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(soft, solver);
+        const std::array edge{0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+        assert_int_equal(pli_body_attach_nodes(soft, edge.data(), is_door ? 10 : 1, bridge.rigid(box)), PLI_OK);
+        double fastest = 0, widest = 0;
+        for (int k = 0; k < 1200; ++k) {
+            stock.step(1);
+            if (k >= 600) { fastest = std::max(fastest, double(box.getAngularVelocity().length())); }
+            const btVector3 held = box.getWorldTransform() * pivot;
+            widest = std::max(widest, double((held - btVector3(pivot.x(), 3 + pivot.y(), 0)).length()));
+        }
+        print_message("%s, solver %d: at most %.3f rad/s from %.0f, %.2g m off\n", is_door ? "door" : "bell",
+                      int(solver), fastest, double(spin.length()), widest);
+        check_at_most(fastest, double(spin.length()));
+        check_at_most(widest, 0.004);
+        stock.world->removeConstraint(&hinge);
+    }
+}
+
 btRigidBody& add_kinematic_box(StockWorld& stock, float half_width) {
     btRigidBody& box = stock.add_box(btVector3(half_width, 0.1f, 0.1f), 0, btVector3(0, 3, 0));
     box.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
@@ -227,6 +278,7 @@ void test_a_world_may_shift_its_origin(void**) {
 int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
+        cmocka_unit_test(test_what_turns_on_a_hinge_gains_no_speed),
         cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
         cmocka_unit_test(test_a_node_is_where_a_box_in_flight_is),
         cmocka_unit_test(test_a_sheet_goes_along_where_its_box_appears_elsewhere),
