@@ -8,6 +8,8 @@
 #include <pliant/xpbd.h>
 
 #include <array>
+#include <cmath>
+#include <vector>
 
 namespace {
 
@@ -126,6 +128,91 @@ void test_what_turns_on_a_hinge_gains_no_speed(void**) {
         check_at_most(fastest, double(spin.length()));
         check_at_most(widest, 0.004);
         stock.world->removeConstraint(&hinge);
+    }
+}
+
+/// Both ropes of a bridge of 6 m, 2 kg each, in one body, with tethers; 20 planks of 5 kg, each held at two nodes of
+/// each.
+struct PlankBridge {
+    static constexpr int side = 61; // nodes
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    pli_body* ropes = nullptr;
+    std::vector<btRigidBody*> planks;
+    std::vector<btVector3> pivots; // of nodes that are held, in planks, four each
+    std::vector<int> held;
+
+    explicit PlankBridge(Solver solver) {
+        pli_mesh* mesh = nullptr;
+        assert_int_equal(pli_mesh_create(bridge.context(), &mesh), PLI_OK);
+        for (int i = 0; i < 2 * side; ++i) {
+            const int k = i % side;
+            const pli_vec3 place = pli_vec3_make(0.1f * float(k) - 3, 2, i < side ? -0.5f : 0.5f);
+            const bool is_end = k == 0 || k == side - 1;
+            assert_int_equal(pli_mesh_append_node(mesh, place, is_end ? 0 : 2.0f / side, nullptr), PLI_OK);
+            if (k > 0) { assert_int_equal(pli_mesh_append_link(mesh, i - 1, i, 0, nullptr), PLI_OK); }
+        }
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.05f;
+        def.solver.position_iterations = 10;
+        assert_int_equal(bridge.add_body(mesh, &def, &ropes), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(ropes, solver);
+        for (int i = 1; i + 2 < side; i += 3) {
+            planks.push_back(&stock.add_box(btVector3(0.1f, 0.03f, 0.5f), 5, btVector3(0.1f * float(i + 1) - 3, 2, 0)));
+            for (const int node : {i, i + 2, side + i, side + i + 2}) {
+                pli_anchor_def anchor = pli_anchor_def_default();
+                anchor.node = node;
+                anchor.rigid = bridge.rigid(*planks.back());
+                anchor.disable_collision = true;
+                assert_int_equal(pli_body_add_anchor(ropes, &anchor, nullptr), PLI_OK);
+                held.push_back(node);
+                const pli_vec4 place = pli_body_get_view(ropes).positions[node];
+                pivots.push_back(planks.back()->getWorldTransform().inverse() * btVector3(place.x, place.y, place.z));
+            }
+        }
+        assert_int_equal(pli_body_enable_tethers(ropes, nullptr), PLI_OK);
+        stock.add_box(btVector3(2, 0.5f, 1), 0, btVector3(-5.1f, 1.55f, 0));
+    }
+    /// m, of nodes from their points of the planks, at most.
+    double gap() const {
+        double most = 0;
+        for (std::size_t i = 0; i < held.size(); ++i) {
+            const pli_vec4 node = pli_body_get_view(ropes).positions[held[i]];
+            const btVector3 point = planks[i / 4]->getWorldTransform() * pivots[i];
+            most = std::max(most, double((btVector3(node.x, node.y, node.z) - point).length()));
+        }
+        return most;
+    }
+};
+
+/// At 1.5 m/s, from the left to the middle; with 4 sub-steps, as docs/manual/ropes.md advises.
+void test_a_bridge_of_planks_bears_a_person(void**) {
+    for (const Solver solver : {Solver::position_based, Solver::xpbd, Solver::implicit}) {
+        PlankBridge bridge(solver);
+        btRigidBody& person = bridge.stock.add_body(new btCapsuleShape(0.3f, 1.2f), 80, btVector3(-4, 2.95f, 0));
+        person.setAngularFactor(0);
+        person.setActivationState(DISABLE_DEACTIVATION);
+        for (int i = 0; i < 8 * 240; ++i) {
+            const btVector3 v = person.getLinearVelocity(), at = person.getWorldTransform().getOrigin();
+            const btScalar wanted = std::min(btScalar(1.5), -2 * at.x());
+            person.applyCentralForce(btVector3(800 * (wanted - v.x()), 0, -800 * v.z() - 800 * at.z()));
+            bridge.stock.step(1, btScalar(1) / btScalar(240));
+        }
+        const btVector3 at = person.getWorldTransform().getOrigin();
+        double under = 1e9; // the plank that is nearest along the bridge
+        double height = 0;
+        for (const btRigidBody* plank : bridge.planks) {
+            const btVector3 place = plank->getWorldTransform().getOrigin();
+            if (std::abs(double(place.x() - at.x())) > under) { continue; }
+            under = std::abs(double(place.x() - at.x()));
+            height = double(place.y());
+        }
+        print_message("solver %d: person at x = %.2f m, %.3f m above a plank, nodes %.2g m off\n", int(solver),
+                      double(at.x()), double(at.y()) - height, bridge.gap());
+        check_near(at.x(), 0, 0.2);
+        check_near(double(at.y()) - height, 0.93, 0.06);
+        check_at_most(bridge.gap(), 0.01);
     }
 }
 
@@ -279,6 +366,7 @@ int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
         cmocka_unit_test(test_what_turns_on_a_hinge_gains_no_speed),
+        cmocka_unit_test(test_a_bridge_of_planks_bears_a_person),
         cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
         cmocka_unit_test(test_a_node_is_where_a_box_in_flight_is),
         cmocka_unit_test(test_a_sheet_goes_along_where_its_box_appears_elsewhere),
