@@ -8,6 +8,8 @@
 #include <pliant/xpbd.h>
 
 #include <array>
+#include <cmath>
+#include <vector>
 
 namespace {
 
@@ -75,6 +77,191 @@ void test_a_pendulum_gains_no_energy(void**) {
         check_at_most(most, start + 1);
         check_at_most(widest, solver == Solver::position_based ? 0.1 : 1e-3);
         assert_int_equal(pendulum.bridge.status(), PLI_OK);
+    }
+}
+
+/// A door of 20 kg with cloth of 0.2 kg along its edge, as it turns on a hinge of Bullet without friction, and a bell
+/// of 100 kg with a rope of 0.1 kg, as it swings. Neither gets faster, nor off its hinge, in 20 s.
+void test_what_turns_on_a_hinge_gains_no_speed(void**) {
+    for (int i = 0; i < 2 * 3; ++i) {
+        const Solver solver = std::array{Solver::position_based, Solver::xpbd, Solver::implicit}[std::size_t(i % 3)];
+        const bool is_door = i < 3;
+        StockWorld stock;
+        const btVector3 half = is_door ? btVector3(0.5f, 1, 0.05f) : btVector3(0.3f, 0.3f, 0.3f);
+        btRigidBody& box = stock.add_box(half, is_door ? 20 : 100, btVector3(0, 3, 0));
+        const btVector3 pivot = is_door ? btVector3(-0.5f, 0, 0) : btVector3(0, 0.3f, 0);
+        const btVector3 spin = is_door ? btVector3(0, 3, 0) : btVector3(0, 0, 2);
+        box.setAngularVelocity(spin);
+        box.setLinearVelocity(spin.cross(-pivot));
+        box.setActivationState(DISABLE_DEACTIVATION);
+        btHingeConstraint hinge(box, pivot, is_door ? btVector3(0, 1, 0) : btVector3(0, 0, 1));
+        stock.world->addConstraint(&hinge);
+        pliant::Bridge bridge(*stock.world);
+        pli_patch_def patch = pli_patch_def_default();
+        patch.corner_00 = pli_vec3_make(0.5f, 4, 0);
+        patch.corner_10 = pli_vec3_make(0.5f, 2.2f, 0);
+        patch.corner_01 = pli_vec3_make(1, 4, 0);
+        patch.corner_11 = pli_vec3_make(1, 2.2f, 0);
+        patch.columns = 10;
+        patch.rows = 5;
+        const pli_vec3 top = pli_vec3_make(0.3f, 2.7f, 0), end = pli_vec3_make(0.3f, 0.7f, 0);
+        pli_mesh* mesh = nullptr;
+        pli_body* soft = nullptr;
+        assert_int_equal(is_door ? pli_mesh_create_patch(bridge.context(), &patch, &mesh)
+                                 : pli_mesh_create_rope(bridge.context(), top, end, 14, 0, &mesh),
+                         PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, is_door ? 0.2f : 0.1f), PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &soft), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(soft, solver);
+        const std::array edge{0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+        assert_int_equal(pli_body_attach_nodes(soft, edge.data(), is_door ? 10 : 1, bridge.rigid(box)), PLI_OK);
+        double fastest = 0, widest = 0;
+        for (int k = 0; k < 1200; ++k) {
+            stock.step(1);
+            if (k >= 600) { fastest = std::max(fastest, double(box.getAngularVelocity().length())); }
+            const btVector3 held = box.getWorldTransform() * pivot;
+            widest = std::max(widest, double((held - btVector3(pivot.x(), 3 + pivot.y(), 0)).length()));
+        }
+        print_message("%s, solver %d: at most %.3f rad/s from %.0f, %.2g m off\n", is_door ? "door" : "bell",
+                      int(solver), fastest, double(spin.length()), widest);
+        check_at_most(fastest, double(spin.length()));
+        check_at_most(widest, 0.004);
+        stock.world->removeConstraint(&hinge);
+    }
+}
+
+/// Both ropes of a bridge of 6 m, 2 kg each, in one body, with tethers; 20 planks of 5 kg, each held at two nodes of
+/// each.
+struct PlankBridge {
+    static constexpr int side = 61; // nodes
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    pli_body* ropes = nullptr;
+    std::vector<btRigidBody*> planks;
+    std::vector<btVector3> pivots; // of nodes that are held, in planks, four each
+    std::vector<int> held;
+
+    explicit PlankBridge(Solver solver) {
+        pli_mesh* mesh = nullptr;
+        assert_int_equal(pli_mesh_create(bridge.context(), &mesh), PLI_OK);
+        for (int i = 0; i < 2 * side; ++i) {
+            const int k = i % side;
+            const pli_vec3 place = pli_vec3_make(0.1f * float(k) - 3, 2, i < side ? -0.5f : 0.5f);
+            const bool is_end = k == 0 || k == side - 1;
+            assert_int_equal(pli_mesh_append_node(mesh, place, is_end ? 0 : 2.0f / side, nullptr), PLI_OK);
+            if (k > 0) { assert_int_equal(pli_mesh_append_link(mesh, i - 1, i, 0, nullptr), PLI_OK); }
+        }
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.05f;
+        def.solver.position_iterations = 10;
+        assert_int_equal(bridge.add_body(mesh, &def, &ropes), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(ropes, solver);
+        for (int i = 1; i + 2 < side; i += 3) {
+            planks.push_back(&stock.add_box(btVector3(0.1f, 0.03f, 0.5f), 5, btVector3(0.1f * float(i + 1) - 3, 2, 0)));
+            for (const int node : {i, i + 2, side + i, side + i + 2}) {
+                pli_anchor_def anchor = pli_anchor_def_default();
+                anchor.node = node;
+                anchor.rigid = bridge.rigid(*planks.back());
+                anchor.disable_collision = true;
+                assert_int_equal(pli_body_add_anchor(ropes, &anchor, nullptr), PLI_OK);
+                held.push_back(node);
+                const pli_vec4 place = pli_body_get_view(ropes).positions[node];
+                pivots.push_back(planks.back()->getWorldTransform().inverse() * btVector3(place.x, place.y, place.z));
+            }
+        }
+        assert_int_equal(pli_body_enable_tethers(ropes, nullptr), PLI_OK);
+        stock.add_box(btVector3(2, 0.5f, 1), 0, btVector3(-5.1f, 1.55f, 0));
+    }
+    /// m, of nodes from their points of the planks, at most.
+    double gap() const {
+        double most = 0;
+        for (std::size_t i = 0; i < held.size(); ++i) {
+            const pli_vec4 node = pli_body_get_view(ropes).positions[held[i]];
+            const btVector3 point = planks[i / 4]->getWorldTransform() * pivots[i];
+            most = std::max(most, double((btVector3(node.x, node.y, node.z) - point).length()));
+        }
+        return most;
+    }
+};
+
+/// At 1.5 m/s, from the left to the middle; with 4 sub-steps, as docs/manual/ropes.md advises.
+void test_a_bridge_of_planks_bears_a_person(void**) {
+    for (const Solver solver : {Solver::position_based, Solver::xpbd, Solver::implicit}) {
+        PlankBridge bridge(solver);
+        btRigidBody& person = bridge.stock.add_body(new btCapsuleShape(0.3f, 1.2f), 80, btVector3(-4, 2.95f, 0));
+        person.setAngularFactor(0);
+        person.setActivationState(DISABLE_DEACTIVATION);
+        for (int i = 0; i < 8 * 240; ++i) {
+            const btVector3 v = person.getLinearVelocity(), at = person.getWorldTransform().getOrigin();
+            const btScalar wanted = std::min(btScalar(1.5), -2 * at.x());
+            person.applyCentralForce(btVector3(800 * (wanted - v.x()), 0, -800 * v.z() - 800 * at.z()));
+            bridge.stock.step(1, btScalar(1) / btScalar(240));
+        }
+        const btVector3 at = person.getWorldTransform().getOrigin();
+        double under = 1e9; // the plank that is nearest along the bridge
+        double height = 0;
+        for (const btRigidBody* plank : bridge.planks) {
+            const btVector3 place = plank->getWorldTransform().getOrigin();
+            if (std::abs(double(place.x() - at.x())) > under) { continue; }
+            under = std::abs(double(place.x() - at.x()));
+            height = double(place.y());
+        }
+        print_message("solver %d: person at x = %.2f m, %.3f m above a plank, nodes %.2g m off\n", int(solver),
+                      double(at.x()), double(at.y()) - height, bridge.gap());
+        check_near(at.x(), 0, 0.2);
+        check_near(double(at.y()) - height, 0.93, 0.06);
+        check_at_most(bridge.gap(), 0.01);
+    }
+}
+
+/// A rope of 3 m and 3 kg between two cars of 1000 kg on little friction, the first pulled by 8 kN until it goes at 5
+/// m/s: the solvers that docs/manual/ropes.md advises stretch it by 3 to 5 %.
+void test_a_tow_rope_pulls_a_car(void**) {
+    for (const bool is_implicit : {true, false}) {
+        StockWorld stock;
+        const btVector3 half(1.5f, 0.4f, 0.8f);
+        stock.add_box(btVector3(50, 1, 50), 0, btVector3(0, -1, 0)).setFriction(1);
+        btRigidBody *second = &stock.add_box(half, 1000, btVector3(0, 0.4f, 0)),
+                    *first = &stock.add_box(half, 1000, btVector3(6, 0.4f, 0));
+        first->setFriction(0.1f);
+        second->setFriction(0.1f);
+        pliant::Bridge bridge(*stock.world);
+        const int ends[2] = {0, 15};
+        const pli_vec3 from = pli_vec3_make(1.5f, 0.4f, 0), to = pli_vec3_make(4.5f, 0.4f, 0);
+        pli_mesh* mesh = nullptr;
+        pli_body* rope = nullptr;
+        assert_int_equal(pli_mesh_create_rope(bridge.context(), from, to, 15, 0, &mesh), PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 3), PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        pli_implicit_def springs = pli_implicit_def_default();
+        springs.stiffness = 1e6f;
+        springs.finishing_iterations = 100;
+        pli_xpbd_def xpbd = pli_xpbd_def_default();
+        xpbd.substeps = 40;
+        assert_int_equal(is_implicit ? pli_body_enable_implicit(rope, &springs) : pli_body_enable_xpbd(rope, &xpbd),
+                         PLI_OK);
+        if (!is_implicit) { assert_int_equal(pli_body_enable_xpbd_links(rope, nullptr), PLI_OK); }
+        assert_int_equal(pli_body_attach_nodes(rope, &ends[0], 1, bridge.rigid(*second)), PLI_OK);
+        assert_int_equal(pli_body_attach_nodes(rope, &ends[1], 1, bridge.rigid(*first)), PLI_OK);
+        double longest = 0;
+        for (int i = 0; i < 480; ++i) {
+            first->activate(true);
+            if (i >= 60) {
+                const btScalar force = 20000 * (5 - first->getLinearVelocity().x());
+                first->applyCentralForce(btVector3(std::min(force, btScalar(8000)), 0, 0));
+            }
+            stock.step(1);
+            const btVector3 apart = first->getWorldTransform() * btVector3(-1.5f, 0, 0) -
+                                    second->getWorldTransform() * btVector3(1.5f, 0, 0);
+            longest = std::max(longest, double(apart.length()));
+        }
+        print_message("%s: at most %.3f m long, second car %.3f m/s\n", is_implicit ? "implicit" : "XPBD", longest,
+                      double(second->getLinearVelocity().x()));
+        check_at_most(longest, 3.16);
+        check_near(second->getLinearVelocity().x(), 4.9, 0.2);
     }
 }
 
@@ -227,6 +414,9 @@ void test_a_world_may_shift_its_origin(void**) {
 int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
+        cmocka_unit_test(test_what_turns_on_a_hinge_gains_no_speed),
+        cmocka_unit_test(test_a_bridge_of_planks_bears_a_person),
+        cmocka_unit_test(test_a_tow_rope_pulls_a_car),
         cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
         cmocka_unit_test(test_a_node_is_where_a_box_in_flight_is),
         cmocka_unit_test(test_a_sheet_goes_along_where_its_box_appears_elsewhere),

@@ -49,6 +49,14 @@ void plii_substep_rigid_pivot_turn(plii_substep_rigid_pivot* pivot) {
     pivot->point.offset = pli_mat3_mul_vec3(turned.rotation, pivot->start_offset);
 }
 
+/* As much of a change of velocity by the host as it is a free fall along gravity. */
+static plii_twist substep_free_fall(const pli_body* body, pli_vec3 change) {
+    const pli_vec3 fall = pli_vec3_scale(body->world->def.gravity, body->host_dt);
+    const float square = pli_vec3_dot(fall, fall);
+    const float off = square > 0.0f ? fabsf(pli_vec3_dot(change, fall) / square - 1.0f) : 1.0f;
+    return plii_twist_make(pli_vec3_scale(fall, plii_max(1.0f - 2.0f * off, 0.0f)), pli_vec3_make(0, 0, 0));
+}
+
 static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt) {
     plii_rigid_path* path = &rigid->path;
     const float rate = 1.0f / body->host_dt;
@@ -61,8 +69,9 @@ static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt
         path->drift.linear = pli_vec3_sub(pli_vec3_scale(motion, rate), path->start.linear);
         return;
     }
-    const plii_twist change = is_moved ? plii_twist_sub(rigid->given, path->begin_velocity)
-                                       : plii_twist_make(path->pull, pli_vec3_make(0, 0, 0));
+    const pli_vec3 gained = pli_vec3_sub(rigid->given.linear, path->begin_velocity.linear);
+    const plii_twist change =
+        is_moved ? substep_free_fall(body, gained) : plii_twist_make(path->pull, pli_vec3_make(0, 0, 0));
     path->gain = plii_twist_scale(change, dt * rate);
     plii_rigid_set_velocity(rigid, plii_twist_sub(path->start, change));
 }

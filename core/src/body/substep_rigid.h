@@ -1,8 +1,9 @@
 #pragma once
 
 /* Rigid bodies during the substeps of a step. Their owner moves them, before or after the solve; meanwhile they are on
-   a path of their own, from where the step began, with the velocities that constraints change at once. What the owner
-   did to their velocities in the step, gravity and contacts among rigid bodies, comes in equal parts. */
+   a path of their own, from where the step began, with the velocities that constraints change at once. Gravity
+   comes in equal parts. What joints, springs and contacts of the owner did holds from the start, as it takes it: in
+   equal parts it would be half a step late, and what turns on a hinge would swing up by itself. */
 
 #include "body/rigid_impl.h"
 #include "body/substep.h"
