@@ -231,6 +231,61 @@ static void bits_do_not_depend_on_threads(void** unused) {
     }
 }
 
+enum { COLUMN = 15 };
+
+typedef struct column_ranges {
+    int of_pairs, of_bodies;
+} column_ranges;
+
+static void note_ranges(pli_range_fn* range, void* task, int count, int grain, void* user) {
+    column_ranges* noted = user;
+    noted->of_pairs += count == COLUMN - 1;
+    noted->of_bodies += count == COLUMN;
+    for (int i = 0; i < count; i += grain) {
+        range(i, i + grain < count ? i + grain : count, task);
+    }
+}
+
+/* Balls on each other that have contacts of clusters alone, all of them with one box that moves. */
+static uint64_t run_column(column_ranges* noted) {
+    pli_context_def def = pli_context_def_default();
+    if (noted != NULL) {
+        def.parallel_for = note_ranges;
+        def.parallel_user = noted;
+    }
+    trial all = {.count = 0};
+    assert_int_equal(pli_context_create(&def, &all.context), PLI_OK);
+    assert_int_equal(pli_world_create(all.context, NULL, &all.world), PLI_OK);
+    pli_shape* box = NULL;
+    assert_int_equal(pli_shape_create_box(all.context, pli_vec3_make(0.3f, 20, 1), &box), PLI_OK);
+    all.rigids[all.rigid_count++] = add_rigid(&all, PLI_RIGID_DYNAMIC, pli_vec3_make(0.8f, 7, 0), box);
+    for (int i = 0; i < COLUMN; ++i) {
+        pli_body* ball = add_ball(&all, TRIAL_CLUSTERS, pli_vec3_make(0.02f * (float)(i % 3), 0.97f * (float)i, 0));
+        assert_int_equal(pli_body_disable_rigid_contacts(ball), PLI_OK);
+    }
+    int contacts = 0;
+    for (int i = 0; i < 10; ++i) {
+        step(&all);
+        for (int k = 0; k < COLUMN; ++k) {
+            contacts += pli_body_get_cluster_contacts(all.bodies[k], 0, NULL);
+        }
+    }
+    assert_true(contacts > 10 * COLUMN);
+    const uint64_t hash = hash_of(&all);
+    pli_world_destroy(all.world);
+    assert_int_equal(pli_context_destroy(all.context), PLI_OK);
+    return hash;
+}
+
+static void bodies_that_meet_by_clusters_alone_step_side_by_side(void** unused) {
+    (void)unused;
+    column_ranges noted = {0};
+    assert_true(run_column(&noted) == run_column(NULL));
+    print_message("%d ranges of pairs, %d of bodies\n", noted.of_pairs, noted.of_bodies);
+    assert_true(noted.of_pairs >= 8);
+    assert_int_equal(noted.of_bodies, 10); /* solves */
+}
+
 // ------------------------------------------------------------------------------------------------ pairs of a host
 
 /* Every body with every rigid body, body by body or rigid body by rigid body, in one call or in many. */
@@ -456,6 +511,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_pool_has_one_to_256_threads),
         cmocka_unit_test(bits_do_not_depend_on_threads),
+        cmocka_unit_test(bodies_that_meet_by_clusters_alone_step_side_by_side),
         cmocka_unit_test(pairs_in_one_call_are_those_one_by_one),
         cmocka_unit_test(pairs_of_a_body_that_make_several_parts_are_met_once),
         cmocka_unit_test(worlds_of_a_context_may_step_at_the_same_time),

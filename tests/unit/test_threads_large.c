@@ -5,6 +5,8 @@
 
 #include <pliant/pliant.h>
 
+#include <string.h>
+
 enum { SIDE = 48, LAYER = 12 };
 static const int teams[] = {3, 2, 8};
 static const float spacing = 0.02f;
@@ -167,7 +169,75 @@ static void bits_do_not_depend_on_threads(void** unused) {
     }
 }
 
+// ------------------------------------------------------------------------------------------- which nodes a part has
+
+enum { WIDE = 80 };
+
+typedef struct moves {
+    const pli_body* body;
+    pli_vec4 before[WIDE * WIDE];
+    int count, astray;
+} moves;
+
+/* As two threads would: each has a half of every range. Counts the nodes that a half moves among those of the other. */
+static void count_moves(pli_range_fn* range, void* task, int count, int grain, void* user) {
+    (void)grain;
+    moves* all = user;
+    for (int half = 0; half < 2; ++half) {
+        const pli_vec4* nodes = all->body != NULL ? pli_body_get_view(all->body).positions : NULL;
+        if (nodes != NULL) { memcpy(all->before, nodes, sizeof all->before); }
+        range(half * (count / 2), half == 0 ? count / 2 : count, task);
+        for (int i = 0; nodes != NULL && i < WIDE * WIDE; ++i) {
+            const bool has_moved = memcmp(&all->before[i], &nodes[i], sizeof nodes[i]) != 0;
+            all->count += has_moved;
+            all->astray += has_moved && half != 2 * i / (WIDE * WIDE);
+        }
+    }
+}
+
+static uint64_t step_wide(moves* all) {
+    pli_context_def def = pli_context_def_default();
+    if (all != NULL) {
+        def.parallel_for = count_moves;
+        def.parallel_user = all;
+    }
+    pli_context* context = NULL;
+    pli_world* world = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    assert_int_equal(pli_context_create(&def, &context), PLI_OK);
+    assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+    pli_patch_def patch = pli_patch_def_default();
+    patch.columns = patch.rows = WIDE;
+    assert_int_equal(pli_mesh_create_patch(context, &patch, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_append_bending_links(mesh, 2, 0, NULL), PLI_OK);
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_enable_colored_links(body), PLI_OK);
+    for (int i = 0; i < WIDE * WIDE; ++i) {
+        const pli_vec3 velocity = pli_vec3_make((float)(i % 7) - 3, (float)(i % 11) - 5, (float)(i % 13) - 6);
+        assert_int_equal(pli_body_set_node_velocity(body, i, velocity), PLI_OK);
+    }
+    if (all != NULL) { all->body = body; }
+    assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    const uint64_t hash = pli_body_state_hash(body);
+    pli_world_destroy(world);
+    assert_int_equal(pli_context_allocated_bytes(context), 0);
+    assert_int_equal(pli_context_destroy(context), PLI_OK);
+    return hash;
+}
+
+static void parts_of_all_colors_have_the_same_nodes(void** unused) {
+    (void)unused;
+    static moves all;
+    assert_true(step_wide(&all) == step_wide(NULL));
+    print_message("%d of %d nodes were moved by the other half\n", all.astray, all.count);
+    assert_true(all.count > 9 * WIDE * WIDE);
+    assert_true(all.astray < all.count / 20); /* links between the halves */
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bits_do_not_depend_on_threads)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bits_do_not_depend_on_threads),
+                                       cmocka_unit_test(parts_of_all_colors_have_the_same_nodes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -53,6 +53,7 @@ struct pli_body {
     bool is_asleep;            /* features/sleep.c */
     bool was_frozen;           /* just now, at `lost_node`: the event comes when all bodies are through */
     bool collides_with_bodies; /* a feature has collide_body */
+    bool solves_rigids;        /* a feature has collide_rigid, and does not act with joints */
     bool may_be_joined;        /* a feature has visit_joined */
     bool has_crosses;          /* plii_normals_crosses are those of the positions */
     int world_index;           /* in the world's list */

@@ -198,6 +198,9 @@ typedef struct plii_feature_class {
     pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
+    /* Before it: makes what the pair reads of both. NULL: collide_body writes to both bodies, else to `body` alone. */
+    void (*prepare_pair)(pli_body* body, void* state, pli_body* other, void* other_state);
+    bool acts_with_joints; /* what collides acts in JOINT_* alone: bodies that meet are solved side by side */
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
     int (*list_constraints)(const pli_body* body, const void* state, int capacity,
                             struct plii_node_constraint* constraints);

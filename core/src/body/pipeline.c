@@ -43,12 +43,13 @@ static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
     plii_pipeline_entry* entries = pipeline->entries;
     int count = 0;
-    body->collides_with_bodies = body->may_be_joined = false;
+    body->collides_with_bodies = body->solves_rigids = body->may_be_joined = false;
     for (int stage = 0; stage <= PLII_SUBSTEPPED; ++stage) {
         pipeline->begin[stage] = count;
         for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
             const plii_feature_class* klass = feature->klass;
             body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
+            body->solves_rigids = body->solves_rigids || (klass->collide_rigid != NULL && !klass->acts_with_joints);
             body->may_be_joined = body->may_be_joined || klass->visit_joined != NULL;
             if (!feature_is_in(klass, stage)) { continue; }
             int at = count++;

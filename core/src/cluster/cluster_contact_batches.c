@@ -3,6 +3,7 @@
    temporal coherence", 2005). A contact is a long chain of operations that waits for the one before, so pairs that have
    nothing movable in common are found first come, first served, and solved four at a time. */
 
+#include "base/ranges.h"
 #include "cluster/cluster_contacts_impl.h"
 
 #define GROUPS_MAX_COUNT 7 /* of contacts of a pair; more are taken as another pair */
@@ -359,8 +360,11 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     block->drifts = plii_lanes_select(is_deep, limited, zero);
 }
 
-static void groups_prepare(plii_contact_batches* groups) {
-    for (PLII_EACH(plii_contact_batch, group, groups->groups, groups->count)) {
+enum { GROUPS_PREPARE_NS = 300 }; /* of a group */
+
+static void groups_prepare_range(int begin, int end, void* data) {
+    plii_contact_batches* groups = data;
+    for (PLII_EACH(plii_contact_batch, group, &groups->groups[begin], end - begin)) {
         const group_terms common = groups_load_terms(groups, group);
         for (int k = 0; k < group->block_count; ++k) {
             const plii_cluster_contact* contacts[PLII_GROUP_LANES];
@@ -467,7 +471,7 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* gr
     }
     groups->block_count = block_count;
     groups_read_rigids(groups);
-    groups_prepare(groups);
+    plii_parallel_for(context, groups_prepare_range, groups, groups->count, plii_grain(GROUPS_PREPARE_NS));
     return true;
 }
 

@@ -160,6 +160,11 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
             (void)PLII_RESERVE(context, &state->surface, &state->surface_capacity, body->node_count);
         }
     }
+    for (PLII_EACH_BODY(other, world)) {
+        const plii_clusters* others = state->def.with_bodies ? plii_body_clusters(other) : NULL;
+        if (others == NULL) { continue; }
+        (void)PLII_RESERVE(context, &state->candidates, &state->candidate_capacity, others->count);
+    }
     if (state->def.with_self ||
         (state->def.with_bodies && plii_feature_is_shared(body, &plii_cluster_contacts_class))) {
         const int touched = cluster_contacts_least(CLUSTER_CONTACTS_PER_CLUSTER * clusters, nodes);
@@ -273,7 +278,9 @@ const plii_feature_class plii_cluster_contacts_class = {
         /* The next step frees the slots of pairs that have gone. */
         PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
+    .prepare_pair = plii_cluster_contacts_prepare_pair,
     .collide_body = plii_cluster_contacts_collide_body,
+    .acts_with_joints = true,
     .on_rigid_removed = cluster_contacts_on_rigid_removed,
     .on_shapes_changed = cluster_contacts_on_shapes_changed,
     .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body_removed,

@@ -137,7 +137,7 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
 
 /* Of clusters near each other; of one body each pair once, but for neighbours. */
 static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts* state, pli_body* other,
-                                           plii_cluster_contacts* other_state, float reach) {
+                                           const plii_cluster_contacts* other_state, float reach) {
     const plii_contact_terms both = {
         .margin = body->collision_margin + other->collision_margin,
         .friction = plii_min(state->def.friction, other_state->def.friction),
@@ -152,9 +152,9 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
         const pli_bounds near = plii_bounds_grow(clusters->items[i].bounds, reach);
-        other_state->candidate_count = plii_bvh4_overlaps(&other_state->tree, &near, other_state->candidates);
-        for (int k = 0; k < other_state->candidate_count; ++k) {
-            const int candidate = other_state->candidates[k];
+        state->candidate_count = plii_bvh4_overlaps(&other_state->tree, &near, state->candidates);
+        for (int k = 0; k < state->candidate_count; ++k) {
+            const int candidate = state->candidates[k];
             if (!other_clusters->items[candidate].settings.collides) { continue; }
             if (body == other &&
                 (candidate <= i ||
@@ -173,16 +173,38 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
     return PLI_OK;
 }
 
+/* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
+static float cluster_contacts_reach(const pli_body* body, const pli_body* other) {
+    return plii_body_clusters(body)->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
+}
+
+/* Where a search may find clusters, whose bounds are from before others moved nodes in UPDATE. */
+static pli_bounds cluster_contacts_near(const pli_body* body, float reach) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    pli_bounds near = body->bounds;
+    for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
+        if (cluster->settings.collides) { near = plii_bounds_join(near, cluster->bounds); }
+    }
+    return plii_bounds_grow(near, reach);
+}
+
+void plii_cluster_contacts_prepare_pair(pli_body* body, void* data, pli_body* other, void* other_data) {
+    plii_cluster_contacts *state = data, *other_state = other_data;
+    if (!state->def.with_bodies || !other_state->def.with_bodies) { return; }
+    plii_clusters *clusters = plii_body_clusters(body), *other_clusters = plii_body_clusters(other);
+    (void)PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, other_clusters->count);
+    (void)cluster_contacts_update_tree(other, other_state);
+    const float reach = cluster_contacts_reach(body, other);
+    plii_clusters_update_frames(body, clusters, cluster_contacts_near(other, reach));
+    plii_clusters_update_frames(other, other_clusters, cluster_contacts_near(body, reach));
+}
+
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
-    if (!cluster_contacts_update_tree(other, other_state)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
-    plii_clusters *clusters = plii_body_clusters(body), *other_clusters = plii_body_clusters(other);
-    const float reach = clusters->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
-    plii_clusters_update_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
-    plii_clusters_update_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
-    return cluster_contacts_collide(body, state, other, other_state, reach);
+    const bool is_prepared = other_state->has_tree && state->candidate_capacity >= plii_body_clusters(other)->count;
+    if (!is_prepared) { return PLI_ERROR_OUT_OF_MEMORY; }
+    return cluster_contacts_collide(body, state, other, other_state, cluster_contacts_reach(body, other));
 }
 
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {

@@ -208,6 +208,7 @@ bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts*
 void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* state);
 void plii_cluster_contacts_clear(plii_cluster_contacts* state);
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
+void plii_cluster_contacts_prepare_pair(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
 /* Where clusters, or their members, are others now. */

@@ -78,6 +78,7 @@ plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* ca
     const bool is_next = next < cache->before_count && plii_pair_keys_equal(cache->before[next].key, key);
     const int index = is_next ? next : pair_find_before(cache, key);
     record->key = key;
+    record->slot = 0;
     record->previous_index = index;
     record->cache = index != PLI_NULL_INDEX ? cache->before[index].cache : (plii_convex_cache){0};
     return &record->cache;

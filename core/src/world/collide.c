@@ -1,5 +1,5 @@
-/* Which pairs meet in a step. On several threads pairs of soft bodies go in waves: those of one wave have no body in
-   common, and each body gets its contacts in the order of one thread. */
+/* Which pairs meet in a step. On several threads pairs of soft bodies go in waves: those of one wave write to
+   no body in common, and each body gets its contacts in the order of one thread. */
 
 #include "base/csr.h"
 #include "base/ranges.h"
@@ -80,6 +80,11 @@ static pli_status world_check_pairs(const pli_world* world, const pli_rigid_pair
     return PLI_OK;
 }
 
+/* Of contacts with one rigid body, as so many nodes; of clusters, which act with joints, they take longer. */
+static int64_t world_contact_nodes(const pli_body* body) {
+    return body->solves_rigids ? body->node_count : 4 * (int64_t)body->node_count;
+}
+
 /* Joins what the pairs share. Returns how many pairs make a part for a thread; all of them where a body comes twice. */
 static int world_join_pairs(pli_world* world, const pli_rigid_pair* pairs, int count) {
     if (!world->has_groups) { return count; }
@@ -93,8 +98,8 @@ static int world_join_pairs(pli_world* world, const pli_rigid_pair* pairs, int c
             body->collide_call = call;
         }
         if (!world_meets_rigid(body, pairs[i].rigid)) { continue; }
-        plii_groups_join_rigid(world, body, pairs[i].rigid);
-        nodes += body->node_count;
+        if (body->solves_rigids) { plii_groups_join_rigid(world, body, pairs[i].rigid); }
+        nodes += world_contact_nodes(body);
     }
     return comes_twice ? count : plii_groups_grain(world, count, nodes);
 }
@@ -146,8 +151,8 @@ static int64_t world_join_rigids(pli_world* world) {
     for (PLII_EACH_BODY(body, world)) {
         for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
             if (!world_overlaps_rigid(body, world->rigids[r])) { continue; }
-            plii_groups_join_rigid(world, body, world->rigids[r]);
-            nodes += body->node_count;
+            if (body->solves_rigids) { plii_groups_join_rigid(world, body, world->rigids[r]); }
+            nodes += world_contact_nodes(body);
         }
     }
     return nodes;
@@ -163,15 +168,28 @@ static bool world_meets_body(pli_body* body_a, pli_body* body_b) {
     return !body_a->interval.is_waiting && !body_b->interval.is_waiting;
 }
 
-/* False: the two have nothing in common. */
-static bool world_join_pair(pli_world* world, const pli_body_pair* pair) {
+typedef enum pair_writes { PAIR_WRITES_NOTHING, PAIR_WRITES_FIRST, PAIR_WRITES_BOTH } pair_writes;
+
+/* Makes what features read of both bodies; nothing: the two have none in common. */
+static pair_writes world_prepare_pair(pli_world* world, const pli_body_pair* pair) {
+    pair_writes writes = PAIR_WRITES_NOTHING;
+    plii_world_begin_body(pair->body_a);
     for (PLII_EACH_FEATURE(feature, pair->body_a)) {
         const plii_feature_class* klass = feature->klass;
-        if (klass->collide_body == NULL || !plii_feature_is_enabled(pair->body_b, klass)) { continue; }
-        plii_groups_join_bodies(world, pair->body_a, pair->body_b);
-        return true;
+        void* other_state = klass->collide_body != NULL ? plii_feature_state(pair->body_b, klass) : NULL;
+        if (other_state == NULL) { continue; }
+        plii_thread.pass.feature = klass;
+        if (!klass->acts_with_joints) { plii_groups_join_bodies(world, pair->body_a, pair->body_b); }
+        if (klass->prepare_pair == NULL) {
+            writes = PAIR_WRITES_BOTH;
+            continue;
+        }
+        plii_world_profile(world, "collide", klass->name, true);
+        klass->prepare_pair(pair->body_a, feature->state, pair->body_b, other_state);
+        plii_world_profile(world, "collide", klass->name, false);
+        if (writes == PAIR_WRITES_NOTHING) { writes = PAIR_WRITES_FIRST; }
     }
-    return false;
+    return writes;
 }
 
 static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair) {
@@ -189,8 +207,8 @@ static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair
 }
 
 static void world_collide_pair(pli_world* world, const pli_body_pair* pair) {
-    if (!world_meets_body(pair->body_a, pair->body_b) || !world_join_pair(world, pair)) { return; }
-    world_run_collide_bodies(world, pair);
+    if (!world_meets_body(pair->body_a, pair->body_b)) { return; }
+    if (world_prepare_pair(world, pair) != PAIR_WRITES_NOTHING) { world_run_collide_bodies(world, pair); }
 }
 
 /* The last wave is of what comes after all others: its pairs go one after the other. */
@@ -227,10 +245,13 @@ static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs,
     for (int i = 0; i < count; ++i) {
         pli_body *a = pairs[i].body_a, *b = pairs[i].body_b;
         wave_of[i] = PLI_NULL_INDEX;
-        if (!world_meets_body(a, b) || !world_join_pair(world, &pairs[i])) { continue; }
-        /* After all pairs before that have one of its bodies. */
-        const int before = a->pair_wave > b->pair_wave ? a->pair_wave : b->pair_wave;
-        a->pair_wave = b->pair_wave = wave_of[i] = before < COLLIDE_LAST_WAVE ? before + 1 : COLLIDE_LAST_WAVE;
+        const pair_writes writes = world_meets_body(a, b) ? world_prepare_pair(world, &pairs[i]) : PAIR_WRITES_NOTHING;
+        if (writes == PAIR_WRITES_NOTHING) { continue; }
+        /* After all pairs before that write to one of its bodies. */
+        const bool writes_both = writes == PAIR_WRITES_BOTH;
+        const int before = writes_both && b->pair_wave > a->pair_wave ? b->pair_wave : a->pair_wave;
+        a->pair_wave = wave_of[i] = before < COLLIDE_LAST_WAVE ? before + 1 : COLLIDE_LAST_WAVE;
+        if (writes_both) { b->pair_wave = a->pair_wave; }
         ++begin[wave_of[i]];
         nodes += a->node_count + b->node_count;
     }

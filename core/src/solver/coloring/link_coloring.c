@@ -182,10 +182,41 @@ static void link_colors_make_groups(const link_colors_work* work, plii_link_colo
         if (first < end) { link_colors_make_group(work, first, end, made); }
         first = end;
         if (made->groups != NULL) {
-            made->colors[made->color_count] = (plii_link_color){first_group, made->group_count - first_group};
+            made->colors[made->color_count] = (plii_link_color){first_group, made->group_count - first_group, 0, 0};
         }
         made->color_count += 1;
     }
+}
+
+/* False when out of memory. */
+static bool link_colors_cut(const link_colors_work* work, plii_link_colors* colors) {
+    const int node_count = work->body->node_count;
+    int item = 0;
+    for (PLII_EACH(plii_link_color, color, colors->colors, colors->color_count)) {
+        const int end = color->first_group + color->group_count, first = item;
+        color->first_cut = colors->cut_count;
+        for (int i = color->first_group; i < end;) {
+            if (!PLII_GROW(work->body->context, &colors->cuts, &colors->cut_capacity, colors->cut_count)) {
+                return false;
+            }
+            int *groups = colors->cuts[colors->cut_count++].groups, part = 0;
+            color->cut_count += 1;
+            for (int64_t node, before = 0; i < end; ++i, before = node) {
+                node = link_colors_by_node(work, work->order[first + PLII_LINK_LANES * (i - color->first_group)]);
+                if (node < before) { break; } /* the next kind */
+                while (part <= node * PLII_LINK_PARTS / node_count) {
+                    groups[part++] = i;
+                }
+            }
+            while (part <= PLII_LINK_PARTS) {
+                groups[part++] = i;
+            }
+        }
+        while (item < work->count && work->colors[work->order[item]] == work->colors[work->order[first]]) {
+            ++item;
+        }
+    }
+    return true;
 }
 
 static bool link_colors_fill(const link_colors_work* work, plii_link_colors* colors) {
@@ -198,9 +229,10 @@ static bool link_colors_fill(const link_colors_work* work, plii_link_colors* col
         !PLII_RESERVE(context, &colors->row_links, &colors->row_capacity, needed.row_count)) {
         return false;
     }
-    colors->color_count = colors->group_count = colors->row_count = colors->scaled_index_count = 0;
+    colors->color_count = colors->group_count = colors->row_count = colors->scaled_index_count = colors->cut_count = 0;
     link_colors_make_groups(work, colors);
-    return true;
+    const bool is_shared = context->def.parallel_for != NULL && work->body->link_count >= PLII_LINKS_SHARED;
+    return !is_shared || link_colors_cut(work, colors);
 }
 
 /* They are not current when out of memory. */
@@ -236,12 +268,13 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
 const plii_feature_class plii_link_colors_class = {
     .name = "link colors",
     .state_size = sizeof(plii_link_colors),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(plii_link_colors, is_current, scaled_index_count, PLII_LEFT, NULL)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(plii_link_colors, is_current, cut_count, PLII_LEFT, NULL)),
     .arrays =
         PLII_ARRAYS({PLII_LIST_OF(plii_link_colors, colors, color_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .snapshot = PLII_LEFT}),
+                    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .snapshot = PLII_LEFT},
+                    {PLII_LIST_OF(plii_link_colors, cuts, cut_capacity), .snapshot = PLII_LEFT}),
     .enable = link_colors_enable,
     .topology_commit = link_colors_topology_commit,
 };

@@ -20,17 +20,31 @@ typedef struct plii_link_group {
 
 typedef struct plii_link_color {
     int first_group, group_count;
+    int first_cut, cut_count;
 } plii_link_color;
+
+/* Groups of one kind go along the nodes, one kind after the other. So a part that is to find its nodes in the cache of
+   its thread, in all colours, has some of each kind. */
+enum { PLII_LINK_PARTS = 64 };
+
+/* Of groups of a colour, along the nodes once: where each part begins. */
+typedef struct plii_link_cuts {
+    int groups[PLII_LINK_PARTS + 1];
+} plii_link_cuts;
 
 typedef struct plii_link_colors {
     bool is_current; /* links are still those that were coloured */
-    int color_count, group_count, row_count, scaled_index_count;
+    int color_count, group_count, row_count, scaled_index_count, cut_count;
     plii_link_color* colors;                     /* [color_count] */
     plii_link_group* groups;                     /* [group_count] */
     uint32_t (*scaled_indices)[PLII_LINK_LANES]; /* [scaled_index_count] of a node in all lanes */
     int (*row_links)[PLII_LINK_LANES];           /* [row_count] or PLI_NULL_INDEX */
-    int color_capacity, group_capacity, scaled_index_capacity, row_capacity;
+    plii_link_cuts* cuts;                        /* [cut_count] where threads share a body of many links */
+    int color_capacity, group_capacity, scaled_index_capacity, row_capacity, cut_capacity;
 } plii_link_colors;
+
+/* A body of fewer links is done before threads have met after every colour. */
+enum { PLII_LINKS_SHARED = 16384 };
 
 /* Its state is a plii_link_colors. */
 extern const plii_feature_class plii_link_colors_class;
