@@ -224,6 +224,42 @@ static void test_linear_joint_holds_a_pendulum(void** unused) {
     }
 }
 
+/* Five balls in a row on the world, the last of which is ten times as heavy, swing by their joints. */
+static void test_chains_hold_what_is_heavy(void** unused) {
+    (void)unused;
+    enum { COUNT = 5 };
+    const float masses[] = {1, 10};
+    for (int k = 0; k < 2; ++k) {
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+        pli_body* balls[COUNT];
+        for (int i = 0; i < COUNT; ++i) {
+            balls[i] = make_solid(pli_vec3_make(1.1f + 2.2f * (float)i, 0, 0));
+            for (int n = 0; i + 1 == COUNT && n < pli_body_get_view(balls[i]).node_count; ++n) {
+                assert_int_equal(pli_body_set_node_mass(balls[i], n, masses[k]), PLI_OK);
+            }
+            assert_int_equal(pli_body_reset_clusters(balls[i]), PLI_OK);
+            add_linear(balls[i], i > 0 ? end_of_body(balls[i - 1]) : (pli_joint_end){0},
+                       pli_vec3_make(2.2f * (float)i, 0, 0), 1);
+        }
+        double widest = 0;
+        for (int i = 0; i < 300; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            for (int b = 0; b < COUNT; ++b) {
+                const pli_vec3 left = pli_vec3_make(-1.1f, 0, 0), right = pli_vec3_make(1.1f, 0, 0);
+                const pli_vec3 end = pli_transform_point(cluster_of(balls[b], 0).frame, left);
+                const pli_vec3 other =
+                    b > 0 ? pli_transform_point(cluster_of(balls[b - 1], 0).frame, right) : pli_vec3_make(0, 0, 0);
+                widest = fmax(widest, (double)pli_vec3_length(pli_vec3_sub(end, other)));
+            }
+        }
+        print_message("           last of %g times the mass: joints open by %.3g m\n", (double)masses[k], widest);
+        check_at_most(widest, k == 0 ? 0.035 : 0.055);
+        for (int i = COUNT - 1; i >= 0; --i) {
+            pli_body_destroy(balls[i]);
+        }
+    }
+}
+
 static void test_joints_to_what_is_not_present_hold_nothing(void** unused) {
     (void)unused;
     assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
@@ -598,6 +634,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pinned_cluster_holds_what_is_heavy, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_chains_hold_what_is_heavy, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joints_to_what_is_not_present_hold_nothing, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_angular_joint_aligns_axes, setup_weightless_world, teardown_world),

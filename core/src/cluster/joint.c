@@ -54,6 +54,7 @@ static void joints_prepare(pli_body* body, void* state) {
         pli_rigid* rigid = joint->other.rigid;
         joint->is_idle = rigid != NULL && rigid->is_absent;
         if (joint->is_idle) { continue; }
+        joint->reference_mode = reference_mode;
         joint->keeps_momentum = rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !reference_mode;
         joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_end_of(&joint->other);
@@ -66,30 +67,51 @@ static void joints_prepare(pli_body* body, void* state) {
     }
 }
 
-static void joints_solve(pli_body* body, void* state) {
-    joints_state* joints = state;
-    for (int i = 0; i < joints->count; ++i) {
-        if (!joints->items[i].is_idle) { joints->items[i].klass->solve(&joints->items[i]); }
+/* `impulse` is of the other end; drifts displace the sides at their arms, or turn them. */
+static void joint_apply(const plii_joint* joint, pli_vec3 impulse, bool is_drift) {
+    const int count = is_drift && joint->keeps_momentum ? 1 : 2;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 own = i == 0 ? pli_vec3_neg(impulse) : impulse;
+        if (joint->klass->is_angular) {
+            plii_joint_apply_torque(&joint->sides[i].target, own, is_drift);
+        } else {
+            (is_drift ? plii_joint_apply_drift : plii_joint_apply_impulse)(&joint->sides[i].target, own,
+                                                                           joint->world[i]);
+        }
     }
 }
 
-/* Displaces the sides at their arms, or turns them. */
-static void joint_apply_split_drift(const plii_joint* joint) {
-    const int count = joint->keeps_momentum ? 1 : 2;
-    for (int i = 0; i < count; ++i) {
-        const pli_vec3 impulse = i == 0 ? pli_vec3_neg(joint->split_drift) : joint->split_drift;
-        if (joint->klass->is_angular) {
-            plii_joint_apply_torque(&joint->sides[i].target, impulse, true);
-        } else {
-            plii_joint_apply_drift(&joint->sides[i].target, impulse, joint->world[i]);
+/* Few iterations tell one end of a chain little of the other: they go on from the impulses of the step before. */
+static void joints_start(pli_body* body, void* state) {
+    const joints_state* joints = state;
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
+        pli_vec3* kept = &joint->impulse;
+        *kept = pli_vec3_make(0, 0, 0);
+        if (joint->is_idle || joint->reference_mode) { continue; }
+        *kept = pli_vec3_scale(joint->force, body->step.dt * joint->softness.velocity_factor);
+        if (joint->klass->is_angular) { /* about the axis its motor decides anew */
+            *kept = pli_vec3_sub(*kept, pli_vec3_scale(joint->world[0], pli_vec3_dot(*kept, joint->world[0])));
         }
+        joint_apply(joint, *kept, false);
+    }
+}
+
+static void joints_solve(pli_body* body, void* state) {
+    const joints_state* joints = state;
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
+        if (joint->is_idle) { continue; }
+        const pli_vec3 impulse = joint->klass->solve(joint);
+        joint->impulse = pli_vec3_add(joint->impulse, impulse);
+        joint_apply(joint, impulse, false);
     }
 }
 
 static void joints_finish(pli_body* body, void* state) {
     const joints_state* joints = state;
-    for (PLII_EACH(const plii_joint, joint, joints->items, joints->count)) {
-        if (!joint->is_idle && joint->softness.split > 0.0f) { joint_apply_split_drift(joint); }
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
+        if (!joint->is_idle && joint->softness.split > 0.0f) { joint_apply(joint, joint->split_drift, true); }
+        joint->force = pli_vec3_scale(joint->impulse, body->step.inverse_dt);
+        if (!plii_vec3_is_finite(joint->force)) { joint->force = pli_vec3_make(0, 0, 0); }
     }
 }
 
@@ -176,11 +198,12 @@ const plii_feature_class plii_joints_class = {
     .keep_callbacks = joints_keep_callbacks,
     /* Joints hold to clusters, which follow a cut and keep their index. */
     .arrays = PLII_ARRAYS(
-        {PLII_COUNTED_LIST(joints_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("JiiPiR9f3X*"),
+        {PLII_COUNTED_LIST(joints_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("JiiPiR12f3X*"),
          .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
         {PLII_COUNTED_LIST(joints_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_UPDATE] = {joints_note_starts, JOINTS_ORDER},
                [PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
+               [PLII_STAGE_JOINT_START] = {joints_start, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .visit_joined = joints_visit_joined,
