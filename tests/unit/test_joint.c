@@ -224,6 +224,53 @@ static void test_linear_joint_holds_a_pendulum(void** unused) {
     }
 }
 
+/* Of all pairs of nodes, m. */
+static double longest_distance(const pli_body* body) {
+    const int count = pli_body_get_view(body).node_count;
+    double longest = 0;
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < i; ++k) {
+            const pli_vec3 apart = pli_vec3_sub(position_of(body, i), position_of(body, k));
+            longest = fmax(longest, (double)pli_vec3_length(apart));
+        }
+    }
+    return longest;
+}
+
+/* A game puts what holds a body elsewhere at once. */
+static void test_joint_follows_what_is_put_elsewhere(void** unused) {
+    (void)unused;
+    const float shifts[] = {1, 3, 10};
+    for (int k = 0; k < 3; ++k) {
+        pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+        pli_rigid* rigid = make_rigid(PLI_RIGID_KINEMATIC, 1, 1, pli_vec3_make(1, 0, 0), NULL);
+        add_linear(body, end_of_rigid(rigid), pli_vec3_make(1, 0, 0), 1);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        const double size = longest_distance(body);
+        pli_rigid_state state = pli_rigid_get_state(rigid);
+        state.pose.origin.y = shifts[k];
+        assert_int_equal(pli_rigid_set_state(rigid, &state), PLI_OK);
+        double largest = 0, fastest = 0;
+        for (int i = 0; i < 120; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            largest = fmax(largest, longest_distance(body));
+            const pli_body_view view = pli_body_get_view(body);
+            for (int n = 0; n < view.node_count; ++n) {
+                const pli_vec4 v = view.velocities[n];
+                fastest = fmax(fastest, (double)pli_vec3_length(pli_vec3_make(v.x, v.y, v.z)));
+            }
+        }
+        const pli_vec3 end = pli_transform_point(cluster_of(body, 0).frame, pli_vec3_make(1, 0, 0));
+        print_message("           %g m off: %.3g times as large, nodes at %.3g m/s\n", (double)shifts[k],
+                      largest / size, fastest);
+        check_at_most(pli_vec3_length(pli_vec3_sub(end, state.pose.origin)), 1e-3);
+        check_at_most(largest / size, 1.07);
+        check_at_most(fastest, 3.6);
+        pli_rigid_destroy(rigid);
+        pli_body_destroy(body);
+    }
+}
+
 /* Five balls in a row on the world, the last of which is ten times as heavy, swing by their joints. */
 static void test_chains_hold_what_is_heavy(void** unused) {
     (void)unused;
@@ -634,6 +681,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pinned_cluster_holds_what_is_heavy, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_joint_follows_what_is_put_elsewhere, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_chains_hold_what_is_heavy, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joints_to_what_is_not_present_hold_nothing, setup_weightless_world,
                                         teardown_world),
