@@ -271,6 +271,49 @@ static void test_joint_follows_what_is_put_elsewhere(void** unused) {
     }
 }
 
+/* The tips of an ellipsoid, clusters of 25 and of one of its nodes, hold it to the world. */
+static void test_joints_hold_parts_of_a_body(void** unused) {
+    (void)unused;
+    const struct { double off, speed; /* m, m/s */ } most[] = {{0.02, 2.4}, {1.3, 7}, {0.006, 0.15}, {0.8, 2.5}};
+    for (int k = 0; k < 4; ++k) {
+        const float reach = k % 2 == 0 ? 1.2f : 1.9f;
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+        pli_body* body = make_ball(pli_vec3_make(0.5f, 2, 0.5f), pli_vec3_make(0, 0, 0), 0.05f);
+        if (k >= 2) {
+            assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
+            const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+            assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+        }
+        for (int side = -1; side <= 1; side += 2) {
+            int nodes[SAMPLE_SPHERE_NODES], count = 0, cluster = 0;
+            for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+                if (position_of(body, i).y * (float)side > reach) { nodes[count++] = i; }
+            }
+            assert_int_equal(pli_body_add_cluster(body, nodes, count, &cluster), PLI_OK);
+            pli_linear_joint_def def = pli_linear_joint_def_default();
+            def.cluster = cluster;
+            def.position = pli_vec3_make(0, 2.0f * (float)side, 0);
+            assert_int_equal(pli_body_add_linear_joint(body, &def, NULL), PLI_OK);
+        }
+        double fastest = 0, farthest = 0;
+        for (int i = 0; i < 300; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            const pli_vec3 tip = position_of(body, 0);
+            farthest = fmax(farthest, (double)pli_vec3_length(pli_vec3_sub(tip, pli_vec3_make(0, 2, 0))));
+            const pli_body_view view = pli_body_get_view(body);
+            for (int n = 0; n < view.node_count; ++n) {
+                const pli_vec4 v = view.velocities[n];
+                fastest = fmax(fastest, (double)pli_vec3_length(pli_vec3_make(v.x, v.y, v.z)));
+            }
+        }
+        print_message("           %s: upper tip off by %.3g m, nodes at %.3g m/s\n", k >= 2 ? "XPBD" : "position-based",
+                      farthest, fastest);
+        check_at_most(farthest, most[k].off);
+        check_at_most(fastest, most[k].speed);
+        pli_body_destroy(body);
+    }
+}
+
 /* Five balls in a row on the world, the last of which is ten times as heavy, swing by their joints. */
 static void test_chains_hold_what_is_heavy(void** unused) {
     (void)unused;
@@ -683,6 +726,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joint_follows_what_is_put_elsewhere, setup_weightless_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_joints_hold_parts_of_a_body, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_chains_hold_what_is_heavy, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joints_to_what_is_not_present_hold_nothing, setup_weightless_world,
                                         teardown_world),

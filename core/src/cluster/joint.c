@@ -46,6 +46,11 @@ static void joint_move_along(const pli_body* body, const pli_rigid* rigid, plii_
                            pli_vec3_lerp(turn, rigid->state.angular_velocity, share), body->step.dt);
 }
 
+/* What is displaced apart from the rest of its body stretches links, which give energy for it. */
+static bool joint_has_whole(const pli_body* body, const plii_joint_end* side) {
+    return side->target.cluster == NULL || side->target.cluster->member_count == body->node_count;
+}
+
 static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
     if (joints->count == 0) { return; } /* nor need there be clusters */
@@ -59,6 +64,9 @@ static void joints_prepare(pli_body* body, void* state) {
         joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_end_of(&joint->other);
         joint->sides[1].has_factors = joint->keeps_momentum;
+        const bool are_whole =
+            joint_has_whole(body, joint->sides) && joint_has_whole(joint->other.body, joint->sides + 1);
+        joint->split = reference_mode || are_whole ? joint->softness.split : 0.0f;
         if (rigid != NULL) {
             plii_rigid_touch(rigid);
             if (!reference_mode) { joint_move_along(body, rigid, joint); }
@@ -109,14 +117,14 @@ static void joints_solve(pli_body* body, void* state) {
 static void joints_finish(pli_body* body, void* state) {
     const joints_state* joints = state;
     for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
-        if (!joint->is_idle && joint->softness.split > 0.0f) { joint_apply(joint, joint->split_drift, true); }
+        if (!joint->is_idle && joint->split > 0.0f) { joint_apply(joint, joint->split_drift, true); }
         joint->force = pli_vec3_scale(joint->impulse, body->step.inverse_dt);
         if (!plii_vec3_is_finite(joint->force)) { joint->force = pli_vec3_make(0, 0, 0); }
     }
 }
 
 void plii_joint_split_drift(plii_joint* joint, int iterations, float response, float other_response) {
-    const float split = joint->softness.split;
+    const float split = joint->split;
     if (split > 0.0f) {
         joint->split_drift = pli_mat3_mul_vec3(joint->impulse_matrix, pli_vec3_scale(joint->drift, split));
     }

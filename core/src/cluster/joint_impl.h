@@ -26,6 +26,7 @@ struct plii_joint {
     pli_joint_controller controller;
     /* Of the step in progress. */
     bool reference_mode;
+    float split;  /* as set, or 0 where a cluster is a part of its body */
     bool is_idle; /* the other end is a rigid body that is not present */
     plii_joint_end sides[2];
     pli_vec3 world[2]; /* arm to the pivot, or axis */
