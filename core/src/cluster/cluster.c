@@ -316,8 +316,8 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
             sum.linear = plii_vec3_divide(sum.linear, (float)sum.count);
             sum.angular = plii_vec3_divide(sum.angular, (float)sum.count);
             const float angle = pli_vec3_length(sum.angular) * dt;
-            const bool is_far = angle > CLUSTER_MAX_DRIFT_ANGLE && !clusters->def.reference_mode;
-            if (is_far) { sum.angular = pli_vec3_scale(sum.angular, CLUSTER_MAX_DRIFT_ANGLE / angle); }
+            const float most = clusters->def.reference_mode ? INFINITY : CLUSTER_MAX_DRIFT_ANGLE;
+            if (angle > most) { sum.angular = pli_vec3_scale(sum.angular, most / angle); }
         }
         cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt),
                        shares && i < rest);

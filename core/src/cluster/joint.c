@@ -93,14 +93,13 @@ static void joint_apply(const plii_joint* joint, pli_vec3 impulse, bool is_drift
 static void joints_start(pli_body* body, void* state) {
     const joints_state* joints = state;
     for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
-        pli_vec3* kept = &joint->impulse;
-        *kept = pli_vec3_make(0, 0, 0);
+        joint->impulse = pli_vec3_make(0, 0, 0);
         if (joint->is_idle || joint->reference_mode) { continue; }
-        *kept = pli_vec3_scale(joint->force, body->step.dt * joint->softness.velocity_factor);
+        pli_vec3 kept = pli_vec3_scale(joint->force, body->step.dt * joint->softness.velocity_factor);
         if (joint->klass->is_angular) { /* about the axis its motor decides anew */
-            *kept = pli_vec3_sub(*kept, pli_vec3_scale(joint->world[0], pli_vec3_dot(*kept, joint->world[0])));
+            kept = pli_vec3_sub(kept, pli_vec3_scale(joint->world[0], pli_vec3_dot(kept, joint->world[0])));
         }
-        joint_apply(joint, *kept, false);
+        joint_apply(joint, joint->impulse = kept, false);
     }
 }
 
