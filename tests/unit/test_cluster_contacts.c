@@ -226,6 +226,46 @@ static void test_slabs_stack(void** unused) {
     }
 }
 
+/* A crate of 0.8 x 0.6 x 0.8 m of 27 loose nodes. */
+static pli_body* make_crate(pli_vec3 corner) {
+    pli_vec3 points[27];
+    int nodes[27];
+    for (int i = 0; i < 27; ++i) {
+        const pli_vec3 arm = pli_vec3_make(0.4f * (float)(i % 3), 0.3f * (float)(i / 3 % 3), 0.4f * (float)(i / 9));
+        points[i] = pli_vec3_add(corner, arm);
+        nodes[i] = i;
+    }
+    pli_body* body = make_points(points, 27, 0.03f);
+    assert_int_equal(pli_body_add_cluster(body, nodes, 27, NULL), PLI_OK);
+    match_clusters(body, 0.3f);
+    assert_int_equal(pli_body_enable_cluster_contacts(body, NULL), PLI_OK);
+    return body;
+}
+
+/* Two crates, nothing of which is damped: contacts of a crate that tips are measured anew before it hits. */
+static void test_stacked_crates_come_to_rest(void** unused) {
+    (void)unused;
+    const float offsets[] = {0, 0.01f, 0.05f, 0.1f, 0.2f};
+    const int count = (int)(sizeof offsets / sizeof *offsets);
+    assert_int_equal(pli_world_set_gravity(world, gravity), PLI_OK);
+    make_rigid(PLI_RIGID_STATIC, 1, 1, pli_vec3_make(0, -1, 0), make_box_shape(pli_vec3_make(5, 1, 5)));
+    double squares = 0;
+    for (int k = 0; k < count; ++k) {
+        pli_body* lower = make_crate(pli_vec3_make(-0.4f, 0.08f, -0.4f));
+        pli_body* upper = make_crate(pli_vec3_make(offsets[k] - 0.4f, 0.8f, offsets[k] / 2 - 0.4f));
+        for (int i = 0; i < 600; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            const double speed = speed_of(upper);
+            if (i >= 300) { squares += speed * speed / (300 * count); }
+        }
+        check_near(cluster_of(upper, 0).frame.origin.y, 0.985, 0.03);
+        pli_body_destroy(lower);
+        pli_body_destroy(upper);
+    }
+    print_message("           upper crates move at %.3g m/s\n", sqrt(squares));
+    check_at_most(sqrt(squares), 0.05);
+}
+
 /* What a cluster holds in its middle is seen too: large clusters search their nodes in groups. */
 static void test_large_cluster_finds_the_nearest_node(void** unused) {
     (void)unused;
@@ -702,6 +742,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bodies_come_to_rest, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_stacked_crates_come_to_rest, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_slabs_stack, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_large_cluster_finds_the_nearest_node, setup_weightless_world,
                                         teardown_world),

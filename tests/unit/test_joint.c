@@ -224,6 +224,132 @@ static void test_linear_joint_holds_a_pendulum(void** unused) {
     }
 }
 
+/* Of all pairs of nodes, m. */
+static double longest_distance(const pli_body* body) {
+    const int count = pli_body_get_view(body).node_count;
+    double longest = 0;
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < i; ++k) {
+            const pli_vec3 apart = pli_vec3_sub(position_of(body, i), position_of(body, k));
+            longest = fmax(longest, (double)pli_vec3_length(apart));
+        }
+    }
+    return longest;
+}
+
+/* A game puts what holds a body elsewhere at once. */
+static void test_joint_follows_what_is_put_elsewhere(void** unused) {
+    (void)unused;
+    const float shifts[] = {1, 3, 10};
+    for (int k = 0; k < 3; ++k) {
+        pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+        pli_rigid* rigid = make_rigid(PLI_RIGID_KINEMATIC, 1, 1, pli_vec3_make(1, 0, 0), NULL);
+        add_linear(body, end_of_rigid(rigid), pli_vec3_make(1, 0, 0), 1);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        const double size = longest_distance(body);
+        pli_rigid_state state = pli_rigid_get_state(rigid);
+        state.pose.origin.y = shifts[k];
+        assert_int_equal(pli_rigid_set_state(rigid, &state), PLI_OK);
+        double largest = 0, fastest = 0;
+        for (int i = 0; i < 120; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            largest = fmax(largest, longest_distance(body));
+            const pli_body_view view = pli_body_get_view(body);
+            for (int n = 0; n < view.node_count; ++n) {
+                const pli_vec4 v = view.velocities[n];
+                fastest = fmax(fastest, (double)pli_vec3_length(pli_vec3_make(v.x, v.y, v.z)));
+            }
+        }
+        const pli_vec3 end = pli_transform_point(cluster_of(body, 0).frame, pli_vec3_make(1, 0, 0));
+        print_message("           %g m off: %.3g times as large, nodes at %.3g m/s\n", (double)shifts[k],
+                      largest / size, fastest);
+        check_at_most(pli_vec3_length(pli_vec3_sub(end, state.pose.origin)), 1e-3);
+        check_at_most(largest / size, 1.07);
+        check_at_most(fastest, 3.6);
+        pli_rigid_destroy(rigid);
+        pli_body_destroy(body);
+    }
+}
+
+/* The tips of an ellipsoid, clusters of 25 and of one of its nodes, hold it to the world. */
+static void test_joints_hold_parts_of_a_body(void** unused) {
+    (void)unused;
+    const struct { double off, speed; /* m, m/s */ } most[] = {{0.02, 2.4}, {1.3, 7}, {0.006, 0.15}, {0.8, 2.5}};
+    for (int k = 0; k < 4; ++k) {
+        const float reach = k % 2 == 0 ? 1.2f : 1.9f;
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+        pli_body* body = make_ball(pli_vec3_make(0.5f, 2, 0.5f), pli_vec3_make(0, 0, 0), 0.05f);
+        if (k >= 2) {
+            assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
+            const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+            assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+        }
+        for (int side = -1; side <= 1; side += 2) {
+            int nodes[SAMPLE_SPHERE_NODES], count = 0, cluster = 0;
+            for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+                if (position_of(body, i).y * (float)side > reach) { nodes[count++] = i; }
+            }
+            assert_int_equal(pli_body_add_cluster(body, nodes, count, &cluster), PLI_OK);
+            pli_linear_joint_def def = pli_linear_joint_def_default();
+            def.cluster = cluster;
+            def.position = pli_vec3_make(0, 2.0f * (float)side, 0);
+            assert_int_equal(pli_body_add_linear_joint(body, &def, NULL), PLI_OK);
+        }
+        double fastest = 0, farthest = 0;
+        for (int i = 0; i < 300; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            const pli_vec3 tip = position_of(body, 0);
+            farthest = fmax(farthest, (double)pli_vec3_length(pli_vec3_sub(tip, pli_vec3_make(0, 2, 0))));
+            const pli_body_view view = pli_body_get_view(body);
+            for (int n = 0; n < view.node_count; ++n) {
+                const pli_vec4 v = view.velocities[n];
+                fastest = fmax(fastest, (double)pli_vec3_length(pli_vec3_make(v.x, v.y, v.z)));
+            }
+        }
+        print_message("           %s: upper tip off by %.3g m, nodes at %.3g m/s\n", k >= 2 ? "XPBD" : "position-based",
+                      farthest, fastest);
+        check_at_most(farthest, most[k].off);
+        check_at_most(fastest, most[k].speed);
+        pli_body_destroy(body);
+    }
+}
+
+/* Five balls in a row on the world, the last of which is ten times as heavy, swing by their joints. */
+static void test_chains_hold_what_is_heavy(void** unused) {
+    (void)unused;
+    enum { COUNT = 5 };
+    const float masses[] = {1, 10};
+    for (int k = 0; k < 2; ++k) {
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+        pli_body* balls[COUNT];
+        for (int i = 0; i < COUNT; ++i) {
+            balls[i] = make_solid(pli_vec3_make(1.1f + 2.2f * (float)i, 0, 0));
+            for (int n = 0; i + 1 == COUNT && n < pli_body_get_view(balls[i]).node_count; ++n) {
+                assert_int_equal(pli_body_set_node_mass(balls[i], n, masses[k]), PLI_OK);
+            }
+            assert_int_equal(pli_body_reset_clusters(balls[i]), PLI_OK);
+            add_linear(balls[i], i > 0 ? end_of_body(balls[i - 1]) : (pli_joint_end){0},
+                       pli_vec3_make(2.2f * (float)i, 0, 0), 1);
+        }
+        double widest = 0;
+        for (int i = 0; i < 300; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            for (int b = 0; b < COUNT; ++b) {
+                const pli_vec3 left = pli_vec3_make(-1.1f, 0, 0), right = pli_vec3_make(1.1f, 0, 0);
+                const pli_vec3 end = pli_transform_point(cluster_of(balls[b], 0).frame, left);
+                const pli_vec3 other =
+                    b > 0 ? pli_transform_point(cluster_of(balls[b - 1], 0).frame, right) : pli_vec3_make(0, 0, 0);
+                widest = fmax(widest, (double)pli_vec3_length(pli_vec3_sub(end, other)));
+            }
+        }
+        print_message("           last of %g times the mass: joints open by %.3g m\n", (double)masses[k], widest);
+        check_at_most(widest, k == 0 ? 0.035 : 0.055);
+        for (int i = COUNT - 1; i >= 0; --i) {
+            pli_body_destroy(balls[i]);
+        }
+    }
+}
+
 static void test_joints_to_what_is_not_present_hold_nothing(void** unused) {
     (void)unused;
     assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
@@ -598,6 +724,10 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pinned_cluster_holds_what_is_heavy, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_joint_follows_what_is_put_elsewhere, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_joints_hold_parts_of_a_body, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_chains_hold_what_is_heavy, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_joints_to_what_is_not_present_hold_nothing, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_angular_joint_aligns_axes, setup_weightless_world, teardown_world),

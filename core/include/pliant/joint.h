@@ -1,7 +1,8 @@
 #ifndef PLIANT_JOINT_H
 #define PLIANT_JOINT_H
 
-/// Joints between a cluster of a body and a cluster, a rigid body or the world.
+/// Joints between a cluster of a body and a cluster, a rigid body or the world. They see the mass of the cluster, not
+/// of what hangs on it by links: a node of a large body is better held by an anchor or a target (anchor.h, target.h).
 
 #include "cluster.h"
 
@@ -26,8 +27,10 @@ typedef struct pli_joint_end {
 typedef struct pli_joint_softness {
     float error_reduction; ///< [0, 1], default 1: share of the error corrected per step. Bullet name: erp
     float velocity_factor; ///< [0, 1], default 1: share of the relative velocity removed. Bullet name: cfm
-    /// [0, 1], default 1: share of the correction that is a displacement, not a velocity. A rigid body is not
-    /// displaced; in reference mode it takes this share as a velocity all the same, at the expense of the momentum.
+    /// [0, 1], default 1: share of the correction that is a displacement, not a velocity. Not of clusters that are a
+    /// part of their body, whose links would give energy for it: there all of it is a velocity, but in reference mode.
+    /// A rigid body is not displaced; in reference mode it takes this share as a velocity, at the expense of the
+    /// momentum.
     float split;
 } pli_joint_softness;
 

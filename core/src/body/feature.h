@@ -17,6 +17,7 @@ typedef enum plii_stage {
     PLII_STAGE_UPDATE, /* after integration: what follows from predicted positions */
     /* Over all bodies together, before any body iterates on its own; n = the largest joint_iterations of a body. */
     PLII_STAGE_JOINT_PREPARE,
+    PLII_STAGE_JOINT_START, /* after PREPARE of all: impulses of the last step */
     PLII_STAGE_JOINT_SOLVE,
     PLII_STAGE_JOINT_FINISH,
     PLII_STAGE_PREPARE,  /* once before the iterations */

@@ -277,6 +277,7 @@ void plii_run_stage_profiled(pli_body* body, plii_stage stage) {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
         [PLII_STAGE_JOINT_PREPARE] = "joint prepare",
+        [PLII_STAGE_JOINT_START] = "joint start",
         [PLII_STAGE_JOINT_SOLVE] = "joint solve",
         [PLII_STAGE_JOINT_FINISH] = "joint finish",
         [PLII_STAGE_PREPARE] = "prepare",

@@ -298,6 +298,9 @@ void plii_clusters_split_masses(plii_clusters* clusters) {
     }
 }
 
+/* Nodes are displaced along tangents, which makes a body larger: by 3 % at this angle, rad. */
+#define CLUSTER_MAX_DRIFT_ANGLE 0.25f
+
 /* Changes of velocity are summed, corrections averaged. Clusters that keep momentum come first and share with each
    other only: beside joints and what rests on rigid bodies impulses are averaged as they always were. */
 static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bool is_drift, float rate) {
@@ -312,6 +315,9 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
         if (is_drift) {
             sum.linear = plii_vec3_divide(sum.linear, (float)sum.count);
             sum.angular = plii_vec3_divide(sum.angular, (float)sum.count);
+            const float angle = pli_vec3_length(sum.angular) * dt;
+            const float most = clusters->def.reference_mode ? INFINITY : CLUSTER_MAX_DRIFT_ANGLE;
+            if (angle > most) { sum.angular = pli_vec3_scale(sum.angular, most / angle); }
         }
         cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt),
                        shares && i < rest);

@@ -180,8 +180,9 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
     const pli_transform a = cluster->frame, b = other != NULL ? other->frame : state->rigid_pose;
     const pli_vec3 size = pli_vec3_sub(cluster->bounds.max, cluster->bounds.min);
     const float tilt = MANIFOLD_TILT * body->collision_margin, least = tilt * tilt / pli_vec3_length_squared(size);
-    /* A ball rolls on to nodes without contacts. */
-    const bool may_roll = info->rigid != NULL && info->rigid->kind != PLI_RIGID_DYNAMIC;
+    /* A ball rolls on to nodes without contacts, and a body of one cluster tips over to them. */
+    const bool is_whole = cluster->member_count == body->node_count;
+    const bool may_roll = is_whole || (info->rigid != NULL && info->rigid->kind != PLI_RIGID_DYNAMIC);
     const float rotation_limit = may_roll ? plii_min(limits->relative_rotation, least) : limits->relative_rotation;
     if (manifold_has_rotated(manifold, manifold_rotation(a, b), rotation_limit)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;

@@ -46,6 +46,11 @@ static void joint_move_along(const pli_body* body, const pli_rigid* rigid, plii_
                            pli_vec3_lerp(turn, rigid->state.angular_velocity, share), body->step.dt);
 }
 
+/* What is displaced apart from the rest of its body stretches links, which give energy for it. */
+static bool joint_has_whole(const pli_body* body, const plii_joint_end* side) {
+    return side->target.cluster == NULL || side->target.cluster->member_count == body->node_count;
+}
+
 static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
     if (joints->count == 0) { return; } /* nor need there be clusters */
@@ -54,10 +59,14 @@ static void joints_prepare(pli_body* body, void* state) {
         pli_rigid* rigid = joint->other.rigid;
         joint->is_idle = rigid != NULL && rigid->is_absent;
         if (joint->is_idle) { continue; }
+        joint->reference_mode = reference_mode;
         joint->keeps_momentum = rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !reference_mode;
         joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_end_of(&joint->other);
         joint->sides[1].has_factors = joint->keeps_momentum;
+        const bool are_whole =
+            joint_has_whole(body, joint->sides) && joint_has_whole(joint->other.body, joint->sides + 1);
+        joint->split = reference_mode || are_whole ? joint->softness.split : 0.0f;
         if (rigid != NULL) {
             plii_rigid_touch(rigid);
             if (!reference_mode) { joint_move_along(body, rigid, joint); }
@@ -66,35 +75,55 @@ static void joints_prepare(pli_body* body, void* state) {
     }
 }
 
-static void joints_solve(pli_body* body, void* state) {
-    joints_state* joints = state;
-    for (int i = 0; i < joints->count; ++i) {
-        if (!joints->items[i].is_idle) { joints->items[i].klass->solve(&joints->items[i]); }
+/* `impulse` is of the other end; drifts displace the sides at their arms, or turn them. */
+static void joint_apply(const plii_joint* joint, pli_vec3 impulse, bool is_drift) {
+    const int count = is_drift && joint->keeps_momentum ? 1 : 2;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 own = i == 0 ? pli_vec3_neg(impulse) : impulse;
+        if (joint->klass->is_angular) {
+            plii_joint_apply_torque(&joint->sides[i].target, own, is_drift);
+        } else {
+            (is_drift ? plii_joint_apply_drift : plii_joint_apply_impulse)(&joint->sides[i].target, own,
+                                                                           joint->world[i]);
+        }
     }
 }
 
-/* Displaces the sides at their arms, or turns them. */
-static void joint_apply_split_drift(const plii_joint* joint) {
-    const int count = joint->keeps_momentum ? 1 : 2;
-    for (int i = 0; i < count; ++i) {
-        const pli_vec3 impulse = i == 0 ? pli_vec3_neg(joint->split_drift) : joint->split_drift;
-        if (joint->klass->is_angular) {
-            plii_joint_apply_torque(&joint->sides[i].target, impulse, true);
-        } else {
-            plii_joint_apply_drift(&joint->sides[i].target, impulse, joint->world[i]);
+/* Few iterations tell one end of a chain little of the other: they go on from the impulses of the step before. */
+static void joints_start(pli_body* body, void* state) {
+    const joints_state* joints = state;
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
+        joint->impulse = pli_vec3_make(0, 0, 0);
+        if (joint->is_idle || joint->reference_mode) { continue; }
+        pli_vec3 kept = pli_vec3_scale(joint->force, body->step.dt * joint->softness.velocity_factor);
+        if (joint->klass->is_angular) { /* about the axis its motor decides anew */
+            kept = pli_vec3_sub(kept, pli_vec3_scale(joint->world[0], pli_vec3_dot(kept, joint->world[0])));
         }
+        joint_apply(joint, joint->impulse = kept, false);
+    }
+}
+
+static void joints_solve(pli_body* body, void* state) {
+    const joints_state* joints = state;
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
+        if (joint->is_idle) { continue; }
+        const pli_vec3 impulse = joint->klass->solve(joint);
+        joint->impulse = pli_vec3_add(joint->impulse, impulse);
+        joint_apply(joint, impulse, false);
     }
 }
 
 static void joints_finish(pli_body* body, void* state) {
     const joints_state* joints = state;
-    for (PLII_EACH(const plii_joint, joint, joints->items, joints->count)) {
-        if (!joint->is_idle && joint->softness.split > 0.0f) { joint_apply_split_drift(joint); }
+    for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
+        if (!joint->is_idle && joint->split > 0.0f) { joint_apply(joint, joint->split_drift, true); }
+        joint->force = pli_vec3_scale(joint->impulse, body->step.inverse_dt);
+        if (!plii_vec3_is_finite(joint->force)) { joint->force = pli_vec3_make(0, 0, 0); }
     }
 }
 
 void plii_joint_split_drift(plii_joint* joint, int iterations, float response, float other_response) {
-    const float split = joint->softness.split;
+    const float split = joint->split;
     if (split > 0.0f) {
         joint->split_drift = pli_mat3_mul_vec3(joint->impulse_matrix, pli_vec3_scale(joint->drift, split));
     }
@@ -176,11 +205,12 @@ const plii_feature_class plii_joints_class = {
     .keep_callbacks = joints_keep_callbacks,
     /* Joints hold to clusters, which follow a cut and keep their index. */
     .arrays = PLII_ARRAYS(
-        {PLII_COUNTED_LIST(joints_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("JiiPiR9f3X*"),
+        {PLII_COUNTED_LIST(joints_state, items, capacity, count), .is_kept = true, PLII_SAVED_AS("JiiPiR12f3X*"),
          .settings = PLII_LIMITS(plii_joint, softness, joint_softness_fields)},
         {PLII_COUNTED_LIST(joints_state, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")}),
     .stages = {[PLII_STAGE_UPDATE] = {joints_note_starts, JOINTS_ORDER},
                [PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
+               [PLII_STAGE_JOINT_START] = {joints_start, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .visit_joined = joints_visit_joined,

@@ -36,7 +36,7 @@ static void angular_joint_prepare(plii_joint* joint, float dt, int iterations) {
                            pli_vec3_dot(error, pli_mat3_mul_vec3(plii_joint_end_inertia(&joint->sides[1]), error)));
 }
 
-static void angular_joint_solve(plii_joint* joint) {
+static pli_vec3 angular_joint_solve(const plii_joint* joint) {
     const pli_vec3 velocity = pli_vec3_sub(plii_joint_angular_velocity(&joint->sides[0].target),
                                            plii_joint_angular_velocity(&joint->sides[1].target));
     const float present = pli_vec3_dot(velocity, joint->world[0]);
@@ -47,9 +47,7 @@ static void angular_joint_solve(plii_joint* joint) {
     }
     const pli_vec3 excess = pli_vec3_sub(velocity, pli_vec3_scale(joint->world[0], wanted));
     const pli_vec3 change = pli_vec3_add(joint->drift, pli_vec3_scale(excess, joint->softness.velocity_factor));
-    const pli_vec3 impulse = pli_mat3_mul_vec3(joint->impulse_matrix, change);
-    plii_joint_apply_torque(&joint->sides[0].target, pli_vec3_neg(impulse), false);
-    plii_joint_apply_torque(&joint->sides[1].target, impulse, false);
+    return pli_mat3_mul_vec3(joint->impulse_matrix, change);
 }
 
 const plii_joint_class plii_angular_joint_class = {true, angular_joint_prepare, angular_joint_solve};

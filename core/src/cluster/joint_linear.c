@@ -25,13 +25,11 @@ static void linear_joint_prepare(plii_joint* joint, float dt, int iterations) {
                            plii_joint_end_response(&joint->sides[1], joint->world[1], error));
 }
 
-static void linear_joint_solve(plii_joint* joint) {
+static pli_vec3 linear_joint_solve(const plii_joint* joint) {
     const pli_vec3 velocity = pli_vec3_sub(plii_joint_velocity_at(&joint->sides[0].target, joint->world[0]),
                                            plii_joint_velocity_at(&joint->sides[1].target, joint->world[1]));
     const pli_vec3 change = pli_vec3_add(joint->drift, pli_vec3_scale(velocity, joint->softness.velocity_factor));
-    const pli_vec3 impulse = pli_mat3_mul_vec3(joint->impulse_matrix, change);
-    plii_joint_apply_impulse(&joint->sides[0].target, pli_vec3_neg(impulse), joint->world[0]);
-    plii_joint_apply_impulse(&joint->sides[1].target, impulse, joint->world[1]);
+    return pli_mat3_mul_vec3(joint->impulse_matrix, change);
 }
 
 const plii_joint_class plii_linear_joint_class = {false, linear_joint_prepare, linear_joint_solve};

@@ -339,6 +339,7 @@ static void world_solve_joints(pli_world* world) {
     if (iterations == 0) { return; }
     world->joint_iterations = iterations;
     world_run_joint_stage(world, PLII_STAGE_JOINT_PREPARE);
+    world_run_joint_stage(world, PLII_STAGE_JOINT_START);
     for (int i = 0; i < iterations; ++i) {
         world_run_joint_stage(world, PLII_STAGE_JOINT_SOLVE);
     }
