@@ -181,13 +181,13 @@ PLI_API pli_status pli_body_add_force(pli_body* body, pli_vec3 force);
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity);
 
-/// For steps of changing length, under each solver. What a long step leaves of errors the short one after
-/// it would put right as a speed of the error over its own length: 1/15 and 1/240 s in turn blow bodies up. With this a
-/// step that is shorter than one before changes velocities, about those of free flight, by as little as that one would:
-/// by its length over a reference, or the square of that where it gives energy. The reference is between 0.75 and 0.98
-/// of that of the step before, as fast as errors become smaller. Forces but pressure, conservation of volume and air on
-/// faces act as ever. Equal steps are not changed. What
-/// rigid bodies get in such a step is not made smaller.
+/// For steps of changing length, under each solver, though XPBD bears most of them without it. What a long step leaves
+/// of errors the short one after it would put right as a speed of the error over its own length: 1/15 and 1/240 s in
+/// turn blow bodies up. With this a step that is shorter than one before changes velocities, about those of free
+/// flight, by as little as that one would: by its length over a reference, or the square of that where it gives energy.
+/// The reference is between 0.75 and 0.98 of that of the step before, as fast as errors become smaller. Forces but
+/// pressure, conservation of volume and air on faces act as ever. Equal steps are not changed. What rigid bodies get in
+/// such a step is not made smaller.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 12 B per node.
 PLI_API pli_status pli_body_enable_step_smoothing(pli_body* body);
