@@ -234,6 +234,8 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
     if (from->is_anchor) {
         const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(rigid->path.begin, local));
         item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);
+        const double speed = sqrt(plii_dvec3_dot(item->recovery, item->recovery)), most = (double)from->recovery_speed;
+        if (speed > most) { item->recovery = plii_dvec3_scale(item->recovery, most / speed); }
         item->target = item->recovery;
     } else {
         if (from->node != PLI_NULL_INDEX && !from->has_pivot) {
