@@ -43,10 +43,6 @@ typedef struct plii_anchors {
     plii_id_pool ids;
 } plii_anchors;
 
-/* m/s: a dynamic body that is far away, as the load of a rope that was frozen has fallen on, comes back at this speed
-   at most. Not where anchors yield, which are off by what pulls at them. */
-#define ANCHOR_RECOVERY_SPEED 10.0f
-
 /* The node is where the body's point is at the end of the step, whatever else pulls at it. */
 static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
     if (anchor->rigid->kind == PLI_RIGID_DYNAMIC || body->world->def.reference_mode) { return false; }
@@ -62,9 +58,11 @@ static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* an
     return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, left);
 }
 
+/* m/s: how fast a dynamic body that is far away comes back at most, as where a rope was frozen while its load fell on.
+   Anchors that yield are off by what pulls at them. */
 static float anchor_recovery_speed(const pli_body* body, const plii_anchor* anchor) {
     const bool yields = body->solver_class->has_substeps ? anchor->compliance > 0.0f : anchor->influence < 1.0f;
-    return anchor->rigid->kind == PLI_RIGID_DYNAMIC && !yields ? ANCHOR_RECOVERY_SPEED : INFINITY;
+    return anchor->rigid->kind == PLI_RIGID_DYNAMIC && !yields ? 10.0f : INFINITY;
 }
 /* Share of an error at the start of a step that goes in it. */
 static float anchor_share(const pli_body* body, const plii_anchor* anchor, pli_vec3 error, float hardness, float dt) {
@@ -225,19 +223,18 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
     for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
         const pli_rigid* rigid = anchor->rigid;
-        if (rigid->kind == PLI_RIGID_DYNAMIC) { plii_substep_rigid_pivot_turn(&anchor->substeps.pivot); }
-        const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
+        plii_substep_rigid_pivot* pivot = &anchor->substeps.pivot;
         anchor->substeps.multiplier = anchor->substeps.left = pli_vec3_make(0, 0, 0);
         if (rigid->kind == PLI_RIGID_DYNAMIC) {
+            plii_substep_rigid_pivot_turn(pivot);
             const pli_vec3 start = plii_substep_place(body, substep, substep->start_displacements, anchor->node);
-            const pli_vec3 goal =
-                pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(&anchor->substeps.pivot));
+            const pli_vec3 goal = pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(pivot));
             const pli_vec3 off = pli_vec3_sub(start, goal);
             anchor->substeps.left = pli_vec3_scale(off, 1.0f - anchor_share(body, anchor, off, 1.0f, substep->host_dt));
         }
         const float alpha = anchor_alpha(anchor, substep);
         anchor->substeps.inverse =
-            plii_rigid_effective_mass(1.0f, substep->displacements[anchor->node].w + alpha, rigid, point->offset);
+            plii_rigid_effective_mass(1.0f, substep->displacements[anchor->node].w + alpha, rigid, pivot->point.offset);
     }
 }
 

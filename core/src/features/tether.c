@@ -323,13 +323,12 @@ static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* s
                         pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt));
 }
 
-/* What would get too far away is on a spring: held after the solution, no force would reach rigid bodies in it. `end`
-   of the origin in this step. */
-static void tether_visit_spring(const pli_body* body, int node, int origin, pli_vec3 end, float longest,
+/* What would get too far away is on a spring: held after the solution, no force would reach rigid bodies in it. */
+static void tether_visit_spring(const pli_body* body, int node, int origin, pli_vec3 origin_end, float longest,
                                 plii_spring_fn* visit, void* user) {
     const pli_vec3 start = plii_xyz(body->positions[node]);
     const pli_vec3 free = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
-    const pli_vec3 apart = pli_vec3_sub(pli_vec3_add(start, free), end);
+    const pli_vec3 apart = pli_vec3_sub(pli_vec3_add(start, free), origin_end);
     const float distance = pli_vec3_length(apart);
     if (!(distance > longest) || !plii_is_finite(distance)) { return; }
     const float before = pli_vec3_length(pli_vec3_sub(start, plii_xyz(body->positions[origin])));

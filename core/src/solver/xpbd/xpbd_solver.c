@@ -12,10 +12,6 @@ enum {
     XPBD_SUBSTEPS_PER_START = 5 /* positions follow the nodes after so many */
 };
 
-/* See xpbd_find_lag. */
-#define XPBD_REFERENCE_RISES 0.1f
-#define XPBD_REFERENCE_FALLS 0.003f
-
 typedef struct xpbd_state {
     /* Of the step in progress. */
     plii_substep_kinds kinds;
@@ -76,13 +72,12 @@ static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
 
 /* What sweeps leave of errors acts as springs of mass / dt^2: in steps that are shorter than those before they would be
    stiffer as they are stretched, and have more energy. So they stay as stiff as in a step of a reference length, which
-   rises slowly lest single long steps soften a body, and falls slowly too. Time scales do not count: they change
-   seldom. */
+   rises slowly lest single long steps soften a body, and falls slowly. Time scales do not count. */
 static float xpbd_find_lag(const pli_body* body, xpbd_state* state) {
     const float dt = body->host_dt, before = state->reference_dt > 0.0f ? state->reference_dt : dt;
-    const float ratio = before / dt, falls = plii_max(1.0f - XPBD_REFERENCE_FALLS * ratio * ratio, 0.75f);
-    state->reference_dt = ratio < 1.0f ? before + XPBD_REFERENCE_RISES * (plii_min(dt, 4.0f * before) - before)
-                                       : plii_max(before * falls, dt);
+    const float ratio = before / dt, falls = plii_max(1.0f - 0.003f * ratio * ratio, 0.75f);
+    state->reference_dt =
+        ratio < 1.0f ? before + 0.1f * (plii_min(dt, 4.0f * before) - before) : plii_max(before * falls, dt);
     const float lag = plii_max(state->reference_dt / dt, 1.0f);
     return lag * lag - 1.0f;
 }
