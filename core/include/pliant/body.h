@@ -224,6 +224,8 @@ PLI_API pli_status pli_body_disable_colored_links(pli_body* body);
 /// nor jump, also when the interval changes: the step in progress is waited for. Positions in pli_body_view are ahead
 /// by up to steps - 1 steps of the world. Forces that are added act for one step of the world, as on other bodies.
 /// Results are those of the longer step: stretch of the position-based solver grows, XPBD wants as many substeps more.
+/// Back to a smaller interval steps get shorter, as in pli_body_enable_step_smoothing: without that a flag that hangs
+/// with 1 m/s gets 9 m/s from 4 to 1 position-based, 15 by implicit sweeps; with it 3 and 4.
 /// A body that has met a dynamic rigid body or another soft body, or is held to one by an anchor or a joint, takes each
 /// step, as long as that lasts; what comes fast goes in by what it moves in a step of the body before that.
 /// @param steps 1 to 60, default 1; fewer where a step would be longer than PLI_MAX_TIME_STEP
