@@ -5,6 +5,7 @@
 
 #include "pliant/rigid.h"
 
+#define PLII_ANCHOR_RECOVERY_RATE 4.0f /* 1/s: what is farther off, as after a jump of its body, comes back faster */
 typedef struct plii_node_constraint {
     int node; /* PLI_NULL_INDEX for a point of a face, which has these: */
     int face_nodes[3];

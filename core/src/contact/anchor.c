@@ -58,15 +58,15 @@ static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* an
     return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, left);
 }
 
-/* m/s: how fast a dynamic body that is far away comes back at most, as where a rope was frozen while its load fell on.
-   Anchors that yield are off by what pulls at them. */
+/* m/s, of dynamic bodies, as the load of a rope that was frozen. Anchors that yield are off by what pulls at them. */
 static float anchor_recovery_speed(const pli_body* body, const plii_anchor* anchor) {
     const bool yields = body->solver_class->has_substeps ? anchor->compliance > 0.0f : anchor->influence < 1.0f;
     return anchor->rigid->kind == PLI_RIGID_DYNAMIC && !yields ? 10.0f : INFINITY;
 }
 /* Share of an error at the start of a step that goes in it. */
 static float anchor_share(const pli_body* body, const plii_anchor* anchor, pli_vec3 error, float hardness, float dt) {
-    const float length = pli_vec3_length(error), most = anchor_recovery_speed(body, anchor) * dt;
+    const float length = pli_vec3_length(error);
+    const float most = plii_max(anchor_recovery_speed(body, anchor), PLII_ANCHOR_RECOVERY_RATE * length) * dt;
     return length * hardness > most ? most / length : hardness;
 }
 
@@ -232,9 +232,8 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
             const pli_vec3 off = pli_vec3_sub(start, goal);
             anchor->substeps.left = pli_vec3_scale(off, 1.0f - anchor_share(body, anchor, off, 1.0f, substep->host_dt));
         }
-        const float alpha = anchor_alpha(anchor, substep);
-        anchor->substeps.inverse =
-            plii_rigid_effective_mass(1.0f, substep->displacements[anchor->node].w + alpha, rigid, pivot->point.offset);
+        const float inverse_mass = substep->displacements[anchor->node].w + anchor_alpha(anchor, substep);
+        anchor->substeps.inverse = plii_rigid_effective_mass(1.0f, inverse_mass, rigid, pivot->point.offset);
     }
 }
 

@@ -78,8 +78,7 @@ static float xpbd_find_lag(const pli_body* body, xpbd_state* state) {
     const float ratio = before / dt, falls = plii_max(1.0f - 0.003f * ratio * ratio, 0.75f);
     state->reference_dt =
         ratio < 1.0f ? before + 0.1f * (plii_min(dt, 4.0f * before) - before) : plii_max(before * falls, dt);
-    const float lag = plii_max(state->reference_dt / dt, 1.0f);
-    return lag * lag - 1.0f;
+    return plii_max(state->reference_dt * state->reference_dt / (dt * dt) - 1.0f, 0.0f);
 }
 
 static void xpbd_begin(pli_body* body) {
