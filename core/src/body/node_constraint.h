@@ -5,6 +5,7 @@
 
 #include "pliant/rigid.h"
 
+#define PLII_ANCHOR_RECOVERY_RATE 4.0f /* 1/s: what is farther off, as after a jump of its body, comes back faster */
 typedef struct plii_node_constraint {
     int node; /* PLI_NULL_INDEX for a point of a face, which has these: */
     int face_nodes[3];
@@ -20,7 +21,7 @@ typedef struct plii_node_constraint {
     float offset;    /* gap = dot(normal, x) + offset, with the rigid body where it was when the contact was found */
     float friction;  /* Coulomb's coefficient of the pair */
     float hardness;  /* fraction of the error at the start of the step that goes in one step */
-    float recovery_speed; /* m/s: a penetration goes at this speed at most, so that it does not throw nodes off */
+    float recovery_speed; /* m/s: the error goes at this speed at most, so that it does not throw nodes off */
     float squeeze;        /* m: of what it needs between this surface and another one, so much the node does not have */
     float influence;      /* [0, 1] fraction of what would hold the node wholly */
     pli_vec3* impulse;    /* N s: what it pushes the node by is added there; NULL: nobody asks */

@@ -33,6 +33,7 @@ struct plii_substep {
     float host_dt, inverse_host_dt;     /* s, the same for rigid bodies */
     float remaining;                    /* s, of the step after it */
     int index;                          /* of the substep in the step */
+    float lag;                          /* what softens XPBD in a step that is short, from 0 on: see xpbd_find_lag */
     bool is_absolute;                   /* displacements are positions, as positions are where nodes are */
     bool has_new_positions;             /* since the substep before, or the first one */
     bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */

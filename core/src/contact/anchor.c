@@ -28,6 +28,7 @@ typedef struct plii_anchor {
             plii_substep_rigid_pivot pivot;
             pli_vec3 goal;        /* of the node, at the start of the step */
             pli_vec3 goal_motion; /* in the step, of a rigid body that takes no impulses */
+            pli_vec3 left;        /* m, of the error at the start of the substep, after it */
             pli_mat3 inverse;     /* of the sum of both inverse masses and the compliance */
             pli_vec3 multiplier;  /* kg m */
         } substeps;
@@ -55,6 +56,18 @@ static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* an
     if (anchor->pose_version != anchor->rigid->pose_version) { left = body->interval.lead; }
     if (anchor->rigid->kind == PLI_RIGID_STATIC || !(left > 0.0f)) { return state->pose; }
     return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, left);
+}
+
+/* m/s, of dynamic bodies, as the load of a rope that was frozen. Anchors that yield are off by what pulls at them. */
+static float anchor_recovery_speed(const pli_body* body, const plii_anchor* anchor) {
+    const bool yields = body->solver_class->has_substeps ? anchor->compliance > 0.0f : anchor->influence < 1.0f;
+    return anchor->rigid->kind == PLI_RIGID_DYNAMIC && !yields ? 10.0f : INFINITY;
+}
+/* Share of an error at the start of a step that goes in it. */
+static float anchor_share(const pli_body* body, const plii_anchor* anchor, pli_vec3 error, float hardness, float dt) {
+    const float length = pli_vec3_length(error);
+    const float most = plii_max(anchor_recovery_speed(body, anchor), PLII_ANCHOR_RECOVERY_RATE * length) * dt;
+    return length * hardness > most ? most / length : hardness;
 }
 
 static void anchor_prepare(pli_body* body, void* state) {
@@ -98,9 +111,10 @@ static void anchor_note_starts(pli_body* body, void* state) {
    each time, where the share is over 2/3. */
 static pli_vec3 anchor_error(const pli_body* body, const plii_anchor* anchor, pli_vec3 goal_motion, float hardness) {
     const pli_vec3 node = plii_xyz(body->positions[anchor->node]), start = plii_xyz(body->previous[anchor->node]);
-    const pli_vec3 off =
-        body->world->def.reference_mode ? pli_vec3_sub(anchor->step.goal, node) : pli_vec3_sub(anchor->start, start);
-    const pli_vec3 way = pli_vec3_scale(off, hardness);
+    const pli_vec3 off = pli_vec3_sub(anchor->start, start);
+    const pli_vec3 way = body->world->def.reference_mode
+                             ? pli_vec3_scale(pli_vec3_sub(anchor->step.goal, node), hardness)
+                             : pli_vec3_scale(off, anchor_share(body, anchor, off, hardness, body->host_dt));
     return pli_vec3_add(pli_vec3_sub(goal_motion, pli_vec3_sub(node, start)), way);
 }
 
@@ -168,6 +182,7 @@ static int anchor_list_constraints(const pli_body* body, const void* state, int 
             .node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
         constraint->leads = anchor_is_exact(body, anchor);
         constraint->hardness = constraint->leads ? 1.0f : anchors->hardness;
+        constraint->recovery_speed = anchor_recovery_speed(body, anchor);
         if (constraint->leads) {
             constraint->start = anchor->start;
             constraint->end = pli_transform_point(anchor_end_pose(body, anchor), anchor->pivot);
@@ -208,12 +223,17 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
     for (PLII_EACH(plii_anchor, anchor, anchors->items, anchors->item_count)) {
         if (anchor->is_idle) { continue; }
         const pli_rigid* rigid = anchor->rigid;
-        if (rigid->kind == PLI_RIGID_DYNAMIC) { plii_substep_rigid_pivot_turn(&anchor->substeps.pivot); }
-        const plii_substep_rigid_point* point = &anchor->substeps.pivot.point;
-        anchor->substeps.multiplier = pli_vec3_make(0, 0, 0);
-        const float alpha = anchor_alpha(anchor, substep);
-        anchor->substeps.inverse =
-            plii_rigid_effective_mass(1.0f, substep->displacements[anchor->node].w + alpha, rigid, point->offset);
+        plii_substep_rigid_pivot* pivot = &anchor->substeps.pivot;
+        anchor->substeps.multiplier = anchor->substeps.left = pli_vec3_make(0, 0, 0);
+        if (rigid->kind == PLI_RIGID_DYNAMIC) {
+            plii_substep_rigid_pivot_turn(pivot);
+            const pli_vec3 start = plii_substep_place(body, substep, substep->start_displacements, anchor->node);
+            const pli_vec3 goal = pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(pivot));
+            const pli_vec3 off = pli_vec3_sub(start, goal);
+            anchor->substeps.left = pli_vec3_scale(off, 1.0f - anchor_share(body, anchor, off, 1.0f, substep->host_dt));
+        }
+        const float inverse_mass = substep->displacements[anchor->node].w + anchor_alpha(anchor, substep);
+        anchor->substeps.inverse = plii_rigid_effective_mass(1.0f, inverse_mass, rigid, pivot->point.offset);
     }
 }
 
@@ -224,7 +244,8 @@ static pli_vec3 anchor_goal(const pli_body* body, const plii_anchor* anchor, con
         return pli_vec3_add(anchor->substeps.goal, pli_vec3_scale(anchor->substeps.goal_motion, time));
     }
     const plii_substep_rigid_pivot* pivot = &anchor->substeps.pivot;
-    return pli_vec3_add(pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(pivot)),
+    const pli_vec3 start = pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(pivot));
+    return pli_vec3_add(pli_vec3_add(start, anchor->substeps.left),
                         plii_substep_rigid_point_motion(&pivot->point, substep));
 }
 

@@ -324,15 +324,19 @@ static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* s
 }
 
 /* What would get too far away is on a spring: held after the solution, no force would reach rigid bodies in it. */
-static void tether_visit_spring(const pli_body* body, int node, pli_vec3 origin, float longest, plii_spring_fn* visit,
-                                void* user) {
+static void tether_visit_spring(const pli_body* body, int node, int origin, pli_vec3 origin_end, float longest,
+                                plii_spring_fn* visit, void* user) {
+    const pli_vec3 start = plii_xyz(body->positions[node]);
     const pli_vec3 free = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
-    const pli_vec3 apart = pli_vec3_sub(pli_vec3_add(plii_xyz(body->positions[node]), free), origin);
+    const pli_vec3 apart = pli_vec3_sub(pli_vec3_add(start, free), origin_end);
     const float distance = pli_vec3_length(apart);
     if (!(distance > longest) || !plii_is_finite(distance)) { return; }
+    const float before = pli_vec3_length(pli_vec3_sub(start, plii_xyz(body->positions[origin])));
+    const float limit = tether_limit(longest, before, body->step.dt);
+    if (!(distance > limit)) { return; }
     plii_node_spring spring = {.node = node, .hardness = TETHER_FIRMNESS};
     spring.along = pli_vec3_scale(apart, 1.0f / distance);
-    spring.way = pli_vec3_add(free, pli_vec3_scale(spring.along, longest - distance));
+    spring.way = pli_vec3_add(free, pli_vec3_scale(spring.along, limit - distance));
     visit(&spring, user);
 }
 
@@ -349,10 +353,12 @@ static void tether_visit_springs(pli_body* body, void* data, plii_spring_fn* vis
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }
         const pli_vec3 origin = tether_end_of_origin(body, state, tether->origin, &hint);
-        tether_visit_spring(body, i, origin, tether_longest(state, tether), visit, user);
+        tether_visit_spring(body, i, tether->origin, origin, tether_longest(state, tether), visit, user);
         for (int k = 0; k < TETHER_LANDMARKS; ++k) {
             const float longest = state->far[i][k] * tether_factor(state);
-            if (longest < INFINITY) { tether_visit_spring(body, i, landmarks[k], longest, visit, user); }
+            if (longest < INFINITY) {
+                tether_visit_spring(body, i, state->landmarks[k], landmarks[k], longest, visit, user);
+            }
         }
     }
 }

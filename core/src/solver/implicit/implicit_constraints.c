@@ -233,7 +233,10 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
     pli_vec3 local = from->pivot;
     if (from->is_anchor) {
         const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(rigid->path.begin, local));
-        item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);
+        const plii_dvec3 off = plii_dvec3_sub(pivot, start);
+        const double length = sqrt(plii_dvec3_dot(off, off)), pace = hardness * inverse_dt;
+        const double most = fmax((double)from->recovery_speed, (double)PLII_ANCHOR_RECOVERY_RATE * length);
+        item->recovery = plii_dvec3_scale(off, pace * length > most ? most / length : pace);
         item->target = item->recovery;
     } else {
         if (from->node != PLI_NULL_INDEX && !from->has_pivot) {

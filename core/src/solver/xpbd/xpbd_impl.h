@@ -14,6 +14,11 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass
 /* Each edge of a face is run along as often in one direction as in the other. */
 bool plii_xpbd_faces_are_closed(const plii_topology* topology);
 
+/* Of constraints, and of what is their own. */
+static inline float plii_xpbd_softening(float softening, const plii_substep* substep) {
+    return softening + (1.0f + softening) * substep->lag;
+}
+
 /* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26), 0 where it cannot act.
    c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep; softening: the
    least compliance over dt^2, as a share of the weight. */
@@ -21,7 +26,7 @@ static inline float plii_xpbd_multiplier(float c, float weight, float compliance
                                          float multiplier, float c_motion, const plii_substep* substep) {
     const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
     const float gamma = compliance * damping * substep->inverse_dt;
-    const float divisor = (1.0f + gamma) * weight + plii_max(alpha, softening * weight);
+    const float divisor = (1.0f + gamma) * weight + plii_max(alpha, plii_xpbd_softening(softening, substep) * weight);
     const float change = (-c - alpha * multiplier - gamma * c_motion) / divisor;
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }

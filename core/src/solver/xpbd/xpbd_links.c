@@ -99,7 +99,7 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
                                   .colors = state->colors,
                                   .compliances = xpbd_links_are_soft(state) ? state->compliances : NULL,
                                   .dampings = xpbd_links_are_damped(state) ? state->dampings : NULL,
-                                  .softening = state->softening,
+                                  .softening = plii_xpbd_softening(state->softening, substep),
                                   .inverse_dt = substep->inverse_dt,
                                   .rest = state->rest_lengths,
                                   .moved = substep->displacements,

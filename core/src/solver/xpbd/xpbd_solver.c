@@ -20,6 +20,7 @@ typedef struct xpbd_state {
     bool has_finish;
     int sweep;
     pli_xpbd_def def;
+    float reference_dt;                                            /* s; 0: there was no step yet */
     bool had_links;                                                /* on positions, before this solver came */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
@@ -69,6 +70,17 @@ static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
     return PLII_KERNEL(body->context, &plii_xpbd_nodes);
 }
 
+/* What sweeps leave of errors acts as springs of mass / dt^2: in steps that are shorter than those before they would be
+   stiffer as they are stretched, and have more energy. So they stay as stiff as in a step of a reference length, which
+   rises slowly lest single long steps soften a body, and falls slowly. Time scales do not count. */
+static float xpbd_find_lag(const pli_body* body, xpbd_state* state) {
+    const float dt = body->host_dt, before = state->reference_dt > 0.0f ? state->reference_dt : dt;
+    const float ratio = before / dt, falls = plii_max(1.0f - 0.003f * ratio * ratio, 0.75f);
+    state->reference_dt =
+        ratio < 1.0f ? before + 0.1f * (plii_min(dt, 4.0f * before) - before) : plii_max(before * falls, dt);
+    return plii_max(state->reference_dt * state->reference_dt / (dt * dt) - 1.0f, 0.0f);
+}
+
 static void xpbd_begin(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     const plii_step* step = &body->step;
@@ -77,6 +89,7 @@ static void xpbd_begin(pli_body* body) {
                                     .inverse_dt = step->inverse_dt * parts,
                                     .host_dt = body->host_dt / parts,
                                     .inverse_host_dt = 1.0f / body->host_dt * parts,
+                                    .lag = xpbd_find_lag(body, state),
                                     .displacements = state->displacements,
                                     .start_displacements = state->start_displacements,
                                     .limits = &state->kinds.limits};
@@ -159,7 +172,7 @@ const plii_feature_class plii_xpbd_class = {
     .state_size = sizeof(xpbd_state),
     .settings = PLII_LIMITS_AT(offsetof(xpbd_state, def), PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
                                PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(xpbd_state, def, reference_dt, PLII_SAVED, "2iuf"),
                                     PLII_STATE_SPAN(xpbd_state, kinds, sweep, PLII_LEFT, NULL),
                                     PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B")),
     /* Nothing of a step is needed by the next one. */
