@@ -84,11 +84,12 @@ const char* plii_lost_error(void);
 
 /* Why a thread is in the middle of something. */
 typedef enum plii_walk_kind {
-    PLII_WALK_STEP,     /* of a world, or another change of many parts */
-    PLII_WALK_PARALLEL, /* a part of a range, on any thread */
-    PLII_WALK_HOOK,     /* the thread has the lock of the context */
-    PLII_WALK_LOG,      /* likewise, in the log function */
-    PLII_WALK_RELEASE   /* the end of a shape, which may retain and release others */
+    PLII_WALK_STEP = 1,     /* of a world, or another change of many parts */
+    PLII_WALK_PARALLEL = 2, /* a part of a range, on any thread */
+    PLII_WALK_HOOK = 4,     /* the thread has the lock of the context */
+    PLII_WALK_LOG = 8,      /* likewise, in the log function */
+    PLII_WALK_RELEASE = 16, /* the end of a shape, which may retain and release others */
+    PLII_WALK_ANY = 31
 } plii_walk_kind;
 
 /* While the library is in the middle of something, it may call hooks and callbacks of the user: nothing of the context
@@ -118,10 +119,10 @@ static inline void plii_walk_begin(plii_walk* walk, const pli_context* context, 
 static inline void plii_walk_end(const plii_walk* walk) {
     plii_thread.walk = walk->outer;
 }
-/* The innermost walk of this thread through the context, or NULL. */
-static inline const plii_walk* plii_walk_find(const pli_context* context) {
+/* The innermost walk of this thread through the context that is one of these kinds, or NULL. */
+static inline const plii_walk* plii_walk_find(const pli_context* context, unsigned kinds) {
     const plii_walk* walk = plii_thread.walk;
-    while (walk != NULL && walk->context != context) {
+    while (walk != NULL && (walk->context != context || !((unsigned)walk->kind & kinds))) {
         walk = walk->outer;
     }
     return walk;
@@ -137,7 +138,7 @@ extern PLII_THREAD_LOCAL int plii_shape_queries;
 PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {
-    const bool is_free = plii_walk_find(context) == NULL && plii_shape_queries == 0;
+    const bool is_free = plii_walk_find(context, PLII_WALK_ANY) == NULL && plii_shape_queries == 0;
     return is_free ? PLI_OK : plii_refuse_change(context, function);
 }
 
