@@ -132,10 +132,8 @@ bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups
 // -------------------------------------------------------------------------------------------------------------- lanes
 
 static inline plii_vec3x4 groups_gather(pli_vec4* const records[PLII_GROUP_LANES]) {
-    plii_float4 rows[4] = {plii_float4_from(records[0]), plii_float4_from(records[1]), plii_float4_from(records[2]),
-                           plii_float4_from(records[3])};
-    plii_float4_transpose(rows);
-    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+    return plii_vec3x4_of(plii_float4_from(records[0]), plii_float4_from(records[1]), plii_float4_from(records[2]),
+                          plii_float4_from(records[3]));
 }
 static inline void groups_to_records(plii_vec3x4 v, plii_float4 records[PLII_GROUP_LANES]) {
     records[0] = v.x;
@@ -163,10 +161,8 @@ static inline void groups_scatter_shares(pli_vec4* const records[PLII_GROUP_LANE
     }
 }
 static inline plii_vec3x4 groups_from_vectors(const pli_vec3* const vectors[PLII_GROUP_LANES]) {
-    plii_float4 rows[4] = {plii_lanes_from_vec3(vectors[0]), plii_lanes_from_vec3(vectors[1]),
-                           plii_lanes_from_vec3(vectors[2]), plii_lanes_from_vec3(vectors[3])};
-    plii_float4_transpose(rows);
-    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+    return plii_vec3x4_of(plii_lanes_from_vec3(vectors[0]), plii_lanes_from_vec3(vectors[1]),
+                          plii_lanes_from_vec3(vectors[2]), plii_lanes_from_vec3(vectors[3]));
 }
 
 /* A sum of three vectors by impulses. */
@@ -341,10 +337,10 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
         block->impulses[k] = zero;
     }
 
-    plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.terms), plii_float4_from(&contacts[1]->as.terms),
-                            plii_float4_from(&contacts[2]->as.terms), plii_float4_from(&contacts[3]->as.terms)};
-    plii_float4_transpose(terms);
-    const plii_float4 recovery = terms[0], hardness = terms[1], split = terms[2];
+    const plii_vec3x4 terms =
+        plii_vec3x4_of(plii_float4_from(&contacts[0]->as.terms), plii_float4_from(&contacts[1]->as.terms),
+                       plii_float4_from(&contacts[2]->as.terms), plii_float4_from(&contacts[3]->as.terms));
+    const plii_float4 recovery = terms.x, hardness = terms.y, split = terms.z;
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, block->arms);
     const plii_float4 others = plii_lanes_xyzw(contacts[0]->other_speed, contacts[1]->other_speed,
                                                contacts[2]->other_speed, contacts[3]->other_speed);

@@ -16,13 +16,11 @@ PLII_SIMD_INLINE plii_float4 cluster_hull_along(const plii_cluster_hull* hull, i
     const pli_vec4* positions = hull->body->positions;
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
     const int left = hull->cluster->member_count - first;
-    plii_float4 rows[PLII_LANES];
-    rows[0] = plii_float4_from(&positions[members[first].node]);
-    rows[1] = plii_float4_from(&positions[members[left > 1 ? first + 1 : 0].node]);
-    rows[2] = plii_float4_from(&positions[members[left > 2 ? first + 2 : 0].node]);
-    rows[3] = plii_float4_from(&positions[members[left > 3 ? first + 3 : 0].node]);
-    plii_float4_transpose(rows);
-    return plii_vec3x4_dot((plii_vec3x4){rows[0], rows[1], rows[2]}, direction);
+    const plii_vec3x4 four = plii_vec3x4_of(plii_float4_from(&positions[members[first].node]),
+                                            plii_float4_from(&positions[members[left > 1 ? first + 1 : 0].node]),
+                                            plii_float4_from(&positions[members[left > 2 ? first + 2 : 0].node]),
+                                            plii_float4_from(&positions[members[left > 3 ? first + 3 : 0].node]));
+    return plii_vec3x4_dot(four, direction);
 }
 
 /* The first of the farthest members: each lane keeps the first of its farthest. Indices are counted in floats, and
