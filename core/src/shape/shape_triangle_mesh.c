@@ -19,6 +19,7 @@
 #define SURFACE_BOX_REACH 1.01f /* more than the reach, as planes of boxes are rounded */
 /* Of the squared distance to the nearest triangle until now: other triangles of its plane are not looked at. */
 #define SURFACE_SAME_PLANE 0.9999f
+#define SURFACE_MIN_SUM 1e-6f /* of normals: shorter ones have no direction */
 
 typedef struct surface_triangle {
     int vertices[3];
@@ -217,10 +218,6 @@ static bool surface_weld(surface_data* surface, int point_count, const pli_vec3*
     return surface->vertex_count >= 0;
 }
 
-static pli_vec3 surface_unit_or(pli_vec3 v, pli_vec3 other) {
-    const float length = pli_vec3_length(v);
-    return length > 1e-6f ? plii_vec3_divide(v, length) : other;
-}
 static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     const pli_vec3 u = pli_vec3_sub(b, a), v = pli_vec3_sub(c, a);
     return atan2f(pli_vec3_length(pli_vec3_cross(u, v)), pli_vec3_dot(u, v));
@@ -293,7 +290,8 @@ static void surface_join_edges(surface_data* surface, const plii_edge_map* edges
     for (PLII_EACH(surface_triangle, triangle, surface->triangles, surface->triangle_count)) {
         for (int k = 0; k < 3; ++k) {
             const plii_edge* edge = plii_edge_map_find(edges, triangle->vertices[k], triangle->vertices[(k + 1) % 3]);
-            triangle->edge_normals[k] = surface_unit_or(edge_sums[edge - edges->edges], triangle->normal);
+            triangle->edge_normals[k] =
+                plii_vec3_unit_or(edge_sums[edge - edges->edges], SURFACE_MIN_SUM, triangle->normal);
             triangle->is_edge_border[k] = edge->flags == 1;
         }
     }
@@ -351,7 +349,8 @@ static bool surface_build(surface_data* surface, int point_count, const pli_vec3
     if (is_built) {
         surface_join_edges(surface, &edges, edge_sums, map);
         for (int i = 0; i < surface->vertex_count; ++i) {
-            surface->vertices[i].normal = surface_unit_or(surface->vertices[i].normal, pli_vec3_make(1, 0, 0));
+            surface->vertices[i].normal =
+                plii_vec3_unit_or(surface->vertices[i].normal, SURFACE_MIN_SUM, pli_vec3_make(1, 0, 0));
         }
         surface_find_open_parts(surface, map, is_open);
         is_built = surface->triangle_count == 0 || surface_build_tree(surface);
