@@ -270,7 +270,10 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
     return PLI_OK;
 }
 
-void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* state) {
+void plii_cluster_contacts_begin_step(pli_body* body, void* data) {
+    plii_cluster_contacts* state = data;
+    state->count = 0;
+    state->has_tree = false;
     for (int i = 0; i < state->memory.before_count; ++i) {
         const int slot = state->memory.before[i].slot;
         if (slot > 0) { cluster_contacts_free_manifold(state, slot); }
@@ -280,6 +283,7 @@ void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* sta
 }
 
 void plii_cluster_contacts_clear(plii_cluster_contacts* state) {
+    state->count = 0;
     plii_pair_cache_clear(&state->memory);
     state->manifold_count = state->free_manifold1 = 0;
 }
