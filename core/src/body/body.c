@@ -37,11 +37,9 @@ static const plii_field solver_fields[] = {
 
 // ----------------------------------------------------------------------------------------------------- life
 
-pli_body_def pli_body_def_default(void) {
-    return (pli_body_def){.collision_margin = PLI_MARGIN_OF_MESH,
-                          .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
-                          .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_body_def, .collision_margin = PLI_MARGIN_OF_MESH,
+                    .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
+                    .cookie = PLII_DEF_COOKIE)
 
 static bool body_needs_link_tags(const pli_mesh* mesh) {
     for (int i = 0; i < mesh->link_count; ++i) {
