@@ -224,19 +224,9 @@ static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
 }
 
 /* The same for all triangles with these corners that face the same way. */
-static uint64_t surface_triangle_key(const int v[3]) {
+static plii_pair_key surface_triangle_key(const int v[3]) {
     const int first = v[0] < v[1] && v[0] < v[2] ? 0 : v[1] < v[2] ? 1 : 2;
-    return plii_pair_key_hash((plii_pair_key){v[first], v[(first + 1) % 3], NULL, v[(first + 2) % 3]});
-}
-
-/* Of one that is there already. */
-static bool surface_is_same(const surface_triangle* triangle, const int v[3]) {
-    bool is_same = false;
-    for (int k = 0; k < 3; ++k) {
-        const int turned[3] = {v[k], v[(k + 1) % 3], v[(k + 2) % 3]};
-        is_same = is_same || memcmp(triangle->vertices, turned, sizeof turned) == 0;
-    }
-    return is_same;
+    return (plii_pair_key){v[first], v[(first + 1) % 3], NULL, v[(first + 2) % 3]};
 }
 
 /* Triangles with an area, their normals and the weighted sums at the vertices; the edges of all, with the number of
@@ -254,9 +244,13 @@ static bool surface_add_triangles(surface_data* surface, int triangle_count, con
         const plii_triangle_size size = plii_measure_triangle(a, b, c);
         const pli_vec3 normal = size.is_usable ? size.normal : pli_vec3_make(0, 0, 0);
         if (size.is_usable) {
-            const int index = plii_key_table_add(known, surface_triangle_key(v), surface->triangle_count);
+            const plii_pair_key key = surface_triangle_key(v);
+            const int index = plii_key_table_add(known, plii_pair_key_hash(key), surface->triangle_count);
             if (index == PLI_NULL_INDEX) { return false; }
-            if (index < surface->triangle_count && surface_is_same(&surface->triangles[index], v)) { continue; }
+            const bool is_known = index < surface->triangle_count;
+            if (is_known && plii_pair_keys_equal(surface_triangle_key(surface->triangles[index].vertices), key)) {
+                continue;
+            }
         }
         for (int k = 0; k < 3; ++k) {
             if (v[k] == v[(k + 1) % 3]) { continue; }
