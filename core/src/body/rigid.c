@@ -461,11 +461,8 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
 pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset) {
     const pli_mat3 cross = plii_mat3_cross(offset);
     const pli_mat3 turned = pli_mat3_mul(pli_mat3_mul(cross, inverse_inertia), cross);
-    pli_mat3 response = plii_mat3_diagonal(inverse_mass, inverse_mass, inverse_mass);
-    for (int i = 0; i < 3; ++i) {
-        response.rows[i] = pli_vec3_sub(response.rows[i], turned.rows[i]);
-    }
-    return response;
+    const pli_mat3 linear = plii_mat3_diagonal(inverse_mass, inverse_mass, inverse_mass);
+    return plii_mat3_add(linear, plii_mat3_scale(turned, -1.0f));
 }
 
 static pli_mat3 rigid_effective_mass(float dt, float point_inverse_mass, pli_mat3 rigid) {
