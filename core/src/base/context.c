@@ -29,8 +29,8 @@ const char* plii_lost_error(void) {
     return context_lost_error;
 }
 
-_Thread_local plii_thread_state plii_thread;
-_Thread_local int plii_shape_queries;
+__thread plii_thread_state plii_thread;
+__thread int plii_shape_queries;
 
 bool plii_context_lock(pli_context* context) {
     if (plii_walk_find(context, PLII_WALK_HOOK | PLII_WALK_LOG) != NULL) { return false; }

@@ -76,12 +76,6 @@ const char* plii_lost_error(void);
         return plii_check_##kind(kind, __func__) == PLI_OK ? (value) : (otherwise);                                    \
     }
 
-#ifdef __cplusplus
-#define PLII_THREAD_LOCAL thread_local
-#else
-#define PLII_THREAD_LOCAL _Thread_local
-#endif
-
 /* Why a thread is in the middle of something. */
 typedef enum plii_walk_kind {
     PLII_WALK_STEP = 1,     /* of a world, or another change of many parts */
@@ -107,7 +101,7 @@ typedef struct plii_thread_state {
     plii_pass pass;
     uint64_t shortages; /* allocations of this thread that failed */
 } plii_thread_state;
-extern PLII_THREAD_LOCAL plii_thread_state plii_thread;
+extern __thread plii_thread_state plii_thread;
 
 static inline void plii_walk_begin(plii_walk* walk, const pli_context* context, plii_walk_kind kind) {
     walk->context = context;
@@ -134,7 +128,7 @@ pli_status plii_check_context_change(pli_context* context, const char* function)
 /* The same for a call that makes something: where it is put, which messages call `name`, must not be null. */
 pli_status plii_check_create(pli_context* context, const void* made, const char* name, const char* function);
 /* Queries of shapes that this thread is in: no walks, as several may ask shapes of one context. */
-extern PLII_THREAD_LOCAL int plii_shape_queries;
+extern __thread int plii_shape_queries;
 PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {
