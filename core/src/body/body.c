@@ -10,8 +10,9 @@
 
 // --------------------------------------------------------------------------------------------------- checks
 
-pli_status plii_check_body_free(const pli_body* body, const char* function) {
-    return PLII_LOAD(&body->world->is_entered) ? plii_refuse_entered(body->world, function) : PLI_OK;
+pli_status plii_check_body_change(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    return plii_check_world_change(body->world, function);
 }
 pli_status plii_check_body_idle(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
