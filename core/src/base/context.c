@@ -29,19 +29,11 @@ const char* plii_lost_error(void) {
     return context_lost_error;
 }
 
-_Thread_local plii_thread_state plii_thread;
-_Thread_local int plii_shape_queries;
-
-static bool context_is_in(const pli_context* context, plii_walk_kind kind) {
-    const plii_walk* walk = plii_thread.walk;
-    while (walk != NULL && (walk->kind != kind || walk->context != context)) {
-        walk = walk->outer;
-    }
-    return walk != NULL;
-}
+__thread plii_thread_state plii_thread;
+__thread int plii_shape_queries;
 
 bool plii_context_lock(pli_context* context) {
-    if (context_is_in(context, PLII_WALK_HOOK) || context_is_in(context, PLII_WALK_LOG)) { return false; }
+    if (plii_walk_find(context, PLII_WALK_HOOK | PLII_WALK_LOG) != NULL) { return false; }
     while (__atomic_exchange_n(&context->is_locked, true, __ATOMIC_ACQUIRE)) {
         while (PLII_LOAD(&context->is_locked)) {
             thrd_yield();
@@ -72,7 +64,7 @@ static void parallel_range(int begin, int end, void* data) {
 }
 
 bool plii_has_threads(const pli_context* context) {
-    return context->def.parallel_for != NULL && !context_is_in(context, PLII_WALK_PARALLEL);
+    return context->def.parallel_for != NULL && plii_walk_find(context, PLII_WALK_PARALLEL) == NULL;
 }
 
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
@@ -103,7 +95,7 @@ pli_status plii_fail(pli_context* context, pli_status status, const char* functi
         return status;
     }
 #endif
-    const bool is_logging = context_is_in(context, PLII_WALK_LOG);
+    const bool is_logging = plii_walk_find(context, PLII_WALK_LOG) != NULL;
     const bool was_locked = plii_context_lock(context);
     memcpy(context->last_error, message, strlen(message) + 1);
     /* A call that fails inside of the log function is not logged, and its message does not stay. */

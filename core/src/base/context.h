@@ -76,19 +76,14 @@ const char* plii_lost_error(void);
         return plii_check_##kind(kind, __func__) == PLI_OK ? (value) : (otherwise);                                    \
     }
 
-#ifdef __cplusplus
-#define PLII_THREAD_LOCAL thread_local
-#else
-#define PLII_THREAD_LOCAL _Thread_local
-#endif
-
 /* Why a thread is in the middle of something. */
 typedef enum plii_walk_kind {
-    PLII_WALK_STEP,     /* of a world, or another change of many parts */
-    PLII_WALK_PARALLEL, /* a part of a range, on any thread */
-    PLII_WALK_HOOK,     /* the thread has the lock of the context */
-    PLII_WALK_LOG,      /* likewise, in the log function */
-    PLII_WALK_RELEASE   /* the end of a shape, which may retain and release others */
+    PLII_WALK_STEP = 1,     /* of a world, or another change of many parts */
+    PLII_WALK_PARALLEL = 2, /* a part of a range, on any thread */
+    PLII_WALK_HOOK = 4,     /* the thread has the lock of the context */
+    PLII_WALK_LOG = 8,      /* likewise, in the log function */
+    PLII_WALK_RELEASE = 16, /* the end of a shape, which may retain and release others */
+    PLII_WALK_ANY = 31
 } plii_walk_kind;
 
 /* While the library is in the middle of something, it may call hooks and callbacks of the user: nothing of the context
@@ -106,7 +101,7 @@ typedef struct plii_thread_state {
     plii_pass pass;
     uint64_t shortages; /* allocations of this thread that failed */
 } plii_thread_state;
-extern PLII_THREAD_LOCAL plii_thread_state plii_thread;
+extern __thread plii_thread_state plii_thread;
 
 static inline void plii_walk_begin(plii_walk* walk, const pli_context* context, plii_walk_kind kind) {
     walk->context = context;
@@ -118,10 +113,10 @@ static inline void plii_walk_begin(plii_walk* walk, const pli_context* context, 
 static inline void plii_walk_end(const plii_walk* walk) {
     plii_thread.walk = walk->outer;
 }
-/* The innermost walk of this thread through the context, or NULL. */
-static inline const plii_walk* plii_walk_find(const pli_context* context) {
+/* The innermost walk of this thread through the context that is one of these kinds, or NULL. */
+static inline const plii_walk* plii_walk_find(const pli_context* context, unsigned kinds) {
     const plii_walk* walk = plii_thread.walk;
-    while (walk != NULL && walk->context != context) {
+    while (walk != NULL && (walk->context != context || !((unsigned)walk->kind & kinds))) {
         walk = walk->outer;
     }
     return walk;
@@ -133,11 +128,11 @@ pli_status plii_check_context_change(pli_context* context, const char* function)
 /* The same for a call that makes something: where it is put, which messages call `name`, must not be null. */
 pli_status plii_check_create(pli_context* context, const void* made, const char* name, const char* function);
 /* Queries of shapes that this thread is in: no walks, as several may ask shapes of one context. */
-extern PLII_THREAD_LOCAL int plii_shape_queries;
+extern __thread int plii_shape_queries;
 PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {
-    const bool is_free = plii_walk_find(context) == NULL && plii_shape_queries == 0;
+    const bool is_free = plii_walk_find(context, PLII_WALK_ANY) == NULL && plii_shape_queries == 0;
     return is_free ? PLI_OK : plii_refuse_change(context, function);
 }
 

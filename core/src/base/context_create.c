@@ -38,10 +38,8 @@ static pli_simd context_best_simd(void) {
     return PLI_SIMD_PORTABLE;
 }
 
-pli_context_def pli_context_def_default(void) {
-    return (pli_context_def){.allocator = {context_default_allocate, context_default_release, NULL},
-                             .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_context_def, .allocator = {context_default_allocate, context_default_release, NULL},
+                    .cookie = PLII_DEF_COOKIE)
 
 pli_status pli_context_create(const pli_context_def* def, pli_context** context) {
     if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }

@@ -10,8 +10,9 @@
 
 // --------------------------------------------------------------------------------------------------- checks
 
-pli_status plii_check_body_free(const pli_body* body, const char* function) {
-    return PLII_LOAD(&body->world->is_entered) ? plii_refuse_entered(body->world, function) : PLI_OK;
+pli_status plii_check_body_change(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    return plii_check_world_change(body->world, function);
 }
 pli_status plii_check_body_idle(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
@@ -37,11 +38,9 @@ static const plii_field solver_fields[] = {
 
 // ----------------------------------------------------------------------------------------------------- life
 
-pli_body_def pli_body_def_default(void) {
-    return (pli_body_def){.collision_margin = PLI_MARGIN_OF_MESH,
-                          .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
-                          .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_body_def, .collision_margin = PLI_MARGIN_OF_MESH,
+                    .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
+                    .cookie = PLII_DEF_COOKIE)
 
 static bool body_needs_link_tags(const pli_mesh* mesh) {
     for (int i = 0; i < mesh->link_count; ++i) {
@@ -365,40 +364,38 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
     return plii_body_changed(body, PLI_OK);
 }
 
-/* Of a node, with what was added before. */
-static pli_status body_check_force(const pli_body* body, int node, pli_vec3 force, const char* function) {
-    if (body->forces == NULL || !(body->positions[node].w > 0.0f)) { return PLI_OK; }
-    const pli_vec3 sum = pli_vec3_add(body->forces[node], force);
-    if (plii_vec3_is_within(sum, PLI_MAX_FORCE)) { return PLI_OK; }
+/* Of what a node that is not pinned has by now, with what was added before. */
+static pli_status body_check_sum(const pli_body* body, const char* what, int node, pli_vec3 sum, float limit,
+                                 const char* function) {
+    if (!(body->positions[node].w > 0.0f) || plii_vec3_is_within(sum, limit)) { return PLI_OK; }
     return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function,
-                     "the forces on node %d would be (%g, %g, %g), the limit is %g", node, (double)sum.x, (double)sum.y,
-                     (double)sum.z, (double)PLI_MAX_FORCE);
+                     "the %s node %d would be (%g, %g, %g), the limit is %g", what, node, (double)sum.x, (double)sum.y,
+                     (double)sum.z, (double)limit);
 }
 
-static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
-    if (body->positions[node].w > 0.0f) { body->forces[node] = pli_vec3_add(body->forces[node], force); }
+/* The same to each of some nodes. */
+static pli_status body_add_forces(pli_body* body, int begin, int end, pli_vec3 force, const char* function) {
+    for (int i = begin; i < end && body->forces != NULL; ++i) {
+        const pli_vec3 sum = pli_vec3_add(body->forces[i], force);
+        PLII_TRY(body_check_sum(body, "forces on", i, sum, PLI_MAX_FORCE, function));
+    }
+    PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
+    for (int i = begin; i < end; ++i) {
+        if (body->positions[i].w > 0.0f) { body->forces[i] = pli_vec3_add(body->forces[i], force); }
+    }
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_vec3(body, "force", node, force, PLI_MAX_FORCE, __func__));
-    PLII_TRY(body_check_force(body, node, force, __func__));
-    PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
-    body_add_force_to(body, node, force);
-    return plii_body_changed(body, PLI_OK);
+    return body_add_forces(body, node, node + 1, force, __func__);
 }
 
 pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_vec3_within(body->context, force, PLI_MAX_FORCE, "force", __func__));
-    for (int i = 0; i < body->node_count; ++i) {
-        PLII_TRY(body_check_force(body, i, force, __func__));
-    }
-    PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
-    for (int i = 0; i < body->node_count; ++i) {
-        body_add_force_to(body, i, force);
-    }
-    return plii_body_changed(body, PLI_OK);
+    return body_add_forces(body, 0, body->node_count, force, __func__);
 }
 
 pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
@@ -406,10 +403,7 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     PLII_TRY(plii_check_vec3_within(body->context, velocity, PLI_MAX_SPEED, "velocity", __func__));
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 sum = pli_vec3_add(plii_xyz(body->velocities[i]), velocity);
-        PLII_FAIL_IF(body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED), body->context,
-                     PLI_ERROR_INVALID_VALUE, __func__,
-                     "the velocity of node %d would be (%g, %g, %g), the limit is %g", i, (double)sum.x, (double)sum.y,
-                     (double)sum.z, (double)PLI_MAX_SPEED);
+        PLII_TRY(body_check_sum(body, "velocity of", i, sum, PLI_MAX_SPEED, __func__));
     }
     for (int i = 0; i < body->node_count; ++i) {
         if (body->positions[i].w > 0.0f) { plii_add_xyz(&body->velocities[i], velocity); }

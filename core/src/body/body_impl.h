@@ -250,18 +250,12 @@ static inline void plii_body_note_change(pli_body* body) {
     body->is_resting = body->has_crosses = false;
 }
 
-/* PLI_OK, or the error of a call while another thread steps the world. */
-pli_status plii_check_body_free(const pli_body* body, const char* function);
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 static inline pli_status plii_check_body(const pli_body* body, const char* function) {
     return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
 }
 /* The same for a call that changes something, which must not come from a callback ... */
-static inline pli_status plii_check_body_change(const pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
-    PLII_TRY(plii_check_change(body->context, function));
-    return plii_check_body_free(body, function);
-}
+pli_status plii_check_body_change(const pli_body* body, const char* function);
 /* ... nor between predict and solve. */
 pli_status plii_check_body_idle(const pli_body* body, const char* function);
 /* For the end of such a call: a body that it has changed wakes. Returns `status`. */

@@ -46,9 +46,7 @@ static void normals_refresh(pli_body* body, void* data) {
     }
     for (; i < body->node_count; ++i) {
         const pli_vec3 sum = plii_xyz(sums[i]);
-        const float length = pli_vec3_length(sum);
-        /* Those without faces keep their zero. */
-        body->normals[i] = length > PLII_EPSILON ? plii_vec3_divide(sum, length) : sum;
+        body->normals[i] = plii_vec3_unit_or(sum, PLII_EPSILON, sum); /* those without faces keep their zero */
     }
 }
 

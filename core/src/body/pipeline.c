@@ -113,9 +113,8 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     if (status == PLI_OK && klass->build != NULL) { klass->build(body, state); }
     plii_run_fn* refresh = klass->stages[PLII_STAGE_REFRESH].run;
     if (status == PLI_OK && refresh != NULL) { refresh(body, state); }
-    plii_feature_arrays_release(body, klass, state, true);
+    plii_feature_arrays_release(body, klass, state, status == PLI_OK);
     if (status != PLI_OK) {
-        plii_feature_arrays_release(body, klass, state, false);
         plii_release(body->context, state, klass->state_size);
         return status;
     }

@@ -14,15 +14,9 @@ static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* 
     return plii_check_world_change(rigid->world, function);
 }
 
-pli_rigid_def pli_rigid_def_default(void) {
-    return (pli_rigid_def){.kind = PLI_RIGID_STATIC,
-                           .state = {.pose = pli_transform_identity()},
-                           .friction = 0.5f,
-                           .restitution = 1.0f,
-                           .linear_factor = {1, 1, 1},
-                           .angular_factor = {1, 1, 1},
-                           .cookie = PLII_DEF_COOKIE};
-}
+PLII_DEFINE_DEFAULT(pli_rigid_def, .kind = PLI_RIGID_STATIC, .state = {.pose = pli_transform_identity()},
+                    .friction = 0.5f, .restitution = 1.0f, .linear_factor = {1, 1, 1}, .angular_factor = {1, 1, 1},
+                    .cookie = PLII_DEF_COOKIE)
 
 #define RIGID_MAX_ROTATION 2.0f /* of the numbers of a rotation */
 
@@ -467,11 +461,8 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
 pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset) {
     const pli_mat3 cross = plii_mat3_cross(offset);
     const pli_mat3 turned = pli_mat3_mul(pli_mat3_mul(cross, inverse_inertia), cross);
-    pli_mat3 response = plii_mat3_diagonal(inverse_mass, inverse_mass, inverse_mass);
-    for (int i = 0; i < 3; ++i) {
-        response.rows[i] = pli_vec3_sub(response.rows[i], turned.rows[i]);
-    }
-    return response;
+    const pli_mat3 linear = plii_mat3_diagonal(inverse_mass, inverse_mass, inverse_mass);
+    return plii_mat3_add(linear, plii_mat3_scale(turned, -1.0f));
 }
 
 static pli_mat3 rigid_effective_mass(float dt, float point_inverse_mass, pli_mat3 rigid) {

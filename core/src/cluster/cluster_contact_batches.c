@@ -108,7 +108,7 @@ static bool groups_add_pair(pli_context* context, plii_contact_batches* groups, 
     plii_contact_batch* group = &groups->groups[groups->open[bit]];
     group->contacts[group->lane_count] = contacts;
     group->counts[group->lane_count++] = count;
-    if (group->lane_count == PLII_GROUP_LANES) {
+    if (group->lane_count == PLII_LANES) {
         groups_close(groups, bit);
         return true;
     }
@@ -131,42 +131,38 @@ bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups
 
 // -------------------------------------------------------------------------------------------------------------- lanes
 
-static inline plii_vec3x4 groups_gather(pli_vec4* const records[PLII_GROUP_LANES]) {
-    plii_float4 rows[4] = {plii_float4_from(records[0]), plii_float4_from(records[1]), plii_float4_from(records[2]),
-                           plii_float4_from(records[3])};
-    plii_float4_transpose(rows);
-    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+static inline plii_vec3x4 groups_gather(pli_vec4* const records[PLII_LANES]) {
+    return plii_vec3x4_of(plii_float4_from(records[0]), plii_float4_from(records[1]), plii_float4_from(records[2]),
+                          plii_float4_from(records[3]));
 }
-static inline void groups_to_records(plii_vec3x4 v, plii_float4 records[PLII_GROUP_LANES]) {
+static inline void groups_to_records(plii_vec3x4 v, plii_float4 records[PLII_LANES]) {
     records[0] = v.x;
     records[1] = v.y;
     records[2] = v.z;
     records[3] = plii_float4_all(0.0f);
     plii_float4_transpose(records);
 }
-static inline void groups_scatter(pli_vec4* const records[PLII_GROUP_LANES], plii_vec3x4 v) {
-    plii_float4 rows[PLII_GROUP_LANES];
+static inline void groups_scatter(pli_vec4* const records[PLII_LANES], plii_vec3x4 v) {
+    plii_float4 rows[PLII_LANES];
     groups_to_records(v, rows);
 #pragma GCC unroll 4
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+    for (int lane = 0; lane < PLII_LANES; ++lane) {
         plii_float4_to(records[lane], rows[lane]);
     }
 }
 /* Each lane moves its record by its share. */
-static inline void groups_scatter_shares(pli_vec4* const records[PLII_GROUP_LANES], plii_vec3x4 before,
-                                         plii_vec3x4 after, plii_float4 shares) {
-    plii_float4 moves[PLII_GROUP_LANES];
+static inline void groups_scatter_shares(pli_vec4* const records[PLII_LANES], plii_vec3x4 before, plii_vec3x4 after,
+                                         plii_float4 shares) {
+    plii_float4 moves[PLII_LANES];
     groups_to_records(plii_vec3x4_scale(plii_vec3x4_sub(after, before), shares), moves);
 #pragma GCC unroll 4
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+    for (int lane = 0; lane < PLII_LANES; ++lane) {
         plii_float4_to(records[lane], plii_float4_from(records[lane]) + moves[lane]);
     }
 }
-static inline plii_vec3x4 groups_from_vectors(const pli_vec3* const vectors[PLII_GROUP_LANES]) {
-    plii_float4 rows[4] = {plii_lanes_from_vec3(vectors[0]), plii_lanes_from_vec3(vectors[1]),
-                           plii_lanes_from_vec3(vectors[2]), plii_lanes_from_vec3(vectors[3])};
-    plii_float4_transpose(rows);
-    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+static inline plii_vec3x4 groups_from_vectors(const pli_vec3* const vectors[PLII_LANES]) {
+    return plii_vec3x4_of(plii_lanes_from_vec3(vectors[0]), plii_lanes_from_vec3(vectors[1]),
+                          plii_lanes_from_vec3(vectors[2]), plii_lanes_from_vec3(vectors[3]));
 }
 
 /* A sum of three vectors by impulses. */
@@ -222,11 +218,11 @@ static plii_float4 groups_count_lanes(plii_contact_batch* group, plii_float4 inv
     const plii_group_side* side = &group->sides[1];
     plii_float4 counts;
     group->is_split = false;
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+    for (int lane = 0; lane < PLII_LANES; ++lane) {
         counts[lane] = group->shares[lane] = 1.0f;
         if (side->clusters[lane] != NULL || inverse_masses[lane] == 0.0f) { continue; }
         int count = 0;
-        for (int other = 0; other < PLII_GROUP_LANES; ++other) {
+        for (int other = 0; other < PLII_LANES; ++other) {
             count += side->linear[other] == side->linear[lane] ? 1 : 0;
         }
         if (count == 1) { continue; }
@@ -249,8 +245,8 @@ typedef struct group_terms {
 
 static void groups_load_factors(plii_contact_batch* group, group_terms* terms) {
     static const pli_vec3 one = {1, 1, 1};
-    const pli_vec3 *linear[PLII_GROUP_LANES], *angular[PLII_GROUP_LANES];
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+    const pli_vec3 *linear[PLII_LANES], *angular[PLII_LANES];
+    for (int lane = 0; lane < PLII_LANES; ++lane) {
         const pli_rigid* rigid = lane < group->lane_count ? group->contacts[lane]->targets[1].rigid : NULL;
         linear[lane] = rigid != NULL ? &rigid->linear_factor : &one;
         angular[lane] = rigid != NULL ? &rigid->angular_factor : &one;
@@ -264,10 +260,10 @@ static void groups_load_factors(plii_contact_batch* group, group_terms* terms) {
 
 static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_batch* group) {
     plii_group_side *a = &group->sides[0], *b = &group->sides[1];
-    const pli_mat3* inertias[2][PLII_GROUP_LANES];
+    const pli_mat3* inertias[2][PLII_LANES];
     plii_float4 included;
     group_terms terms;
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+    for (int lane = 0; lane < PLII_LANES; ++lane) {
         const plii_cluster_contact* contact = lane < group->lane_count ? group->contacts[lane] : &groups_no_contact;
         inertias[0][lane] = groups_load_target(groups, &contact->targets[0], lane, a, &terms.inverse_masses[0]);
         inertias[1][lane] = groups_load_target(groups, &contact->targets[1], lane, b, &terms.inverse_masses[1]);
@@ -280,8 +276,8 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
     terms.inverse_masses[0] *= splits[0];
     terms.inverse_masses[1] *= splits[1];
     for (int i = 0; i < 3; ++i) {
-        const pli_vec3* rows[2][PLII_GROUP_LANES];
-        for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+        const pli_vec3* rows[2][PLII_LANES];
+        for (int lane = 0; lane < PLII_LANES; ++lane) {
             rows[0][lane] = &inertias[0][lane]->rows[i];
             rows[1][lane] = &inertias[1][lane]->rows[i];
         }
@@ -322,9 +318,9 @@ static inline plii_float4 groups_load_direction(const group_terms* common, plii_
 }
 
 static inline void groups_prepare_block(const plii_contact_batch* group, const group_terms* common,
-                                        const plii_cluster_contact* const contacts[PLII_GROUP_LANES],
+                                        const plii_cluster_contact* const contacts[PLII_LANES],
                                         plii_contact_block* block) {
-    const pli_vec3* const vectors[3][PLII_GROUP_LANES] = {
+    const pli_vec3* const vectors[3][PLII_LANES] = {
         {&contacts[0]->normal, &contacts[1]->normal, &contacts[2]->normal, &contacts[3]->normal},
         {&contacts[0]->arms[0], &contacts[1]->arms[0], &contacts[2]->arms[0], &contacts[3]->arms[0]},
         {&contacts[0]->arms[1], &contacts[1]->arms[1], &contacts[2]->arms[1], &contacts[3]->arms[1]}};
@@ -341,10 +337,10 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
         block->impulses[k] = zero;
     }
 
-    plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.terms), plii_float4_from(&contacts[1]->as.terms),
-                            plii_float4_from(&contacts[2]->as.terms), plii_float4_from(&contacts[3]->as.terms)};
-    plii_float4_transpose(terms);
-    const plii_float4 recovery = terms[0], hardness = terms[1], split = terms[2];
+    const plii_vec3x4 terms =
+        plii_vec3x4_of(plii_float4_from(&contacts[0]->as.terms), plii_float4_from(&contacts[1]->as.terms),
+                       plii_float4_from(&contacts[2]->as.terms), plii_float4_from(&contacts[3]->as.terms));
+    const plii_float4 recovery = terms.x, hardness = terms.y, split = terms.z;
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, block->arms);
     const plii_float4 others = plii_lanes_xyzw(contacts[0]->other_speed, contacts[1]->other_speed,
                                                contacts[2]->other_speed, contacts[3]->other_speed);
@@ -367,13 +363,13 @@ static void groups_prepare_range(int begin, int end, void* data) {
     for (PLII_EACH(plii_contact_batch, group, &groups->groups[begin], end - begin)) {
         const group_terms common = groups_load_terms(groups, group);
         for (int k = 0; k < group->block_count; ++k) {
-            const plii_cluster_contact* contacts[PLII_GROUP_LANES];
-            for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+            const plii_cluster_contact* contacts[PLII_LANES];
+            for (int lane = 0; lane < PLII_LANES; ++lane) {
                 contacts[lane] = k < group->counts[lane] ? &group->contacts[lane][k] : &groups_no_contact;
             }
             plii_contact_block* block = &groups->blocks[group->first_block + k];
             groups_prepare_block(group, &common, contacts, block);
-            for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+            for (int lane = 0; lane < PLII_LANES; ++lane) {
                 if (k < group->counts[lane]) { continue; }
                 block->masses[0][lane] = block->masses[1][lane] = block->masses[2][lane] = block->drifts[lane] = 0.0f;
             }
@@ -532,10 +528,10 @@ static inline group_sums groups_sum_up(const plii_contact_batches* groups, const
 /* Adds the motion of a side to sums of its clusters, where `counts` is above 0: so many, or each as one. */
 static void groups_hand_on(const plii_group_side* side, plii_vec3x4 linear, plii_vec3x4 angular, plii_float4 counts,
                            bool is_drift) {
-    plii_float4 linears[PLII_GROUP_LANES], angulars[PLII_GROUP_LANES];
+    plii_float4 linears[PLII_LANES], angulars[PLII_LANES];
     groups_to_records(linear, linears);
     groups_to_records(angular, angulars);
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+    for (int lane = 0; lane < PLII_LANES; ++lane) {
         plii_cluster* cluster = side->clusters[lane];
         if (cluster == NULL || !(counts[lane] > 0.0f)) { continue; }
         const float own = is_drift ? 1.0f : 1.0f / cluster->split;

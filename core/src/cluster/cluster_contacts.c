@@ -90,24 +90,13 @@ static void cluster_contacts_finish(pli_body* body, void* data) {
     if (state->leads) { plii_contact_batches_finish(&state->groups); }
 }
 
-static void cluster_contacts_clear(pli_body* body, void* data) {
-    plii_cluster_contacts* state = data;
-    state->count = 0;
-    state->has_tree = false;
-    plii_cluster_contacts_begin_step(body, state);
-}
-
 /* All contacts end. */
-static void cluster_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    ((plii_cluster_contacts*)data)->count = 0;
+static void cluster_contacts_on_body(pli_body* body, void* data, const pli_body* other) {
     plii_cluster_contacts_clear(data);
-}
-static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, const pli_body* other) {
-    cluster_contacts_on_body_removed(body, data, other);
     if (other == body) { plii_cluster_contacts_drop_neighbours(data); }
 }
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    cluster_contacts_on_body_removed(body, data, NULL);
+    plii_cluster_contacts_clear(data);
 }
 
 static void cluster_contacts_measure_anew(plii_cluster_contacts* state, plii_pair_record* records, int count,
@@ -128,8 +117,7 @@ static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const
 
 /* New members join clusters, which keep their indices. */
 static void cluster_contacts_build(pli_body* body, void* data) {
-    cluster_contacts_on_body_removed(body, data, NULL);
-    plii_cluster_contacts_drop_neighbours(data);
+    cluster_contacts_on_body(body, data, body);
 }
 
 /* Of large bodies most clusters are far from others. */
@@ -257,7 +245,7 @@ const plii_feature_class plii_cluster_contacts_class = {
     .is_sound = cluster_contacts_is_sound,
     .keep_callbacks = cluster_contacts_keep_callbacks,
     .needs = PLII_NEEDS(&plii_clusters_class),
-    .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, CLUSTER_CONTACTS_CLEAR_ORDER},
+    .stages = {[PLII_STAGE_UPDATE] = {plii_cluster_contacts_begin_step, CLUSTER_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
@@ -283,27 +271,16 @@ const plii_feature_class plii_cluster_contacts_class = {
     .acts_with_joints = true,
     .on_rigid_removed = cluster_contacts_on_rigid_removed,
     .on_shapes_changed = cluster_contacts_on_shapes_changed,
-    .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body_removed,
-                [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_clusters_removed,
-                [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body_removed},
+    .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body,
+                [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_body,
+                [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body},
     .reserve = cluster_contacts_reserve,
     .build = cluster_contacts_build,
 };
 
-pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {
-    return (pli_cluster_contacts_def){
-        .with_rigids = true,
-        .with_bodies = true,
-        .friction = 0.2f,
-        .dynamic_hardness = 0.1f,
-        .static_hardness = 1.0f,
-        .soft_hardness = 0.5f,
-        .dynamic_split = 0.5f,
-        .static_split = 0.5f,
-        .soft_split = 0.5f,
-        .cookie = PLII_DEF_COOKIE,
-    };
-}
+PLII_DEFINE_DEFAULT(pli_cluster_contacts_def, .with_rigids = true, .with_bodies = true, .friction = 0.2f,
+                    .dynamic_hardness = 0.1f, .static_hardness = 1.0f, .soft_hardness = 0.5f, .dynamic_split = 0.5f,
+                    .static_split = 0.5f, .soft_split = 0.5f, .cookie = PLII_DEF_COOKIE)
 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

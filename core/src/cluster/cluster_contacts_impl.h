@@ -35,8 +35,6 @@ typedef struct plii_cluster_contact {
 
 /* Contacts prepared for the iterations of a step, four pairs side by side that share nothing movable. */
 
-enum { PLII_GROUP_LANES = 4 };
-
 /* A contact of each pair of a group; lanes without one have no mass. Directions: the normal to side 0, and tangents. */
 typedef struct plii_contact_block {
     plii_vec3x4 directions[3];
@@ -50,15 +48,15 @@ typedef struct plii_contact_block {
 
 /* One side of four pairs. */
 typedef struct plii_group_side {
-    pli_vec4* linear[PLII_GROUP_LANES]; /* the velocities that are read and changed */
-    pli_vec4* angular[PLII_GROUP_LANES];
-    plii_cluster* clusters[PLII_GROUP_LANES]; /* NULL where there is none */
+    pli_vec4* linear[PLII_LANES]; /* the velocities that are read and changed */
+    pli_vec4* angular[PLII_LANES];
+    plii_cluster* clusters[PLII_LANES]; /* NULL where there is none */
     plii_float4 splits;
 } plii_group_side;
 
 typedef struct plii_contact_batch {
-    const plii_cluster_contact* contacts[PLII_GROUP_LANES]; /* the first of each pair */
-    int counts[PLII_GROUP_LANES];                           /* of contacts; 0 for a lane that is free */
+    const plii_cluster_contact* contacts[PLII_LANES]; /* the first of each pair */
+    int counts[PLII_LANES];                           /* of contacts; 0 for a lane that is free */
     int lane_count;
     int block_count, first_block;
     plii_group_side sides[2];
@@ -205,7 +203,7 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
 /* For a search among the clusters of the body. False when out of memory. */
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state);
 /* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */
-void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_begin_step(pli_body* body, void* state);
 void plii_cluster_contacts_clear(plii_cluster_contacts* state);
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
 void plii_cluster_contacts_prepare_pair(pli_body* body, void* state, pli_body* other, void* other_state);

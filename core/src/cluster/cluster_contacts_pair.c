@@ -31,13 +31,12 @@ static void cluster_contact_make_as_reference(plii_cluster_contact* contact, con
     const float approach = pli_vec3_dot(velocity, contact->normal);
     const pli_vec3 sliding = pli_vec3_sub(velocity, pli_vec3_scale(contact->normal, approach));
     const float cone = approach * terms->friction * approach * terms->friction;
-    contact->as.reference.friction = pli_vec3_length_squared(sliding) < cone ? 1.0f : terms->friction;
-    contact->as.reference.drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin);
-    contact->as.reference.erp = terms->hardness;
-    contact->as.reference.split = terms->split;
-    contact->as.reference.split_drift = pli_vec3_make(0, 0, 0);
-    contact->as.reference.impulse_matrix =
-        plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1]);
+    contact->as.reference = (plii_cluster_contact_as_reference){
+        .friction = pli_vec3_length_squared(sliding) < cone ? 1.0f : terms->friction,
+        .drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin),
+        .erp = terms->hardness,
+        .split = terms->split,
+        .impulse_matrix = plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1])};
 }
 
 /* One that is not in reference mode; `normal` is a unit vector. */
@@ -95,15 +94,15 @@ void plii_cluster_contact_solve(plii_cluster_contact* contact) {
         change = pli_vec3_add(change, pli_vec3_add(closing, pli_vec3_scale(sliding, contact->as.reference.friction)));
     }
     const pli_vec3 impulse = pli_mat3_mul_vec3(contact->as.reference.impulse_matrix, change);
-    plii_joint_apply_impulse(&contact->targets[0], pli_vec3_neg(impulse), contact->arms[0]);
-    plii_joint_apply_impulse(&contact->targets[1], impulse, contact->arms[1]);
+    plii_joint_apply(&contact->targets[0], pli_vec3_neg(impulse), contact->arms[0], false);
+    plii_joint_apply(&contact->targets[1], impulse, contact->arms[1], false);
 }
 
 void plii_cluster_contact_finish(plii_cluster_contact* contact) {
     if (!(contact->as.reference.split > 0.0f)) { return; }
     const pli_vec3 drift = contact->as.reference.split_drift;
-    plii_joint_apply_drift(&contact->targets[0], pli_vec3_neg(drift), contact->arms[0]);
-    plii_joint_apply_drift(&contact->targets[1], drift, contact->arms[1]);
+    plii_joint_apply(&contact->targets[0], pli_vec3_neg(drift), contact->arms[0], true);
+    plii_joint_apply(&contact->targets[1], drift, contact->arms[1], true);
 }
 
 // ------------------------------------------------------------------------------------------------- what is followed
@@ -271,7 +270,10 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
     return PLI_OK;
 }
 
-void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* state) {
+void plii_cluster_contacts_begin_step(pli_body* body, void* data) {
+    plii_cluster_contacts* state = data;
+    state->count = 0;
+    state->has_tree = false;
     for (int i = 0; i < state->memory.before_count; ++i) {
         const int slot = state->memory.before[i].slot;
         if (slot > 0) { cluster_contacts_free_manifold(state, slot); }
@@ -281,6 +283,7 @@ void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* sta
 }
 
 void plii_cluster_contacts_clear(plii_cluster_contacts* state) {
+    state->count = 0;
     plii_pair_cache_clear(&state->memory);
     state->manifold_count = state->free_manifold1 = 0;
 }

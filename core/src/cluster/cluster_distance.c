@@ -16,13 +16,11 @@ PLII_SIMD_INLINE plii_float4 cluster_hull_along(const plii_cluster_hull* hull, i
     const pli_vec4* positions = hull->body->positions;
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
     const int left = hull->cluster->member_count - first;
-    plii_float4 rows[PLII_LANES];
-    rows[0] = plii_float4_from(&positions[members[first].node]);
-    rows[1] = plii_float4_from(&positions[members[left > 1 ? first + 1 : 0].node]);
-    rows[2] = plii_float4_from(&positions[members[left > 2 ? first + 2 : 0].node]);
-    rows[3] = plii_float4_from(&positions[members[left > 3 ? first + 3 : 0].node]);
-    plii_float4_transpose(rows);
-    return plii_vec3x4_dot((plii_vec3x4){rows[0], rows[1], rows[2]}, direction);
+    const plii_vec3x4 four = plii_vec3x4_of(plii_float4_from(&positions[members[first].node]),
+                                            plii_float4_from(&positions[members[left > 1 ? first + 1 : 0].node]),
+                                            plii_float4_from(&positions[members[left > 2 ? first + 2 : 0].node]),
+                                            plii_float4_from(&positions[members[left > 3 ? first + 3 : 0].node]));
+    return plii_vec3x4_dot(four, direction);
 }
 
 /* The first of the farthest members: each lane keeps the first of its farthest. Indices are counted in floats, and
@@ -62,14 +60,16 @@ plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_ve
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], origin};
 }
 
-/* How far along a direction it reaches from its origin. */
-static float cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
-    const plii_vec3x4 along = plii_vec3x4_all(direction);
+/* How far the hull, from its origin, lies beyond the core along a direction out of this. */
+static float cluster_hull_gap(const plii_cluster_hull* soft, const rigid_hull* hard, pli_vec3 direction) {
+    const pli_vec3 inwards = pli_vec3_neg(direction);
+    const plii_vec3x4 along = plii_vec3x4_all(inwards);
     plii_float4 best = plii_float4_all(-INFINITY);
-    for (int first = 0; first < hull->cluster->member_count; first += PLII_LANES) {
-        best = plii_lanes_max(cluster_hull_along(hull, first, along), best);
+    for (int first = 0; first < soft->cluster->member_count; first += PLII_LANES) {
+        best = plii_lanes_max(cluster_hull_along(soft, first, along), best);
     }
-    return plii_lanes_largest(best) - pli_vec3_dot(hull->origin, direction);
+    const float reach = plii_lanes_largest(best) - pli_vec3_dot(soft->origin, inwards);
+    return -reach - pli_vec3_dot(rigid_hull_support(hard, direction), direction);
 }
 
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
@@ -164,8 +164,7 @@ static near_answer cluster_contacts_measure_deepest(const pli_body* body, const 
     }
     const pli_vec3 n = pli_mat3_mul_vec3(hard->pose.rotation, nodes->normals[deepest]);
     if (!(fabsf(pli_vec3_length_squared(n) - 1.0f) < CLUSTER_CONTACTS_UNIT)) { return NEAR_UNKNOWN; }
-    const float end = pli_vec3_dot(rigid_hull_support(hard, n), n);
-    const float gap = -cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
+    const float gap = cluster_hull_gap(soft, hard, n);
     if (gap > max_distance) {
         if (cache != NULL) {
             cache->directions[0] = n;
@@ -202,11 +201,8 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     rigid_hull hard = {shape, state->shape_pose};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
     /* Most pairs that are too far apart were so before, in a direction that still may show it. */
-    if (!state->def.disable_contact_cache && cache != NULL && cache->count == 1) {
-        const pli_vec3 n = cache->directions[0];
-        const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
-        if (-cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
-    }
+    const bool is_known = !state->def.disable_contact_cache && cache != NULL && cache->count == 1;
+    if (is_known && cluster_hull_gap(&soft, &hard, cache->directions[0]) > max_distance) { return false; }
     if (!state->def.disable_contact_cache && !soft.clusters->def.reference_mode) {
         const near_answer answer =
             cluster_contacts_measure_deepest(body, state, &soft, &hard, max_distance, cache, info, nodes);

@@ -46,11 +46,8 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
     pli_context* context = body->context;
     if (node_count > INT32_MAX - clusters->member_count ||
         !PLII_RESERVE(context, &clusters->items, &clusters->capacity, clusters->count + 1) ||
-        !PLII_RESERVE(context, &clusters->members, &clusters->member_capacity, clusters->member_count + node_count)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    const bool has_sums = clusters->node_sums != NULL;
-    if (!has_sums && !PLII_ALLOCATE(context, &clusters->node_sums, body->node_count)) {
+        !PLII_RESERVE(context, &clusters->members, &clusters->member_capacity, clusters->member_count + node_count) ||
+        (clusters->node_sums == NULL && !PLII_ALLOCATE(context, &clusters->node_sums, body->node_count))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     body->world->needs_reserve = true;
@@ -75,10 +72,9 @@ static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node
     pli_status status = PLI_OK;
     for (int i = 0; i < node_count && status == PLI_OK; ++i) {
         status = plii_check_node(body, nodes[i], function);
-        if (status == PLI_OK && is_named[nodes[i]] != 0) {
+        if (status == PLI_OK && is_named[nodes[i]]++ != 0) {
             status = plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "node %d is named twice", nodes[i]);
         }
-        if (status == PLI_OK) { is_named[nodes[i]] = 1; }
     }
     plii_release(context, is_named, (size_t)body->node_count);
     return status;

@@ -121,7 +121,7 @@ static int generate_list_members(const pli_body* body, generate_work* g, int gro
 /* Clusters of the groups that have nodes. With several groups a cluster of all nodes comes first and the first group
    last; empty groups are filled by the last cluster that there is, as a removal by swapping leaves it. */
 static pli_status generate_append_clusters(pli_body* body, generate_work* g, plii_clusters* clusters) {
-    const int count = g->group_count > 1 ? g->group_count + 1 : 1;
+    int count = g->group_count > 1 ? g->group_count + 1 : 1;
     int* order = g->order;
     for (int i = 0; i < g->group_count; ++i) {
         order[i] = i;
@@ -130,18 +130,13 @@ static pli_status generate_append_clusters(pli_body* body, generate_work* g, pli
         order[count - 1] = 0;
         order[0] = -1;
     }
-    int kept = count;
-    for (int i = 0; i < kept;) {
-        const bool is_empty = order[i] >= 0 && g->group_begin[order[i]] == g->group_begin[order[i] + 1];
-        if (is_empty) {
-            order[i] = order[--kept];
-        } else {
-            ++i;
+    for (int i = 0; i < count;) {
+        if (order[i] >= 0 && g->group_begin[order[i]] == g->group_begin[order[i] + 1]) {
+            order[i] = order[--count];
+            continue;
         }
-    }
-    for (int i = 0; i < kept; ++i) {
         PLII_TRY(plii_clusters_append(body, clusters, g->members, generate_list_members(body, g, order[i])));
-        if (order[i] < 0) { clusters->items[clusters->count - 1].settings.collides = false; }
+        if (order[i++] < 0) { clusters->items[clusters->count - 1].settings.collides = false; }
     }
     return PLI_OK;
 }

@@ -83,8 +83,7 @@ static void joint_apply(const plii_joint* joint, pli_vec3 impulse, bool is_drift
         if (joint->klass->is_angular) {
             plii_joint_apply_torque(&joint->sides[i].target, own, is_drift);
         } else {
-            (is_drift ? plii_joint_apply_drift : plii_joint_apply_impulse)(&joint->sides[i].target, own,
-                                                                           joint->world[i]);
+            plii_joint_apply(&joint->sides[i].target, own, joint->world[i], is_drift);
         }
     }
 }

@@ -5,11 +5,6 @@
 /* Errors are corrected as if they were not larger than this, rad. */
 #define ANGULAR_JOINT_MAX_ERROR (3.1415926535897932384626433832795029f / 16.0f)
 
-static pli_vec3 angular_joint_normalize(pli_vec3 v) {
-    const float length = pli_vec3_length(v);
-    return length > PLII_EPSILON ? plii_vec3_divide(v, length) : pli_vec3_make(0, 0, 0);
-}
-
 /* False for an axis without a direction. One that is a unit vector but for rounding stays as it is, bit for bit. */
 static bool angular_joint_make_unit(pli_vec3* axis) {
     const float length_squared = pli_vec3_length_squared(*axis);
@@ -27,7 +22,8 @@ static void angular_joint_prepare(plii_joint* joint, float dt, int iterations) {
     joint->world[0] = pli_mat3_mul_vec3(joint->sides[0].frame.rotation, joint->local[0]);
     joint->world[1] = pli_mat3_mul_vec3(joint->sides[1].frame.rotation, joint->local[1]);
     const float cosine = plii_clamp(pli_vec3_dot(joint->world[0], joint->world[1]), -1.0f, 1.0f);
-    pli_vec3 error = angular_joint_normalize(pli_vec3_cross(joint->world[1], joint->world[0]));
+    const pli_vec3 cross = pli_vec3_cross(joint->world[1], joint->world[0]);
+    pli_vec3 error = plii_vec3_unit_or(cross, PLII_EPSILON, pli_vec3_make(0, 0, 0));
     error = pli_vec3_scale(error, plii_min(ANGULAR_JOINT_MAX_ERROR, acosf(cosine)));
     joint->drift = pli_vec3_scale(error, joint->softness.error_reduction / dt);
     joint->impulse_matrix = plii_joint_angular_impulse_matrix(&joint->sides[0], &joint->sides[1]);

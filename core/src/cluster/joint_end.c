@@ -50,9 +50,8 @@ pli_mat3 plii_joint_end_inertia(const plii_joint_end* side) {
 float plii_joint_end_response(const plii_joint_end* side, pli_vec3 offset, pli_vec3 direction) {
     const pli_vec3 angular_change = pli_vec3_cross(offset, direction);
     if (side->has_factors) {
-        const pli_rigid* rigid = side->target.rigid;
-        return rigid->state.inverse_mass * pli_vec3_dot(direction, pli_vec3_mul(direction, rigid->linear_factor)) +
-               pli_vec3_dot(angular_change, plii_rigid_spin_of(rigid, direction, offset));
+        return plii_rigid_linear_response(side->target.rigid, direction) +
+               pli_vec3_dot(angular_change, plii_rigid_spin_of(side->target.rigid, direction, offset));
     }
     return side->inverse_mass * pli_vec3_length_squared(direction) +
            pli_vec3_dot(angular_change, pli_mat3_mul_vec3(side->inverse_inertia, angular_change));
@@ -61,14 +60,6 @@ float plii_joint_end_response(const plii_joint_end* side, pli_vec3 offset, pli_v
 pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target) {
     if (target->rigid != NULL) { return target->rigid->state.angular_velocity; }
     return target->cluster != NULL ? plii_xyz(target->cluster->angular_velocity) : pli_vec3_make(0, 0, 0);
-}
-
-void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
-    if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
-    plii_cluster* cluster = target->cluster;
-    if (cluster == NULL) { return; }
-    plii_cluster_impulse_add(&cluster->drift, pli_vec3_scale(impulse, cluster->inverse_mass),
-                             pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse)), 1);
 }
 
 void plii_joint_apply_torque(const plii_joint_target* target, pli_vec3 impulse, bool is_drift) {

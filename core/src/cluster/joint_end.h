@@ -43,15 +43,15 @@ static inline pli_vec3 plii_joint_velocity_at(const plii_joint_target* target, p
 pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target);
 
 /* Impulses change velocities at once; drifts move nodes at the end of the step, and act on rigid bodies as impulses. */
-static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
+static inline void plii_joint_apply(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset, bool is_drift) {
     if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
     plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
     const pli_vec3 change = pli_vec3_scale(impulse, cluster->inverse_mass);
     const pli_vec3 angular_change = pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse));
+    plii_cluster_impulse_add(is_drift ? &cluster->drift : &cluster->impulse, change, angular_change, 1);
+    if (is_drift) { return; }
     plii_add_xyz(&cluster->linear_velocity, change);
     plii_add_xyz(&cluster->angular_velocity, angular_change);
-    plii_cluster_impulse_add(&cluster->impulse, change, angular_change, 1);
 }
-void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset);
 void plii_joint_apply_torque(const plii_joint_target* target, pli_vec3 impulse, bool is_drift);

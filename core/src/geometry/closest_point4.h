@@ -22,10 +22,9 @@ typedef struct plii_distance4 {
 /* Of the corners of four triangles as they are seen from `point`. */
 PLII_SIMD_INLINE plii_vec3x4 plii_triangle4_corner(const pli_vec4* positions, int i, int j, int k, int l,
                                                    plii_vec3x4 point) {
-    plii_float4 rows[4] = {plii_float4_from(&positions[i]), plii_float4_from(&positions[j]),
-                           plii_float4_from(&positions[k]), plii_float4_from(&positions[l])};
-    plii_float4_transpose(rows);
-    return plii_vec3x4_sub((plii_vec3x4){rows[0], rows[1], rows[2]}, point);
+    return plii_vec3x4_sub(plii_vec3x4_of(plii_float4_from(&positions[i]), plii_float4_from(&positions[j]),
+                                          plii_float4_from(&positions[k]), plii_float4_from(&positions[l])),
+                           point);
 }
 
 PLII_SIMD_INLINE plii_triangle4 plii_triangle4_seen(const pli_vec4* positions, const int* const faces[4],

@@ -260,11 +260,15 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_all(pli_vec3 a) {
 PLII_SIMD_INLINE pli_vec3 plii_vec3x4_first(plii_vec3x4 a) {
     return pli_vec3_make(plii_lanes_first(a.x), plii_lanes_first(a.y), plii_lanes_first(a.z));
 }
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_vec4s(const pli_vec4* records) {
-    plii_float4 rows[4] = {plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
-                           plii_float4_from(&records[3])};
+/* Of four records, without their w. */
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_of(plii_float4 a, plii_float4 b, plii_float4 c, plii_float4 d) {
+    plii_float4 rows[4] = {a, b, c, d};
     plii_float4_transpose(rows);
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_vec4s(const pli_vec4* records) {
+    return plii_vec3x4_of(plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
+                          plii_float4_from(&records[3]));
 }
 /* Of four vectors one after the other. */
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {

@@ -38,6 +38,11 @@ static inline bool plii_transform_is_finite(pli_transform t) {
 static inline pli_vec3 plii_vec3_divide(pli_vec3 a, float s) {
     return pli_vec3_scale(a, 1.0f / s);
 }
+/* Of length 1; `other` where it is not longer than `least`. */
+static inline pli_vec3 plii_vec3_unit_or(pli_vec3 a, float least, pli_vec3 other) {
+    const float length = pli_vec3_length(a);
+    return length > least ? plii_vec3_divide(a, length) : other;
+}
 /* btVector3::safeNormalize: (1, 0, 0) when too short. */
 static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
     const float length_squared = pli_vec3_length_squared(a);

@@ -51,7 +51,7 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
 /* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */
 static pli_status shape_check_count(const pli_shape* shape, const char* function) {
     PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
-    const plii_walk* walk = plii_walk_find(shape->context);
+    const plii_walk* walk = plii_walk_find(shape->context, PLII_WALK_ANY);
     const bool is_free = (walk == NULL || walk->kind == PLII_WALK_RELEASE) && plii_shape_queries == 0;
     return is_free ? PLI_OK : plii_refuse_change(shape->context, function);
 }

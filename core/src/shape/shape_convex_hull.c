@@ -134,32 +134,6 @@ static void hull_destroy(void* user) {
     plii_bvh_free(hull->context, &hull->tree);
 }
 
-static pli_status hull_create(pli_context* context, const plii_convex_hull* source, int point_count,
-                              const pli_vec3* points, float radius, const char* function, pli_shape** shape) {
-    hull_data hull = {.context = context,
-                      .radius = radius,
-                      .point_capacity = point_count,
-                      .triangle_capacity = source->triangle_count};
-    pli_status status = PLI_OK;
-    if (!hull_copy(&hull, source, point_count, points)) {
-        status =
-            plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
-    } else if (hull.triangle_count < 4) {
-        status = plii_fail(context, PLI_ERROR_INVALID_MESH, function, "the hull of the %d points has no volume",
-                           point_count);
-    } else {
-        hull_measure_extent(&hull);
-        const pli_shape_def def = {.distances = hull_distances,
-                                   .bounds = hull_bounds,
-                                   .support = hull_support,
-                                   .radius = radius,
-                                   .destroy = hull_destroy};
-        status = plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &hull, sizeof hull, function, shape);
-    }
-    if (status != PLI_OK) { hull_destroy(&hull); }
-    return status;
-}
-
 pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points, float radius,
                                         pli_shape** shape) {
     PLII_TRY(plii_check_create(context, shape, "shape", __func__));
@@ -168,7 +142,25 @@ pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, c
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));
     plii_convex_hull source = {0};
     PLII_TRY(plii_convex_hull_create(context, point_count, points, 0.0f, __func__, &source));
-    const pli_status status = hull_create(context, &source, point_count, points, radius, __func__, shape);
+    hull_data hull = {.context = context,
+                      .radius = radius,
+                      .point_capacity = point_count,
+                      .triangle_capacity = source.triangle_count};
+    pli_status status = PLI_OK;
+    if (!hull_copy(&hull, &source, point_count, points)) {
+        status = PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a hull of %d points", point_count);
+    } else if (hull.triangle_count < 4) {
+        status = PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the hull of the %d points has no volume", point_count);
+    } else {
+        hull_measure_extent(&hull);
+        const pli_shape_def def = {.distances = hull_distances,
+                                   .bounds = hull_bounds,
+                                   .support = hull_support,
+                                   .radius = radius,
+                                   .destroy = hull_destroy};
+        status = plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &hull, sizeof hull, __func__, shape);
+    }
+    if (status != PLI_OK) { hull_destroy(&hull); }
     plii_convex_hull_destroy(context, &source);
     return status;
 }

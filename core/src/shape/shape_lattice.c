@@ -10,8 +10,6 @@
 #include "pliant/bullet_reference.h"
 #include "shape/shape_impl.h"
 
-#include <string.h>
-
 #define LATTICE_CELL_VOXELS 3
 #define LATTICE_CELL_POINTS (LATTICE_CELL_VOXELS + 1)
 #define LATTICE_SAMPLES (LATTICE_CELL_POINTS * LATTICE_CELL_POINTS * LATTICE_CELL_POINTS)
@@ -20,7 +18,7 @@
 #define LATTICE_MAX_COORDINATE 3.1e6f
 
 typedef struct lattice_cell {
-    float samples[LATTICE_CELL_POINTS][LATTICE_CELL_POINTS][LATTICE_CELL_POINTS]; /* [x][y][z] */
+    float samples[LATTICE_SAMPLES]; /* z first, then y */
 } lattice_cell;
 
 typedef struct lattice_data {
@@ -63,23 +61,17 @@ static void lattice_sample(const lattice_data* lattice, const int key[3], lattic
     const pli_vec3 origin = pli_vec3_scale(
         pli_vec3_scale(pli_vec3_make((float)key[0], (float)key[1], (float)key[2]), (float)LATTICE_CELL_VOXELS), size);
     pli_vec3 points[LATTICE_SAMPLES], normals[LATTICE_SAMPLES];
-    float distances[LATTICE_SAMPLES];
-    int n = 0;
-    for (int i = 0; i < LATTICE_CELL_POINTS; ++i) {
-        for (int j = 0; j < LATTICE_CELL_POINTS; ++j) {
-            for (int k = 0; k < LATTICE_CELL_POINTS; ++k) {
-                points[n++] =
-                    pli_vec3_make(size * (float)i + origin.x, size * (float)j + origin.y, size * (float)k + origin.z);
-            }
-        }
+    for (int n = 0; n < LATTICE_SAMPLES; ++n) {
+        const int i = n / LATTICE_CELL_POINTS / LATTICE_CELL_POINTS, j = n / LATTICE_CELL_POINTS % LATTICE_CELL_POINTS;
+        const int k = n % LATTICE_CELL_POINTS;
+        points[n] = pli_vec3_make(size * (float)i + origin.x, size * (float)j + origin.y, size * (float)k + origin.z);
     }
     const pli_shape_def* source = &lattice->source->def;
-    source->distances(source->user, LATTICE_SAMPLES, points, INFINITY, distances, normals);
-    for (int i = 0; i < LATTICE_SAMPLES; ++i) {
+    source->distances(source->user, LATTICE_SAMPLES, points, INFINITY, cell->samples, normals);
+    for (int n = 0; n < LATTICE_SAMPLES; ++n) {
         /* An infinite sample would make NaN of its neighbours. */
-        distances[i] = plii_clamp(distances[i], -FLT_MAX, FLT_MAX);
+        cell->samples[n] = plii_clamp(cell->samples[n], -FLT_MAX, FLT_MAX);
     }
-    memcpy(cell->samples, distances, sizeof cell->samples);
 }
 
 /* The cell at some coordinates; sampled into `fallback` when there is no memory to keep it. */
@@ -102,15 +94,9 @@ static const lattice_cell* lattice_find(lattice_data* lattice, const int cell[3]
 /* btSparseSdf::Evaluate without its margin. */
 static float lattice_interpolate(const lattice_cell* cell, lattice_position x, lattice_position y, lattice_position z,
                                  pli_vec3* normal) {
-    const int i = x.voxel, j = y.voxel, k = z.voxel;
-    const float d[8] = {cell->samples[i][j][k],
-                        cell->samples[i + 1][j][k],
-                        cell->samples[i + 1][j + 1][k],
-                        cell->samples[i][j + 1][k],
-                        cell->samples[i][j][k + 1],
-                        cell->samples[i + 1][j][k + 1],
-                        cell->samples[i + 1][j + 1][k + 1],
-                        cell->samples[i][j + 1][k + 1]};
+    enum { Y = LATTICE_CELL_POINTS, X = Y * LATTICE_CELL_POINTS }; /* strides */
+    const float* low = &cell->samples[X * x.voxel + Y * y.voxel + z.voxel];
+    const float d[8] = {low[0], low[X], low[X + Y], low[Y], low[1], low[X + 1], low[X + Y + 1], low[Y + 1]};
     pli_vec3 gradient;
     const pli_vec3 fractions = pli_vec3_make(x.fraction, y.fraction, z.fraction);
     const float distance = plii_shape_interpolate(d, fractions, &gradient);

@@ -43,11 +43,6 @@ static float sampled_mesh_interpolate(const sampled_mesh* mesh, pli_vec3 p, pli_
     return plii_shape_interpolate(corners, f, gradient);
 }
 
-static pli_vec3 sampled_mesh_unit(pli_vec3 v) {
-    const float length = pli_vec3_length(v);
-    return length > SAMPLED_MESH_MIN_GRADIENT ? plii_vec3_divide(v, length) : pli_vec3_make(1, 0, 0);
-}
-
 static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli_vec3* normal) {
     const int* counts = mesh->counts;
     const pli_vec3 last = pli_vec3_make((float)(counts[0] - 1), (float)(counts[1] - 1), (float)(counts[2] - 1));
@@ -56,7 +51,7 @@ static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli
     const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, pli_vec3_make(0, 0, 0)), last);
     pli_vec3 gradient;
     const float distance = sampled_mesh_interpolate(mesh, inside, &gradient) * mesh->cell_size;
-    *normal = sampled_mesh_unit(gradient);
+    *normal = plii_vec3_unit_or(gradient, SAMPLED_MESH_MIN_GRADIENT, pli_vec3_make(1, 0, 0));
     if (p.x == inside.x && p.y == inside.y && p.z == inside.z) { return distance; }
     const pli_vec3 offset = pli_vec3_sub(local, pli_vec3_scale(inside, mesh->cell_size));
     const float largest = plii_max(fabsf(offset.x), plii_max(fabsf(offset.y), fabsf(offset.z)));
@@ -65,7 +60,7 @@ static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli
     const pli_vec3 before = pli_vec3_make(offset.x / largest, offset.y / largest, offset.z / largest);
     const pli_vec3 after = pli_vec3_scale(*normal, plii_max(distance, 0.0f) / largest);
     const float length = sqrtf(pli_vec3_length_squared(before) + pli_vec3_length_squared(after));
-    *normal = sampled_mesh_unit(pli_vec3_add(before, after));
+    *normal = plii_vec3_unit_or(pli_vec3_add(before, after), SAMPLED_MESH_MIN_GRADIENT, pli_vec3_make(1, 0, 0));
     return length * largest;
 }
 

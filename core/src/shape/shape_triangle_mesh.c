@@ -19,6 +19,7 @@
 #define SURFACE_BOX_REACH 1.01f /* more than the reach, as planes of boxes are rounded */
 /* Of the squared distance to the nearest triangle until now: other triangles of its plane are not looked at. */
 #define SURFACE_SAME_PLANE 0.9999f
+#define SURFACE_MIN_SUM 1e-6f /* of normals: shorter ones have no direction */
 
 typedef struct surface_triangle {
     int vertices[3];
@@ -217,29 +218,15 @@ static bool surface_weld(surface_data* surface, int point_count, const pli_vec3*
     return surface->vertex_count >= 0;
 }
 
-static pli_vec3 surface_unit_or(pli_vec3 v, pli_vec3 other) {
-    const float length = pli_vec3_length(v);
-    return length > 1e-6f ? plii_vec3_divide(v, length) : other;
-}
 static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     const pli_vec3 u = pli_vec3_sub(b, a), v = pli_vec3_sub(c, a);
     return atan2f(pli_vec3_length(pli_vec3_cross(u, v)), pli_vec3_dot(u, v));
 }
 
 /* The same for all triangles with these corners that face the same way. */
-static uint64_t surface_triangle_key(const int v[3]) {
+static plii_pair_key surface_triangle_key(const int v[3]) {
     const int first = v[0] < v[1] && v[0] < v[2] ? 0 : v[1] < v[2] ? 1 : 2;
-    return plii_pair_key_hash((plii_pair_key){v[first], v[(first + 1) % 3], NULL, v[(first + 2) % 3]});
-}
-
-/* Of one that is there already. */
-static bool surface_is_same(const surface_triangle* triangle, const int v[3]) {
-    bool is_same = false;
-    for (int k = 0; k < 3; ++k) {
-        const int turned[3] = {v[k], v[(k + 1) % 3], v[(k + 2) % 3]};
-        is_same = is_same || memcmp(triangle->vertices, turned, sizeof turned) == 0;
-    }
-    return is_same;
+    return (plii_pair_key){v[first], v[(first + 1) % 3], NULL, v[(first + 2) % 3]};
 }
 
 /* Triangles with an area, their normals and the weighted sums at the vertices; the edges of all, with the number of
@@ -257,9 +244,13 @@ static bool surface_add_triangles(surface_data* surface, int triangle_count, con
         const plii_triangle_size size = plii_measure_triangle(a, b, c);
         const pli_vec3 normal = size.is_usable ? size.normal : pli_vec3_make(0, 0, 0);
         if (size.is_usable) {
-            const int index = plii_key_table_add(known, surface_triangle_key(v), surface->triangle_count);
+            const plii_pair_key key = surface_triangle_key(v);
+            const int index = plii_key_table_add(known, plii_pair_key_hash(key), surface->triangle_count);
             if (index == PLI_NULL_INDEX) { return false; }
-            if (index < surface->triangle_count && surface_is_same(&surface->triangles[index], v)) { continue; }
+            const bool is_known = index < surface->triangle_count;
+            if (is_known && plii_pair_keys_equal(surface_triangle_key(surface->triangles[index].vertices), key)) {
+                continue;
+            }
         }
         for (int k = 0; k < 3; ++k) {
             if (v[k] == v[(k + 1) % 3]) { continue; }
@@ -293,7 +284,8 @@ static void surface_join_edges(surface_data* surface, const plii_edge_map* edges
     for (PLII_EACH(surface_triangle, triangle, surface->triangles, surface->triangle_count)) {
         for (int k = 0; k < 3; ++k) {
             const plii_edge* edge = plii_edge_map_find(edges, triangle->vertices[k], triangle->vertices[(k + 1) % 3]);
-            triangle->edge_normals[k] = surface_unit_or(edge_sums[edge - edges->edges], triangle->normal);
+            triangle->edge_normals[k] =
+                plii_vec3_unit_or(edge_sums[edge - edges->edges], SURFACE_MIN_SUM, triangle->normal);
             triangle->is_edge_border[k] = edge->flags == 1;
         }
     }
@@ -351,7 +343,8 @@ static bool surface_build(surface_data* surface, int point_count, const pli_vec3
     if (is_built) {
         surface_join_edges(surface, &edges, edge_sums, map);
         for (int i = 0; i < surface->vertex_count; ++i) {
-            surface->vertices[i].normal = surface_unit_or(surface->vertices[i].normal, pli_vec3_make(1, 0, 0));
+            surface->vertices[i].normal =
+                plii_vec3_unit_or(surface->vertices[i].normal, SURFACE_MIN_SUM, pli_vec3_make(1, 0, 0));
         }
         surface_find_open_parts(surface, map, is_open);
         is_built = surface->triangle_count == 0 || surface_build_tree(surface);
