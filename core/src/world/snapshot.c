@@ -14,8 +14,10 @@ typedef struct snapshot_walk {
     snapshot_mode mode;
     pli_context* context;
     const char* function;
+    /* What the snapshot is of; the other one is NULL. Written to only in RESTORE. */
+    const pli_world* world;
+    const pli_body* of_body;   /* alone: others stay as they are */
     int body;                  /* index of the one that is looked at, for messages */
-    bool is_of_body;           /* alone: others stay as they are */
     unsigned char* to;         /* SAVE */
     const unsigned char* from; /* COMPARE, RESTORE */
     size_t at, size;           /* SAVE: what is beyond `size` is counted, not written */
@@ -195,7 +197,7 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
 
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
-    if (walk->is_of_body) { /* its features may keep them */
+    if (walk->of_body != NULL) { /* its features may keep them */
         snapshot_same(walk, body->world->removals, "bodies, rigid bodies or clusters have gone", NULL);
     }
     snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
@@ -257,58 +259,49 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
 
 // ---------------------------------------------------------------------------------------------------------- calls
 
-/* What a snapshot is of: a world, or a body; the other one is NULL. Walks write only where they restore. */
-typedef struct snapshot_subject {
-    const pli_world* world;
-    const pli_body* body;
-} snapshot_subject;
-
-static uint64_t snapshot_handle(snapshot_subject subject) {
-    return subject.world != NULL ? SNAPSHOT_POINTER(subject.world) : SNAPSHOT_POINTER(subject.body);
+static uint64_t snapshot_handle(const snapshot_walk* walk) {
+    return walk->world != NULL ? SNAPSHOT_POINTER(walk->world) : SNAPSHOT_POINTER(walk->of_body);
 }
 
-static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
+static pli_status snapshot_run(snapshot_walk* walk, snapshot_mode mode) {
+    walk->mode = mode;
     walk->at = sizeof(snapshot_header);
-    walk->is_of_body = subject.body != NULL;
-    walk->body = walk->is_of_body ? subject.body->world_index : PLI_NULL_INDEX;
-    if (subject.world != NULL) {
-        snapshot_world(walk, (pli_world*)(uintptr_t)subject.world);
+    walk->body = walk->of_body != NULL ? walk->of_body->world_index : PLI_NULL_INDEX;
+    if (walk->world != NULL) {
+        snapshot_world(walk, (pli_world*)(uintptr_t)walk->world);
     } else {
-        snapshot_body(walk, (pli_body*)(uintptr_t)subject.body);
+        snapshot_body(walk, (pli_body*)(uintptr_t)walk->of_body);
     }
     return walk->status;
 }
 
-static size_t snapshot_size(snapshot_subject subject, pli_context* context, const char* function) {
-    snapshot_walk walk = {.mode = SNAPSHOT_SAVE, .context = context, .function = function};
-    return snapshot_run(&walk, subject) == PLI_OK ? walk.at : 0;
+static size_t snapshot_size(snapshot_walk walk) {
+    return snapshot_run(&walk, SNAPSHOT_SAVE) == PLI_OK ? walk.at : 0;
 }
 
-static pli_status snapshot_save(snapshot_subject subject, pli_context* context, void* buffer, size_t capacity,
-                                size_t* size, const char* function) {
-    snapshot_walk walk = {.mode = SNAPSHOT_SAVE,
-                          .context = context,
-                          .function = function,
-                          .to = buffer,
-                          .size = buffer != NULL ? capacity : 0,
-                          .summed = sizeof(snapshot_header)};
-    PLII_TRY(snapshot_run(&walk, subject));
+static pli_status snapshot_save(snapshot_walk walk, void* buffer, size_t capacity, size_t* size) {
+    walk.to = buffer;
+    walk.size = buffer != NULL ? capacity : 0;
+    walk.summed = sizeof(snapshot_header);
+    PLII_TRY(snapshot_run(&walk, SNAPSHOT_SAVE));
     if (size != NULL) { *size = walk.at; }
-    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
-    PLII_FAIL_IF(walk.at > capacity, context, PLI_ERROR_INVALID_VALUE, function,
+    PLII_FAIL_IF(buffer == NULL, walk.context, PLI_ERROR_NULL_ARGUMENT, walk.function, "buffer is null");
+    PLII_FAIL_IF(walk.at > capacity, walk.context, PLI_ERROR_INVALID_VALUE, walk.function,
                  "capacity is %zu, the snapshot has %zu bytes", capacity, walk.at);
     snapshot_sum(&walk);
     snapshot_header header = {
-        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(subject)};
+        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(&walk)};
     plii_checksum_end(&walk.checksum, header.checksum);
     memcpy(buffer, &header, sizeof header);
     return PLI_OK;
 }
 
-static pli_status snapshot_check(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
-                                 size_t size, const char* function) {
+static pli_status snapshot_check(const snapshot_walk* walk) {
+    pli_context* context = walk->context;
+    const char* function = walk->function;
+    const size_t size = walk->size;
     snapshot_header header = {0};
-    if (size >= sizeof header) { memcpy(&header, bytes, sizeof header); }
+    if (size >= sizeof header) { memcpy(&header, walk->from, sizeof header); }
     PLII_FAIL_IF(header.magic != SNAPSHOT_MAGIC, context, PLI_ERROR_FILE_FORMAT, function,
                  "the %zu bytes are no snapshot", size);
     PLII_FAIL_IF(header.version != SNAPSHOT_VERSION, context, PLI_ERROR_FILE_FORMAT, function,
@@ -317,41 +310,40 @@ static pli_status snapshot_check(snapshot_subject subject, pli_context* context,
                  "the snapshot has %llu bytes, %zu were given", (unsigned long long)header.size, size);
     plii_checksum checksum = {0};
     uint64_t sums[2];
-    plii_checksum_add(context, &checksum, bytes + sizeof header, size - sizeof header);
+    plii_checksum_add(context, &checksum, walk->from + sizeof header, size - sizeof header);
     plii_checksum_end(&checksum, sums);
     if (memcmp(sums, header.checksum, sizeof sums) != 0 || (header.zeros[0] | header.zeros[1] | header.zeros[2]) != 0) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
     }
-    PLII_FAIL_IF(header.handle != snapshot_handle(subject), context, PLI_ERROR_INVALID_VALUE, function,
+    PLII_FAIL_IF(header.handle != snapshot_handle(walk), context, PLI_ERROR_INVALID_VALUE, function,
                  "the snapshot does not fit: it is of another %s",
-                 subject.world != NULL ? "world, or of a body" : "body, or of a world");
+                 walk->world != NULL ? "world, or of a body" : "body, or of a world");
     return PLI_OK;
 }
 
-static pli_status snapshot_restore(snapshot_subject subject, pli_context* context, const void* buffer, size_t size,
-                                   const char* function) {
-    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
-    PLII_TRY(snapshot_check(subject, context, buffer, size, function));
-    snapshot_walk walk = {
-        .mode = SNAPSHOT_COMPARE, .context = context, .function = function, .from = buffer, .size = size};
-    PLII_TRY(snapshot_run(&walk, subject));
-    PLII_FAIL_IF(walk.at != size, context, PLI_ERROR_FILE_FORMAT, function,
+static pli_status snapshot_restore(snapshot_walk walk, const void* buffer, size_t size) {
+    PLII_FAIL_IF(buffer == NULL, walk.context, PLI_ERROR_NULL_ARGUMENT, walk.function, "buffer is null");
+    walk.from = buffer;
+    walk.size = size;
+    PLII_TRY(snapshot_check(&walk));
+    PLII_TRY(snapshot_run(&walk, SNAPSHOT_COMPARE));
+    PLII_FAIL_IF(walk.at != size, walk.context, PLI_ERROR_FILE_FORMAT, walk.function,
                  "the snapshot has %zu bytes more than it says", size - walk.at);
-    walk.mode = SNAPSHOT_RESTORE;
-    return snapshot_run(&walk, subject);
+    return snapshot_run(&walk, SNAPSHOT_RESTORE);
 }
 
 /* The calls of a user for what a snapshot is of. */
-#define SNAPSHOT_CALLS(kind, check)                                                                                    \
-    PLII_DEFINE_GET(size_t, pli_##kind##_snapshot_size, kind,                                                          \
-                    snapshot_size((snapshot_subject){.kind = kind}, kind->context, __func__), 0)                       \
+#define SNAPSHOT_CALLS(kind, member, check)                                                                            \
+    PLII_DEFINE_GET(size_t, pli_##kind##_snapshot_size, kind, snapshot_size(SNAPSHOT_WALK(kind, member)), 0)           \
     pli_status pli_##kind##_save(const pli_##kind* kind, void* buffer, size_t capacity, size_t* size) {                \
         PLII_TRY(check(kind, __func__));                                                                               \
-        return snapshot_save((snapshot_subject){.kind = kind}, kind->context, buffer, capacity, size, __func__);       \
+        return snapshot_save(SNAPSHOT_WALK(kind, member), buffer, capacity, size);                                     \
     }                                                                                                                  \
     pli_status pli_##kind##_restore(pli_##kind* kind, const void* buffer, size_t size) {                               \
         PLII_TRY(check(kind, __func__));                                                                               \
-        return snapshot_restore((snapshot_subject){.kind = kind}, kind->context, buffer, size, __func__);              \
+        return snapshot_restore(SNAPSHOT_WALK(kind, member), buffer, size);                                            \
     }
-SNAPSHOT_CALLS(world, plii_check_world_idle)
-SNAPSHOT_CALLS(body, plii_check_body_idle)
+#define SNAPSHOT_WALK(kind, member)                                                                                    \
+    ((snapshot_walk){.member = (kind), .context = (kind)->context, .function = __func__})
+SNAPSHOT_CALLS(world, world, plii_check_world_idle)
+SNAPSHOT_CALLS(body, of_body, plii_check_body_idle)
