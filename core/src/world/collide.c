@@ -27,9 +27,7 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
 static void world_run_collide_feature(pli_world* world, pli_body* body, const plii_feature* feature, pli_rigid* rigid) {
     const plii_feature_class* klass = feature->klass;
     plii_thread.pass.feature = klass;
-    plii_world_profile(world, "collide", klass->name, true);
-    (void)klass->collide_rigid(body, feature->state, rigid);
-    plii_world_profile(world, "collide", klass->name, false);
+    PLII_WORLD_RUN_PROFILED(world, "collide", klass->name, (void)klass->collide_rigid(body, feature->state, rigid));
 }
 
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
@@ -184,9 +182,8 @@ static pair_writes world_prepare_pair(pli_world* world, const pli_body_pair* pai
             writes = PAIR_WRITES_BOTH;
             continue;
         }
-        plii_world_profile(world, "collide", klass->name, true);
-        klass->prepare_pair(pair->body_a, feature->state, pair->body_b, other_state);
-        plii_world_profile(world, "collide", klass->name, false);
+        PLII_WORLD_RUN_PROFILED(world, "collide", klass->name,
+                                klass->prepare_pair(pair->body_a, feature->state, pair->body_b, other_state));
         if (writes == PAIR_WRITES_NOTHING) { writes = PAIR_WRITES_FIRST; }
     }
     return writes;
@@ -200,9 +197,8 @@ static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair
         void* other_state = plii_feature_state(body_b, feature->klass);
         if (other_state == NULL) { continue; }
         plii_thread.pass.feature = feature->klass;
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
-        plii_world_profile(world, "collide", feature->klass->name, false);
+        PLII_WORLD_RUN_PROFILED(world, "collide", feature->klass->name,
+                                (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state));
     }
 }
 

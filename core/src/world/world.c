@@ -393,19 +393,13 @@ static pli_status world_solve(pli_world* world, const char* function) {
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
     const int events_before = world->event_count;
-    plii_world_profile(world, "joints", NULL, true);
-    world_solve_joints(world);
-    plii_world_profile(world, "joints", NULL, false);
+    PLII_WORLD_RUN_PROFILED(world, "joints", NULL, world_solve_joints(world));
     plii_islands_find(world);
     if (plii_groups_find(world)) {
         plii_groups_run(world, world_solve_group);
     } else {
-        plii_world_profile(world, "solve", NULL, true);
-        plii_islands_solve(world->bodies, world->body_count);
-        plii_world_profile(world, "solve", NULL, false);
-        plii_world_profile(world, "refresh", NULL, true);
-        world_refresh_bodies(world->bodies, world->body_count);
-        plii_world_profile(world, "refresh", NULL, false);
+        PLII_WORLD_RUN_PROFILED(world, "solve", NULL, plii_islands_solve(world->bodies, world->body_count));
+        PLII_WORLD_RUN_PROFILED(world, "refresh", NULL, world_refresh_bodies(world->bodies, world->body_count));
     }
     world_tell_frozen(world);
     world_end_trouble(world, events_before);
