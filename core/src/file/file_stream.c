@@ -172,15 +172,12 @@ typedef struct file_letter_kind {
 } file_letter_kind;
 
 static file_letter_kind file_letter_kind_of(char c) {
-    const bool is_index = c == 'n' || c == 'N' || c == 'F' || c == 'H' || c == 'L';
-    if (is_index || c == 'f' || c == 'g' || c == 'i' || c == 'u' || c == 'e') {
-        return (file_letter_kind){4, 4, false};
-    }
+    if (strchr("nNFHLfgiue", c) != NULL) { return (file_letter_kind){4, 4, false}; }
     if (c == 'B') { return (file_letter_kind){sizeof(bool), sizeof(bool), false}; }
     if (c == 'h') { return (file_letter_kind){2, 2, false}; }
     if (c == 'd' || c == 'U') { return (file_letter_kind){8, 8, false}; }
     if (c == 'O') { return (file_letter_kind){sizeof(void*), 12, true}; }
-    if (c == 'P' || c == 'Q' || c == 'R' || c == 'S' || c == 'J') { return (file_letter_kind){sizeof(void*), 4, true}; }
+    if (strchr("PQRSJ", c) != NULL) { return (file_letter_kind){sizeof(void*), 4, true}; }
     if (c == 'X' || c == '|') { return (file_letter_kind){sizeof(void*), 0, false}; }
     return (file_letter_kind){c == '*', 0, false};
 }
