@@ -101,9 +101,9 @@ static uint64_t snapshot_number(snapshot_walk* walk, uint64_t number) {
 }
 
 /* Something that must be the same; `what` is what else is wrong. */
-static void snapshot_same(snapshot_walk* walk, uint64_t number, const char* what, const char* feature) {
+static void snapshot_same(snapshot_walk* walk, uint64_t number, const char* what) {
     const uint64_t saved = snapshot_number(walk, number);
-    if (walk->status == PLI_OK && saved != number) { snapshot_refuse(walk, what, feature); }
+    if (walk->status == PLI_OK && saved != number) { snapshot_refuse(walk, what, NULL); }
 }
 #define SNAPSHOT_POINTER(pointer) ((uint64_t)(uintptr_t)(pointer))
 
@@ -196,15 +196,15 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
                    offsetof(type, last) + sizeof((object)->last) - offsetof(type, first))
 
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
-    snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
+    snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body");
     if (walk->of_body != NULL) { /* its features may keep them */
-        snapshot_same(walk, body->world->removals, "bodies, rigid bodies or clusters have gone", NULL);
+        snapshot_same(walk, body->world->removals, "bodies, rigid bodies or clusters have gone");
     }
-    snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
-    snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled", NULL);
-    snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver", NULL);
-    snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes", NULL);
-    snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials", NULL);
+    snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set");
+    snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled");
+    snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver");
+    snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes");
+    snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials");
     /* Masses are with the positions; what follows from them is made anew where they were others. */
     const bool is_same = snapshot_number(walk, body->link_revision) == body->link_revision;
     if (walk->mode == SNAPSHOT_RESTORE && !is_same) { body->link_revision += 1; }
@@ -236,7 +236,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
 }
 
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
-    snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone", NULL);
+    snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone");
     SNAPSHOT_MEMBERS(walk, pli_world_def, &world->def, gravity, air_density);
     SNAPSHOT_MEMBER(walk, world->dt);
     SNAPSHOT_MEMBER(walk, world->sleep_group);
