@@ -189,7 +189,6 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
 
 // --------------------------------------------------------------------------------------------- bodies and the world
 
-#define SNAPSHOT_MEMBER(walk, member) snapshot_bytes(walk, &(member), sizeof(member))
 /* From one member to another, and what is between them. */
 #define SNAPSHOT_MEMBERS(walk, type, object, first, last)                                                              \
     snapshot_bytes(walk, (char*)(object) + offsetof(type, first),                                                      \
@@ -214,7 +213,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_bytes(walk, body->positions, plii_body_node_block_size(body)); /* previous and velocities, too */
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
     SNAPSHOT_MEMBERS(walk, pli_body, body, is_frozen, is_asleep);
-    SNAPSHOT_MEMBER(walk, body->bounds);
+    SNAPSHOT_MEMBERS(walk, pli_body, body, bounds, bounds);
     SNAPSHOT_MEMBERS(walk, pli_body, body, interval, sleep_group);
     const uint64_t ignored = snapshot_number(walk, (uint64_t)body->ignored_rigid_count);
     if (walk->mode >= SNAPSHOT_COMPARE && ignored > (uint64_t)body->ignored_rigid_capacity) {
@@ -238,8 +237,8 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
     snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone");
     SNAPSHOT_MEMBERS(walk, pli_world_def, &world->def, gravity, air_density);
-    SNAPSHOT_MEMBER(walk, world->dt);
-    SNAPSHOT_MEMBER(walk, world->sleep_group);
+    SNAPSHOT_MEMBERS(walk, pli_world, world, dt, dt);
+    SNAPSHOT_MEMBERS(walk, pli_world, world, sleep_group, sleep_group);
     if (walk->status != PLI_OK) { return; }
     snapshot_bytes(walk, world->sweep, (size_t)world->body_count * sizeof(*world->sweep));
     if (walk->mode == SNAPSHOT_RESTORE) { world->event_count = 0; }
