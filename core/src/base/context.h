@@ -178,9 +178,10 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
 #define PLII_RESERVE(context, data, capacity, needed)                                                                  \
     plii_reserve(context, (void**)(data), capacity, needed, sizeof **(data))
-/* The same for one element more than `count`. */
-#define PLII_GROW(context, data, capacity, count)                                                                      \
-    ((count) < INT32_MAX && PLII_RESERVE(context, data, capacity, (count) + 1))
+/* The same for so many elements more than `count`, and for one more. */
+#define PLII_RESERVE_MORE(context, data, capacity, count, more)                                                        \
+    ((count) <= INT32_MAX - (more) && PLII_RESERVE(context, data, capacity, (count) + (more)))
+#define PLII_GROW(context, data, capacity, count) PLII_RESERVE_MORE(context, data, capacity, count, 1)
 
 /* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
 void* plii_duplicate(pli_context* context, const void* block, size_t size);

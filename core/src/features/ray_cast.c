@@ -24,10 +24,8 @@ static pli_vec3 ray_point(const ray_cast* ray, float fraction) {
 }
 
 static void ray_accept(ray_cast* ray, pli_feature_kind kind, int index, float fraction, pli_vec3 normal) {
-    ray->hit.kind = kind;
-    ray->hit.index = index;
-    ray->hit.fraction = fraction;
-    ray->hit.normal = normal;
+    ray->hit = (pli_ray_hit){
+        .kind = kind, .index = index, .fraction = fraction, .normal = normal, .nearest_node = PLI_NULL_INDEX};
 }
 
 static void ray_cast_triangle_as_in_bullet(ray_cast* ray, pli_feature_kind kind, int index, const int nodes[3]) {
@@ -55,10 +53,6 @@ static double ray_side(plii_dvec3 direction, plii_dvec3 p, plii_dvec3 q) {
 }
 
 static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, const int nodes[3]) {
-    if (ray->body->world->def.reference_mode) {
-        ray_cast_triangle_as_in_bullet(ray, kind, index, nodes);
-        return;
-    }
     const plii_dvec3 direction = plii_dvec3_from(ray->direction), from = plii_dvec3_from(ray->from);
     const plii_dvec3 a = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, nodes[0])), from),
                      b = plii_dvec3_sub(plii_dvec3_from(ray_position(ray, nodes[1])), from),
@@ -144,14 +138,16 @@ static void ray_cast_link(ray_cast* ray, int index) {
 static void ray_cast_targets(ray_cast* ray, int targets) {
     const pli_body* body = ray->body;
     const plii_topology* topology = body->topology;
+    void (*const cast_triangle)(ray_cast*, pli_feature_kind, int, const int[3]) =
+        body->world->def.reference_mode ? ray_cast_triangle_as_in_bullet : ray_cast_triangle;
     for (int i = 0; i < topology->face_count && (targets & PLI_RAY_FACES) != 0; ++i) {
-        ray_cast_triangle(ray, PLI_FEATURE_FACE, i, topology->faces[i]);
+        cast_triangle(ray, PLI_FEATURE_FACE, i, topology->faces[i]);
     }
     for (int i = 0; i < topology->tetra_count && (targets & PLI_RAY_TETRAS) != 0; ++i) {
         const int* n = topology->tetras[i];
         const int sides[4][3] = {{n[0], n[1], n[2]}, {n[0], n[1], n[3]}, {n[1], n[2], n[3]}, {n[0], n[2], n[3]}};
         for (int k = 0; k < 4; ++k) {
-            ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, sides[k]);
+            cast_triangle(ray, PLI_FEATURE_TETRA, i, sides[k]);
         }
     }
     for (int i = 0; i < body->link_count && (targets & PLI_RAY_LINKS) != 0; ++i) {

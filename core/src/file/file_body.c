@@ -346,8 +346,7 @@ void plii_file_empty_features(pli_body* body) {
 }
 
 void plii_file_settle_features(plii_file* file, pli_body* body) {
-    for (int i = 0; i < body->pipeline.feature_count && file->status == PLI_OK; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
+    for (PLII_EACH_FEATURE(feature, body)) {
         file->what = feature->klass->name;
         if (feature->klass->is_sound != NULL && !feature->klass->is_sound(body, feature->state)) {
             plii_file_refuse(file, "its numbers do not go together");

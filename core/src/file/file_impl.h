@@ -17,19 +17,17 @@ typedef struct plii_file {
     plii_file_mode mode;
     pli_context* context;
     const char* function;
+    pli_world_file_def def;
     /* What pointers are counted in. */
     pli_body* const* bodies;
     pli_rigid* const* rigids;
     int body_count, rigid_count;
-    const pli_world* new_world; /* REPOINT: where they lead then */
-    pli_rigid* const* new_rigids;
+    pli_body* const* to_bodies; /* where they lead: to the same, but for REPOINT */
+    pli_rigid* const* to_rigids;
     const pli_body* body; /* that is walked over, or NULL */
     int body_index;       /* of it, for messages */
-    int rigid_index;      /* likewise */
+    int rigid_index;      /* of the rigid body that is walked over */
     const char* what;     /* is walked over, for messages */
-    /* In WRITE, or NULL. */
-    void (*begin_part)(const char* part, int body, size_t offset, void* user);
-    void* begin_user;
     unsigned char* to;
     const unsigned char* from;
     size_t at, size; /* bytes; of the whole file */
@@ -88,8 +86,7 @@ enum { PLII_FILE_HEADER_SIZE = 32 };
 uint64_t plii_file_checksum(const unsigned char* bytes, size_t size);
 
 /* Rigid body `index` of the file: shapes and state. Reading takes the shapes of `source`; NULL: it makes them. */
-void plii_file_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,
-                     const pli_rigid* source);
+void plii_file_rigid(plii_file* file, pli_world* world, int index, const pli_rigid* source);
 /* What of it comes after all bodies. */
 void plii_file_rigid_end(plii_file* file, pli_rigid* rigid);
 /* The state again, from one rigid body to another. */

@@ -44,8 +44,8 @@ static pli_shape* file_make_shape(plii_file* file, plii_shape_kind kind, const f
 }
 
 /* The caller's shape of an id, with a reference more. */
-static pli_shape* file_find_shape(plii_file* file, const pli_world_file_def* def, uint64_t id) {
-    pli_shape* shape = def->find_shape != NULL ? def->find_shape(id, def->user) : NULL;
+static pli_shape* file_find_shape(plii_file* file, uint64_t id) {
+    pli_shape* shape = file->def.find_shape != NULL ? file->def.find_shape(id, file->def.user) : NULL;
     if (shape == NULL) {
         PLII_FILE_FAIL(file, PLI_ERROR_INVALID_VALUE,
                        "rigid body %d has a shape of the caller, of id %llu, that find_shape does not give",
@@ -60,13 +60,13 @@ static pli_shape* file_find_shape(plii_file* file, const pli_world_file_def* def
 }
 
 /* What a shape is. Where it is wanted, one of its own reference; NULL on error. */
-static pli_shape* file_shape(plii_file* file, const pli_world_file_def* def, const pli_shape* written, bool is_wanted) {
+static pli_shape* file_shape(plii_file* file, const pli_shape* written, bool is_wanted) {
     int kind = written != NULL ? (int)written->kind : 0;
     plii_file_fields(file, "e5", &kind);
     if (kind == PLII_SHAPE_OTHER) {
-        const bool is_asked = file->mode == PLII_FILE_WRITE && def->shape_id != NULL;
-        const uint64_t id = plii_file_u64(file, is_asked ? def->shape_id(written, def->user) : 0);
-        return is_wanted && file->status == PLI_OK ? file_find_shape(file, def, id) : NULL;
+        const bool is_asked = file->mode == PLII_FILE_WRITE && file->def.shape_id != NULL;
+        const uint64_t id = plii_file_u64(file, is_asked ? file->def.shape_id(written, file->def.user) : 0);
+        return is_wanted && file->status == PLI_OK ? file_find_shape(file, id) : NULL;
     }
     float numbers[FILE_SHAPE_NUMBERS] = {0};
     if (written != NULL) { memcpy(numbers, written->def.user, written->data_size); }
@@ -78,14 +78,15 @@ static pli_shape* file_shape(plii_file* file, const pli_world_file_def* def, con
     return file->status == PLI_OK ? file_make_shape(file, (plii_shape_kind)kind, numbers) : NULL;
 }
 
-/* Shape `slot` of rigid body `index`, after those before it: where it was first, and if that is here, what it is. */
-static pli_shape* file_shape_at(plii_file* file, const pli_world_file_def* def, const pli_world* world, int index,
-                                int slot, pli_shape* const* shapes, bool is_wanted) {
+/* Shape `slot` of the rigid body, after those before it: where it was first, and if that is here, what it is. */
+static pli_shape* file_shape_at(plii_file* file, const pli_world* world, int slot, pli_shape* const* shapes,
+                                bool is_wanted) {
+    const int index = file->rigid_index;
     const pli_shape* written = file->mode != PLII_FILE_READ ? shapes[slot] : NULL;
     const plii_file_identity first = plii_file_identify(file, written);
     int place[2] = {(int)first.index, (int)first.shape};
     plii_file_fields(file, "2i", place);
-    if (place[0] == index && place[1] == slot) { return file_shape(file, def, written, is_wanted); }
+    if (place[0] == index && place[1] == slot) { return file_shape(file, written, is_wanted); }
     if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return NULL; }
     const bool is_here = place[0] == index && place[1] >= 0 && place[1] < slot;
     const bool is_before =
@@ -125,18 +126,17 @@ static pli_rigid* file_make_rigid(plii_file* file, pli_world* world, const pli_r
     return made;
 }
 
-static void file_rigid_shapes(plii_file* file, const pli_world_file_def* def, const pli_world* world, int index,
-                              int count, pli_shape** shapes, pli_transform* poses, bool is_wanted) {
+static void file_rigid_shapes(plii_file* file, const pli_world* world, int count, pli_shape** shapes,
+                              pli_transform* poses, bool is_wanted) {
     for (int k = 0; k < count && file->status == PLI_OK; ++k) {
-        pli_shape* made = file_shape_at(file, def, world, index, k, shapes, is_wanted);
+        pli_shape* made = file_shape_at(file, world, k, shapes, is_wanted);
         if (is_wanted) { shapes[k] = made; }
         pli_transform none;
         plii_file_fields(file, "12f", is_wanted || file->mode != PLII_FILE_READ ? &poses[k] : &none);
     }
 }
 
-static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,
-                            const pli_rigid* source) {
+static void file_read_rigid(plii_file* file, pli_world* world, const pli_rigid* source) {
     pli_rigid read = {0};
     plii_file_parts(file, file_rigid_first_parts, &read);
     const int count = plii_file_count(file, 0, 8 + 48);
@@ -147,11 +147,11 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
         (!PLII_ALLOCATE(file->context, &shapes, count) || !PLII_ALLOCATE(file->context, &poses, count))) {
         PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", count);
     }
-    file_rigid_shapes(file, def, world, index, count, shapes, poses, is_wanted);
+    file_rigid_shapes(file, world, count, shapes, poses, is_wanted);
     if (file->status == PLI_OK && source != NULL && source->shape_count != count) {
         PLII_FILE_FAIL(file, PLI_ERROR_INVALID_VALUE,
-                       "the world does not fit the file: rigid body %d has %d shapes, %d in the file", index,
-                       source->shape_count, count);
+                       "the world does not fit the file: rigid body %d has %d shapes, %d in the file",
+                       file->rigid_index, source->shape_count, count);
     }
     read.shape_count = count;
     read.shapes = is_wanted ? shapes : source->shapes;
@@ -168,17 +168,16 @@ static void file_read_rigid(plii_file* file, const pli_world_file_def* def, pli_
     PLII_RELEASE(file->context, poses, count);
 }
 
-void plii_file_rigid(plii_file* file, const pli_world_file_def* def, pli_world* world, int index,
-                     const pli_rigid* source) {
+void plii_file_rigid(plii_file* file, pli_world* world, int index, const pli_rigid* source) {
     plii_file_begin_part(file, "rigid bodies");
     file->rigid_index = index;
     if (file->mode == PLII_FILE_READ) {
-        file_read_rigid(file, def, world, index, source);
+        file_read_rigid(file, world, source);
     } else {
         pli_rigid* rigid = world->rigids[index];
         plii_file_parts(file, file_rigid_first_parts, rigid);
         (void)plii_file_count(file, rigid->shape_count, 1);
-        file_rigid_shapes(file, def, world, index, rigid->shape_count, rigid->shapes, rigid->shape_poses, false);
+        file_rigid_shapes(file, world, rigid->shape_count, rigid->shapes, rigid->shape_poses, false);
         plii_file_parts(file, file_rigid_parts, rigid);
     }
     file->what = NULL;

@@ -24,7 +24,9 @@ bool plii_file_is_made(plii_file* file, pli_status status, const char* problem) 
 }
 void plii_file_begin_part(plii_file* file, const char* part) {
     file->what = part;
-    if (file->begin_part != NULL) { file->begin_part(part, file->body_index, file->at, file->begin_user); }
+    if (file->mode == PLII_FILE_WRITE && file->def.begin_part != NULL) {
+        file->def.begin_part(part, file->body_index, file->at, file->def.user);
+    }
 }
 
 // -------------------------------------------------------------------------------------------------------- numbers
@@ -88,17 +90,14 @@ static const void* file_body_pointer(plii_file* file, const void* body, bool may
         plii_file_refuse(file, "a body is not of this world");
     }
     const int index = file_index(file, found, file->body_count);
-    if (index == PLI_NULL_INDEX) { return NULL; }
-    return file->mode == PLII_FILE_REPOINT ? file->new_world->bodies[index] : file->bodies[index];
+    return index != PLI_NULL_INDEX ? file->to_bodies[index] : NULL;
 }
 
 static const void* file_rigid_pointer(plii_file* file, const pli_rigid* rigid, bool may_be_null) {
     const bool is_known = file->mode != PLII_FILE_READ && rigid != NULL && rigid->world_index < file->rigid_count;
     const int found = is_known && file->rigids[rigid->world_index] == rigid ? rigid->world_index : PLI_NULL_INDEX;
     const int index = file_index(file, found, file->rigid_count);
-    if (index != PLI_NULL_INDEX) {
-        return file->mode == PLII_FILE_REPOINT ? file->new_rigids[index] : file->rigids[index];
-    }
+    if (index != PLI_NULL_INDEX) { return file->to_rigids[index]; }
     if (file->mode == PLII_FILE_READ && !may_be_null) { plii_file_refuse(file, "a rigid body is missing"); }
     return NULL;
 }
@@ -117,15 +116,14 @@ plii_file_identity plii_file_identify(const plii_file* file, const void* pointer
     return (plii_file_identity){PLII_FILE_NOTHING, 0, 0}; /* gone */
 }
 
-static const void* file_find_identity(plii_file* file, plii_file_identity identity, pli_body* const* bodies,
-                                      pli_rigid* const* rigids) {
+static const void* file_find_identity(plii_file* file, plii_file_identity identity) {
     const pli_rigid* rigid = NULL;
     if (identity.kind == PLII_FILE_NOTHING) { return NULL; }
     if (identity.kind == PLII_FILE_BODY && identity.index < (uint32_t)file->body_count) {
-        return bodies[identity.index];
+        return file->to_bodies[identity.index];
     }
     if (identity.kind != PLII_FILE_BODY && identity.index < (uint32_t)file->rigid_count) {
-        rigid = rigids[identity.index];
+        rigid = file->to_rigids[identity.index];
     }
     if (identity.kind == PLII_FILE_RIGID && rigid != NULL) { return rigid; }
     if (identity.kind == PLII_FILE_SHAPE && rigid != NULL && identity.shape < (uint32_t)rigid->shape_count) {
@@ -138,14 +136,9 @@ static const void* file_find_identity(plii_file* file, plii_file_identity identi
 static const void* file_compared_pointer(plii_file* file, const void* pointer) {
     plii_file_identity identity = {PLII_FILE_NOTHING, 0, 0};
     if (file->mode != PLII_FILE_READ) { identity = plii_file_identify(file, pointer); }
-    if (file->mode == PLII_FILE_REPOINT) {
-        return file_find_identity(file, identity, file->new_world->bodies, file->new_rigids);
-    }
-    identity.kind = (plii_file_identity_kind)plii_file_u32(file, (uint32_t)identity.kind);
-    identity.index = plii_file_u32(file, identity.index);
-    identity.shape = plii_file_u32(file, identity.shape);
-    const bool is_read = file->mode == PLII_FILE_READ && file->status == PLI_OK;
-    return is_read ? file_find_identity(file, identity, file->bodies, file->rigids) : NULL;
+    plii_file_fields(file, "3u", &identity);
+    const bool is_wanted = file->mode >= PLII_FILE_READ && file->status == PLI_OK;
+    return is_wanted ? file_find_identity(file, identity) : NULL;
 }
 
 static const void* file_joint_class(plii_file* file, const void* klass) {
@@ -167,7 +160,7 @@ static void file_pointer(plii_file* file, char letter, void* at) {
     } else {
         pointer = letter == 'O' ? file_compared_pointer(file, pointer) : file_joint_class(file, pointer);
     }
-    if (file->mode == PLII_FILE_READ || file->mode == PLII_FILE_REPOINT) { memcpy(at, &pointer, sizeof pointer); }
+    if (file->mode >= PLII_FILE_READ) { memcpy(at, &pointer, sizeof pointer); }
 }
 
 // --------------------------------------------------------------------------------------------------------- structs
@@ -179,15 +172,12 @@ typedef struct file_letter_kind {
 } file_letter_kind;
 
 static file_letter_kind file_letter_kind_of(char c) {
-    const bool is_index = c == 'n' || c == 'N' || c == 'F' || c == 'H' || c == 'L';
-    if (is_index || c == 'f' || c == 'g' || c == 'i' || c == 'u' || c == 'e') {
-        return (file_letter_kind){4, 4, false};
-    }
+    if (strchr("nNFHLfgiue", c) != NULL) { return (file_letter_kind){4, 4, false}; }
     if (c == 'B') { return (file_letter_kind){sizeof(bool), sizeof(bool), false}; }
     if (c == 'h') { return (file_letter_kind){2, 2, false}; }
     if (c == 'd' || c == 'U') { return (file_letter_kind){8, 8, false}; }
     if (c == 'O') { return (file_letter_kind){sizeof(void*), 12, true}; }
-    if (c == 'P' || c == 'Q' || c == 'R' || c == 'S' || c == 'J') { return (file_letter_kind){sizeof(void*), 4, true}; }
+    if (strchr("PQRSJ", c) != NULL) { return (file_letter_kind){sizeof(void*), 4, true}; }
     if (c == 'X' || c == '|') { return (file_letter_kind){sizeof(void*), 0, false}; }
     return (file_letter_kind){c == '*', 0, false};
 }

@@ -56,7 +56,6 @@ uint64_t plii_file_checksum(const unsigned char* bytes, size_t size) {
 /* The walk and what it needs beside. */
 typedef struct file_walk {
     plii_file stream;
-    pli_world_file_def def;
     pli_world* world;  /* that is written, or was made for what is read */
     pli_world* target; /* of a restore, or NULL */
     pli_rigid** found; /* [found_count] of the target, by the ids of the file; NULL without a target */
@@ -65,8 +64,8 @@ typedef struct file_walk {
 
 /* What pointers are counted in: all that there is by now. */
 static void file_count_in(plii_file* file, const pli_world* world) {
-    file->bodies = world->bodies;
-    file->rigids = world->rigids;
+    file->bodies = file->to_bodies = world->bodies;
+    file->rigids = file->to_rigids = world->rigids;
     file->body_count = world->body_count;
     file->rigid_count = world->rigid_count;
 }
@@ -87,7 +86,7 @@ static void file_world_state(plii_file* file, pli_world* world) {
 
 /* Where the rigid bodies of the file are in the target. */
 static void file_find_rigid(file_walk* walk, int index, uint64_t id) {
-    const pli_world_file_def* def = &walk->def;
+    const pli_world_file_def* def = &walk->stream.def;
     const pli_world* target = walk->target;
     plii_file* file = &walk->stream;
     pli_rigid* rigid = NULL;
@@ -117,12 +116,12 @@ static void file_rigids(file_walk* walk) {
     }
     walk->found_count = walk->found != NULL ? count : 0;
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {
-        const bool is_asked = file->mode == PLII_FILE_WRITE && walk->def.rigid_id != NULL;
+        const bool is_asked = file->mode == PLII_FILE_WRITE && file->def.rigid_id != NULL;
         const uint64_t id =
-            plii_file_u64(file, is_asked ? walk->def.rigid_id(walk->world->rigids[i], walk->def.user) : (uint64_t)i);
+            plii_file_u64(file, is_asked ? file->def.rigid_id(walk->world->rigids[i], file->def.user) : (uint64_t)i);
         if (walk->target != NULL && file->status == PLI_OK) { file_find_rigid(walk, i, id); }
         if (file->status != PLI_OK) { break; }
-        plii_file_rigid(file, &walk->def, walk->world, i, walk->found != NULL ? walk->found[i] : NULL);
+        plii_file_rigid(file, walk->world, i, walk->found != NULL ? walk->found[i] : NULL);
     }
     file_count_in(file, walk->world);
 }
@@ -179,12 +178,14 @@ static void file_check_order(plii_file* file, const pli_world* world) {
 /* Without a definition, the default one. */
 static pli_status file_begin(plii_file_mode mode, const pli_world_file_def* def, pli_world* world, pli_context* context,
                              const char* function, file_walk* walk) {
-    *walk = (file_walk){.stream = {.mode = mode, .context = context, .function = function},
-                        .def = def != NULL ? *def : pli_world_file_def_default(),
+    *walk = (file_walk){.stream = {.mode = mode,
+                                   .context = context,
+                                   .function = function,
+                                   .def = def != NULL ? *def : pli_world_file_def_default(),
+                                   .body_index = PLI_NULL_INDEX},
                         .world = world};
-    walk->stream.body_index = PLI_NULL_INDEX;
     if (world != NULL) { file_count_in(&walk->stream, world); }
-    return PLII_CHECK_MADE(context, pli_world_file_def, &walk->def, function);
+    return PLII_CHECK_MADE(context, pli_world_file_def, &walk->stream.def, function);
 }
 
 // ---------------------------------------------------------------------------------------------------------- writing
@@ -220,8 +221,6 @@ pli_status pli_world_file_write(const pli_world* world, const pli_world_file_def
     PLII_FAIL_IF(needed > capacity, context, PLI_ERROR_INVALID_VALUE, __func__,
                  "capacity is %zu, the file has %zu bytes", capacity, needed);
     walk.stream.to = buffer;
-    walk.stream.begin_part = walk.def.begin_part;
-    walk.stream.begin_user = walk.def.user;
     plii_walk guard; /* callbacks may read only */
     plii_walk_begin(&guard, context, PLII_WALK_STEP);
     file_write_all(&walk);
@@ -348,8 +347,8 @@ static void file_commit(file_walk* walk) {
         file_exchange_bodies(target->bodies[i], made->bodies[i]);
     }
     file->mode = PLII_FILE_REPOINT;
-    file->new_world = target;
-    file->new_rigids = walk->found;
+    file->to_bodies = target->bodies;
+    file->to_rigids = walk->found;
     for (int i = 0; i < target->body_count; ++i) {
         target->sweep[i] = target->bodies[made->sweep[i]->world_index];
         file_begin_body(file, target->bodies[i], i);

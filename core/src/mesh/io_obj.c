@@ -69,8 +69,8 @@ static pli_status obj_read_face(obj_reader* reader) {
     PLII_TRY(obj_read_corner(reader, &previous));
     do {
         PLII_TRY(obj_read_corner(reader, &present));
-        if (reader->index_count > INT_MAX - 3 ||
-            !PLII_RESERVE(reader->text.context, &reader->indices, &reader->index_capacity, reader->index_count + 3)) {
+        if (!PLII_RESERVE_MORE(reader->text.context, &reader->indices, &reader->index_capacity, reader->index_count,
+                               3)) {
             return obj_out_of_memory(reader);
         }
         reader->indices[reader->index_count++] = first;

@@ -163,13 +163,8 @@ pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {
     return view;
 }
 
-static bool mesh_reserve_array(pli_context* context, void** data, int* capacity, int count, int more, size_t size) {
-    if (more == 0) { return true; }
-    return more <= INT_MAX - count && plii_reserve(context, data, capacity, count + more, size);
-}
 #define MESH_RESERVE(mesh, field, count, capacity, more)                                                               \
-    mesh_reserve_array((mesh)->context, (void**)&(mesh)->field, &(mesh)->capacity, (mesh)->count, more,                \
-                       sizeof *(mesh)->field)
+    PLII_RESERVE_MORE((mesh)->context, &(mesh)->field, &(mesh)->capacity, (mesh)->count, more)
 
 bool plii_mesh_reserve(pli_mesh* mesh, int nodes, int links, int faces, int tetras) {
     return MESH_RESERVE(mesh, positions, node_count, node_capacity, nodes) &&
@@ -217,7 +212,7 @@ static pli_status mesh_out_of_memory(const pli_mesh* mesh, const char* function,
 
 static pli_status mesh_append(pli_mesh* mesh, void** elements, int* capacity, int* count, const void* element,
                               size_t size, const char* what, int* index, const char* function) {
-    if (!mesh_reserve_array(mesh->context, elements, capacity, *count, 1, size)) {
+    if (*count == INT_MAX || !plii_reserve(mesh->context, elements, capacity, *count + 1, size)) {
         return mesh_out_of_memory(mesh, function, what, *count);
     }
     memcpy((char*)*elements + (size_t)*count * size, element, size);

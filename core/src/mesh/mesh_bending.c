@@ -61,26 +61,21 @@ static int bending_search(bending_work* work, int source, int distance, int stam
     return count;
 }
 
-/* Links that there will be: counted first, so that they need no memory but their own. More than INT_MAX: too many. */
-static int64_t bending_count(bending_work* work, int distance) {
+/* Without a mesh links are only counted, so that they need no memory but their own. More than INT_MAX: too many. */
+static int64_t bending_append(bending_work* work, pli_mesh* mesh, int distance, int material) {
     int64_t count = 0;
     int* found = NULL;
     for (int i = 0; i < work->node_count && count <= INT_MAX; ++i) {
-        count += bending_search(work, i, distance, i + 1, &found);
-    }
-    return count;
-}
-
-static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int material) {
-    int* found = NULL;
-    for (int i = 0; i < work->node_count; ++i) {
-        const int count = bending_search(work, i, distance, -i - 1, &found);
-        qsort(found, (size_t)count, sizeof *found, bending_compare);
-        for (int k = 0; k < count; ++k) {
+        const int own = bending_search(work, i, distance, mesh == NULL ? i + 1 : -i - 1, &found);
+        count += own;
+        if (mesh == NULL) { continue; }
+        qsort(found, (size_t)own, sizeof *found, bending_compare);
+        for (int k = 0; k < own; ++k) {
             mesh->links[mesh->link_count++] =
                 (pli_link){.nodes = {found[k], i}, .material = material, .is_bending = true};
         }
     }
+    return count;
 }
 
 pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int material, int* added) {
@@ -92,10 +87,10 @@ pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int mater
         bending_work work = {0};
         bool has_room = bending_create(&work, mesh);
         if (has_room) {
-            const int64_t count = bending_count(&work, distance);
+            const int64_t count = bending_append(&work, NULL, distance, material);
             has_room = count <= INT_MAX - old_count && plii_mesh_reserve(mesh, 0, (int)count, 0, 0);
         }
-        if (has_room) { bending_append(&work, mesh, distance, material); }
+        if (has_room) { (void)bending_append(&work, mesh, distance, material); }
         plii_scratch_free(&work.scratch);
         PLII_FAIL_IF(!has_room, mesh->context, PLI_ERROR_OUT_OF_MEMORY, __func__,
                      "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);

@@ -157,9 +157,8 @@ static void self_faces_search_block(int begin, int end, int block, void* data) {
 static bool self_faces_take_hits(const self_faces_search* search, const plii_self_faces_hits* hits) {
     plii_self_faces_state* state = search->state;
     pli_context* context = search->body->context;
-    if (state->pair_count > INT32_MAX - hits->count ||
-        !PLII_RESERVE(context, &state->pairs, &state->pair_capacity, state->pair_count + hits->count) ||
-        !PLII_RESERVE(context, &state->due, &state->due_capacity, state->pair_count + hits->count)) {
+    if (!PLII_RESERVE_MORE(context, &state->pairs, &state->pair_capacity, state->pair_count, hits->count) ||
+        !PLII_RESERVE_MORE(context, &state->due, &state->due_capacity, state->pair_count, hits->count)) {
         return false;
     }
     for (int k = 0; k < hits->count; ++k) {

@@ -70,8 +70,7 @@ static void self_nodes_mark_linked(const self_nodes_finder* finder, int node) {
 }
 
 static bool self_nodes_reserve(pli_context* context, plii_self_pair_list* found, int more) {
-    return found->count <= INT32_MAX - more &&
-           PLII_RESERVE(context, &found->items, &found->capacity, found->count + more);
+    return PLII_RESERVE_MORE(context, &found->items, &found->capacity, found->count, more);
 }
 
 /* Keeps a pair that can touch, where links of `a` are marked; `half` of the travel is on either side of a moment when

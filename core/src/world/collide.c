@@ -27,9 +27,7 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
 static void world_run_collide_feature(pli_world* world, pli_body* body, const plii_feature* feature, pli_rigid* rigid) {
     const plii_feature_class* klass = feature->klass;
     plii_thread.pass.feature = klass;
-    plii_world_profile(world, "collide", klass->name, true);
-    (void)klass->collide_rigid(body, feature->state, rigid);
-    plii_world_profile(world, "collide", klass->name, false);
+    PLII_WORLD_RUN_PROFILED(world, "collide", klass->name, (void)klass->collide_rigid(body, feature->state, rigid));
 }
 
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
@@ -70,6 +68,7 @@ static void world_collide_range(int begin, int end, void* data) {
 
 static pli_status world_check_pairs(const pli_world* world, const pli_rigid_pair* pairs, int count,
                                     const char* function) {
+    PLII_TRY(plii_check_world_change(world, function));
     if (count < 0) { return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "count = %d", count); }
     PLII_FAIL_IF(pairs == NULL && count > 0, world->context, PLI_ERROR_NULL_ARGUMENT, function, "pairs is null");
     for (int i = 0; i < count; ++i) {
@@ -118,11 +117,9 @@ static pli_status world_collide_rigid_pairs(pli_world* world, const pli_rigid_pa
 }
 
 pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    PLII_TRY(plii_check_world_change(world, __func__));
     return world_collide_rigid_pairs(world, &(const pli_rigid_pair){body, rigid}, 1, __func__);
 }
 pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
-    PLII_TRY(plii_check_world_change(world, __func__));
     return world_collide_rigid_pairs(world, pairs, count, __func__);
 }
 
@@ -184,9 +181,8 @@ static pair_writes world_prepare_pair(pli_world* world, const pli_body_pair* pai
             writes = PAIR_WRITES_BOTH;
             continue;
         }
-        plii_world_profile(world, "collide", klass->name, true);
-        klass->prepare_pair(pair->body_a, feature->state, pair->body_b, other_state);
-        plii_world_profile(world, "collide", klass->name, false);
+        PLII_WORLD_RUN_PROFILED(world, "collide", klass->name,
+                                klass->prepare_pair(pair->body_a, feature->state, pair->body_b, other_state));
         if (writes == PAIR_WRITES_NOTHING) { writes = PAIR_WRITES_FIRST; }
     }
     return writes;
@@ -200,9 +196,8 @@ static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair
         void* other_state = plii_feature_state(body_b, feature->klass);
         if (other_state == NULL) { continue; }
         plii_thread.pass.feature = feature->klass;
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
-        plii_world_profile(world, "collide", feature->klass->name, false);
+        PLII_WORLD_RUN_PROFILED(world, "collide", feature->klass->name,
+                                (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state));
     }
 }
 
@@ -277,6 +272,9 @@ static void world_collide_pairs(pli_world* world, const pli_body_pair* pairs, in
 }
 
 static pli_status world_collide_checked(pli_world* world, const pli_body_pair* pairs, int count, const char* function) {
+    PLII_TRY(plii_check_world_change(world, function));
+    if (count < 0) { return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "count = %d", count); }
+    PLII_FAIL_IF(pairs == NULL && count > 0, world->context, PLI_ERROR_NULL_ARGUMENT, function, "pairs is null");
     for (PLII_EACH(const pli_body_pair, pair, pairs, count)) {
         const pli_body *a = pair->body_a, *b = pair->body_b;
         PLII_TRY(plii_check_handle(a, PLII_HANDLE_BODY, world->context, "the first body", function));
@@ -291,13 +289,9 @@ static pli_status world_collide_checked(pli_world* world, const pli_body_pair* p
 }
 
 pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    PLII_TRY(plii_check_world_change(world, __func__));
     return world_collide_checked(world, &(const pli_body_pair){body_a, body_b}, 1, __func__);
 }
 pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* pairs, int count) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    if (count < 0) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "count = %d", count); }
-    if (pairs == NULL && count > 0) { return PLII_FAIL(world->context, PLI_ERROR_NULL_ARGUMENT, "pairs is null"); }
     return world_collide_checked(world, pairs, count, __func__);
 }
 

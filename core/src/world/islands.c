@@ -28,7 +28,6 @@ void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
 
 static void islands_meet(pli_body* other, pli_rigid* rigid, void* user) {
     pli_body* body = user;
-    (void)other;
     if (rigid == NULL || rigid->kind != PLI_RIGID_DYNAMIC) { return; }
     if (rigid->first_island_body == PLI_NULL_INDEX) {
         rigid->first_island_body = body->world_index;

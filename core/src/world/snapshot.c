@@ -14,8 +14,10 @@ typedef struct snapshot_walk {
     snapshot_mode mode;
     pli_context* context;
     const char* function;
+    /* What the snapshot is of; the other one is NULL. Written to only in RESTORE. */
+    const pli_world* world;
+    const pli_body* of_body;   /* alone: others stay as they are */
     int body;                  /* index of the one that is looked at, for messages */
-    bool is_of_body;           /* alone: others stay as they are */
     unsigned char* to;         /* SAVE */
     const unsigned char* from; /* COMPARE, RESTORE */
     size_t at, size;           /* SAVE: what is beyond `size` is counted, not written */
@@ -99,9 +101,9 @@ static uint64_t snapshot_number(snapshot_walk* walk, uint64_t number) {
 }
 
 /* Something that must be the same; `what` is what else is wrong. */
-static void snapshot_same(snapshot_walk* walk, uint64_t number, const char* what, const char* feature) {
+static void snapshot_same(snapshot_walk* walk, uint64_t number, const char* what) {
     const uint64_t saved = snapshot_number(walk, number);
-    if (walk->status == PLI_OK && saved != number) { snapshot_refuse(walk, what, feature); }
+    if (walk->status == PLI_OK && saved != number) { snapshot_refuse(walk, what, NULL); }
 }
 #define SNAPSHOT_POINTER(pointer) ((uint64_t)(uintptr_t)(pointer))
 
@@ -187,22 +189,21 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
 
 // --------------------------------------------------------------------------------------------- bodies and the world
 
-#define SNAPSHOT_MEMBER(walk, member) snapshot_bytes(walk, &(member), sizeof(member))
 /* From one member to another, and what is between them. */
 #define SNAPSHOT_MEMBERS(walk, type, object, first, last)                                                              \
     snapshot_bytes(walk, (char*)(object) + offsetof(type, first),                                                      \
                    offsetof(type, last) + sizeof((object)->last) - offsetof(type, first))
 
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
-    snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
-    if (walk->is_of_body) { /* its features may keep them */
-        snapshot_same(walk, body->world->removals, "bodies, rigid bodies or clusters have gone", NULL);
+    snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body");
+    if (walk->of_body != NULL) { /* its features may keep them */
+        snapshot_same(walk, body->world->removals, "bodies, rigid bodies or clusters have gone");
     }
-    snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
-    snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled", NULL);
-    snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver", NULL);
-    snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes", NULL);
-    snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials", NULL);
+    snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set");
+    snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled");
+    snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver");
+    snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes");
+    snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials");
     /* Masses are with the positions; what follows from them is made anew where they were others. */
     const bool is_same = snapshot_number(walk, body->link_revision) == body->link_revision;
     if (walk->mode == SNAPSHOT_RESTORE && !is_same) { body->link_revision += 1; }
@@ -212,7 +213,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_bytes(walk, body->positions, plii_body_node_block_size(body)); /* previous and velocities, too */
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
     SNAPSHOT_MEMBERS(walk, pli_body, body, is_frozen, is_asleep);
-    SNAPSHOT_MEMBER(walk, body->bounds);
+    SNAPSHOT_MEMBERS(walk, pli_body, body, bounds, bounds);
     SNAPSHOT_MEMBERS(walk, pli_body, body, interval, sleep_group);
     const uint64_t ignored = snapshot_number(walk, (uint64_t)body->ignored_rigid_count);
     if (walk->mode >= SNAPSHOT_COMPARE && ignored > (uint64_t)body->ignored_rigid_capacity) {
@@ -234,10 +235,10 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
 }
 
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
-    snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone", NULL);
+    snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone");
     SNAPSHOT_MEMBERS(walk, pli_world_def, &world->def, gravity, air_density);
-    SNAPSHOT_MEMBER(walk, world->dt);
-    SNAPSHOT_MEMBER(walk, world->sleep_group);
+    SNAPSHOT_MEMBERS(walk, pli_world, world, dt, dt);
+    SNAPSHOT_MEMBERS(walk, pli_world, world, sleep_group, sleep_group);
     if (walk->status != PLI_OK) { return; }
     snapshot_bytes(walk, world->sweep, (size_t)world->body_count * sizeof(*world->sweep));
     if (walk->mode == SNAPSHOT_RESTORE) { world->event_count = 0; }
@@ -257,58 +258,49 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
 
 // ---------------------------------------------------------------------------------------------------------- calls
 
-/* What a snapshot is of: a world, or a body; the other one is NULL. Walks write only where they restore. */
-typedef struct snapshot_subject {
-    const pli_world* world;
-    const pli_body* body;
-} snapshot_subject;
-
-static uint64_t snapshot_handle(snapshot_subject subject) {
-    return subject.world != NULL ? SNAPSHOT_POINTER(subject.world) : SNAPSHOT_POINTER(subject.body);
+static uint64_t snapshot_handle(const snapshot_walk* walk) {
+    return walk->world != NULL ? SNAPSHOT_POINTER(walk->world) : SNAPSHOT_POINTER(walk->of_body);
 }
 
-static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
+static pli_status snapshot_run(snapshot_walk* walk, snapshot_mode mode) {
+    walk->mode = mode;
     walk->at = sizeof(snapshot_header);
-    walk->is_of_body = subject.body != NULL;
-    walk->body = walk->is_of_body ? subject.body->world_index : PLI_NULL_INDEX;
-    if (subject.world != NULL) {
-        snapshot_world(walk, (pli_world*)(uintptr_t)subject.world);
+    walk->body = walk->of_body != NULL ? walk->of_body->world_index : PLI_NULL_INDEX;
+    if (walk->world != NULL) {
+        snapshot_world(walk, (pli_world*)(uintptr_t)walk->world);
     } else {
-        snapshot_body(walk, (pli_body*)(uintptr_t)subject.body);
+        snapshot_body(walk, (pli_body*)(uintptr_t)walk->of_body);
     }
     return walk->status;
 }
 
-static size_t snapshot_size(snapshot_subject subject, pli_context* context, const char* function) {
-    snapshot_walk walk = {.mode = SNAPSHOT_SAVE, .context = context, .function = function};
-    return snapshot_run(&walk, subject) == PLI_OK ? walk.at : 0;
+static size_t snapshot_size(snapshot_walk walk) {
+    return snapshot_run(&walk, SNAPSHOT_SAVE) == PLI_OK ? walk.at : 0;
 }
 
-static pli_status snapshot_save(snapshot_subject subject, pli_context* context, void* buffer, size_t capacity,
-                                size_t* size, const char* function) {
-    snapshot_walk walk = {.mode = SNAPSHOT_SAVE,
-                          .context = context,
-                          .function = function,
-                          .to = buffer,
-                          .size = buffer != NULL ? capacity : 0,
-                          .summed = sizeof(snapshot_header)};
-    PLII_TRY(snapshot_run(&walk, subject));
+static pli_status snapshot_save(snapshot_walk walk, void* buffer, size_t capacity, size_t* size) {
+    walk.to = buffer;
+    walk.size = buffer != NULL ? capacity : 0;
+    walk.summed = sizeof(snapshot_header);
+    PLII_TRY(snapshot_run(&walk, SNAPSHOT_SAVE));
     if (size != NULL) { *size = walk.at; }
-    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
-    PLII_FAIL_IF(walk.at > capacity, context, PLI_ERROR_INVALID_VALUE, function,
+    PLII_FAIL_IF(buffer == NULL, walk.context, PLI_ERROR_NULL_ARGUMENT, walk.function, "buffer is null");
+    PLII_FAIL_IF(walk.at > capacity, walk.context, PLI_ERROR_INVALID_VALUE, walk.function,
                  "capacity is %zu, the snapshot has %zu bytes", capacity, walk.at);
     snapshot_sum(&walk);
     snapshot_header header = {
-        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(subject)};
+        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = walk.at, .handle = snapshot_handle(&walk)};
     plii_checksum_end(&walk.checksum, header.checksum);
     memcpy(buffer, &header, sizeof header);
     return PLI_OK;
 }
 
-static pli_status snapshot_check(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
-                                 size_t size, const char* function) {
+static pli_status snapshot_check(const snapshot_walk* walk) {
+    pli_context* context = walk->context;
+    const char* function = walk->function;
+    const size_t size = walk->size;
     snapshot_header header = {0};
-    if (size >= sizeof header) { memcpy(&header, bytes, sizeof header); }
+    if (size >= sizeof header) { memcpy(&header, walk->from, sizeof header); }
     PLII_FAIL_IF(header.magic != SNAPSHOT_MAGIC, context, PLI_ERROR_FILE_FORMAT, function,
                  "the %zu bytes are no snapshot", size);
     PLII_FAIL_IF(header.version != SNAPSHOT_VERSION, context, PLI_ERROR_FILE_FORMAT, function,
@@ -317,41 +309,40 @@ static pli_status snapshot_check(snapshot_subject subject, pli_context* context,
                  "the snapshot has %llu bytes, %zu were given", (unsigned long long)header.size, size);
     plii_checksum checksum = {0};
     uint64_t sums[2];
-    plii_checksum_add(context, &checksum, bytes + sizeof header, size - sizeof header);
+    plii_checksum_add(context, &checksum, walk->from + sizeof header, size - sizeof header);
     plii_checksum_end(&checksum, sums);
     if (memcmp(sums, header.checksum, sizeof sums) != 0 || (header.zeros[0] | header.zeros[1] | header.zeros[2]) != 0) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
     }
-    PLII_FAIL_IF(header.handle != snapshot_handle(subject), context, PLI_ERROR_INVALID_VALUE, function,
+    PLII_FAIL_IF(header.handle != snapshot_handle(walk), context, PLI_ERROR_INVALID_VALUE, function,
                  "the snapshot does not fit: it is of another %s",
-                 subject.world != NULL ? "world, or of a body" : "body, or of a world");
+                 walk->world != NULL ? "world, or of a body" : "body, or of a world");
     return PLI_OK;
 }
 
-static pli_status snapshot_restore(snapshot_subject subject, pli_context* context, const void* buffer, size_t size,
-                                   const char* function) {
-    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
-    PLII_TRY(snapshot_check(subject, context, buffer, size, function));
-    snapshot_walk walk = {
-        .mode = SNAPSHOT_COMPARE, .context = context, .function = function, .from = buffer, .size = size};
-    PLII_TRY(snapshot_run(&walk, subject));
-    PLII_FAIL_IF(walk.at != size, context, PLI_ERROR_FILE_FORMAT, function,
+static pli_status snapshot_restore(snapshot_walk walk, const void* buffer, size_t size) {
+    PLII_FAIL_IF(buffer == NULL, walk.context, PLI_ERROR_NULL_ARGUMENT, walk.function, "buffer is null");
+    walk.from = buffer;
+    walk.size = size;
+    PLII_TRY(snapshot_check(&walk));
+    PLII_TRY(snapshot_run(&walk, SNAPSHOT_COMPARE));
+    PLII_FAIL_IF(walk.at != size, walk.context, PLI_ERROR_FILE_FORMAT, walk.function,
                  "the snapshot has %zu bytes more than it says", size - walk.at);
-    walk.mode = SNAPSHOT_RESTORE;
-    return snapshot_run(&walk, subject);
+    return snapshot_run(&walk, SNAPSHOT_RESTORE);
 }
 
 /* The calls of a user for what a snapshot is of. */
-#define SNAPSHOT_CALLS(kind, check)                                                                                    \
-    PLII_DEFINE_GET(size_t, pli_##kind##_snapshot_size, kind,                                                          \
-                    snapshot_size((snapshot_subject){.kind = kind}, kind->context, __func__), 0)                       \
+#define SNAPSHOT_CALLS(kind, member, check)                                                                            \
+    PLII_DEFINE_GET(size_t, pli_##kind##_snapshot_size, kind, snapshot_size(SNAPSHOT_WALK(kind, member)), 0)           \
     pli_status pli_##kind##_save(const pli_##kind* kind, void* buffer, size_t capacity, size_t* size) {                \
         PLII_TRY(check(kind, __func__));                                                                               \
-        return snapshot_save((snapshot_subject){.kind = kind}, kind->context, buffer, capacity, size, __func__);       \
+        return snapshot_save(SNAPSHOT_WALK(kind, member), buffer, capacity, size);                                     \
     }                                                                                                                  \
     pli_status pli_##kind##_restore(pli_##kind* kind, const void* buffer, size_t size) {                               \
         PLII_TRY(check(kind, __func__));                                                                               \
-        return snapshot_restore((snapshot_subject){.kind = kind}, kind->context, buffer, size, __func__);              \
+        return snapshot_restore(SNAPSHOT_WALK(kind, member), buffer, size);                                            \
     }
-SNAPSHOT_CALLS(world, plii_check_world_idle)
-SNAPSHOT_CALLS(body, plii_check_body_idle)
+#define SNAPSHOT_WALK(kind, member)                                                                                    \
+    ((snapshot_walk){.member = (kind), .context = (kind)->context, .function = __func__})
+SNAPSHOT_CALLS(world, world, plii_check_world_idle)
+SNAPSHOT_CALLS(body, of_body, plii_check_body_idle)

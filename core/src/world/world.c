@@ -118,9 +118,8 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
 }
 
 /* Those that name a body or a rigid body that is going. */
-static void world_drop_events(pli_world* world, const pli_body* body, const pli_rigid* rigid) {
-    PLII_REMOVE_IF(pli_event, event, world->events, world->event_count,
-                   (body != NULL && event->body == body) || (rigid != NULL && event->rigid == rigid));
+static void world_drop_events(pli_world* world, const void* gone) {
+    PLII_REMOVE_IF(pli_event, event, world->events, world->event_count, event->body == gone || event->rigid == gone);
 }
 
 void plii_world_remove_body(pli_world* world, pli_body* body) {
@@ -133,7 +132,7 @@ void plii_world_remove_body(pli_world* world, pli_body* body) {
     PLII_REMOVE_IF(pli_body*, at, world->sweep, kept, *at == body);
     world->body_count -= 1;
     world->revision += 1;
-    world_drop_events(world, body, NULL);
+    world_drop_events(world, body);
 }
 
 pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
@@ -166,7 +165,7 @@ void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
     world->rigid_count -= 1;
     world->revision += 1;
     world->removals += 1;
-    world_drop_events(world, NULL, rigid);
+    world_drop_events(world, rigid);
 }
 
 void plii_world_add_event(pli_world* world, pli_event event) {
@@ -393,19 +392,13 @@ static pli_status world_solve(pli_world* world, const char* function) {
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
     const int events_before = world->event_count;
-    plii_world_profile(world, "joints", NULL, true);
-    world_solve_joints(world);
-    plii_world_profile(world, "joints", NULL, false);
+    PLII_WORLD_RUN_PROFILED(world, "joints", NULL, world_solve_joints(world));
     plii_islands_find(world);
     if (plii_groups_find(world)) {
         plii_groups_run(world, world_solve_group);
     } else {
-        plii_world_profile(world, "solve", NULL, true);
-        plii_islands_solve(world->bodies, world->body_count);
-        plii_world_profile(world, "solve", NULL, false);
-        plii_world_profile(world, "refresh", NULL, true);
-        world_refresh_bodies(world->bodies, world->body_count);
-        plii_world_profile(world, "refresh", NULL, false);
+        PLII_WORLD_RUN_PROFILED(world, "solve", NULL, plii_islands_solve(world->bodies, world->body_count));
+        PLII_WORLD_RUN_PROFILED(world, "refresh", NULL, world_refresh_bodies(world->bodies, world->body_count));
     }
     world_tell_frozen(world);
     world_end_trouble(world, events_before);

@@ -42,5 +42,13 @@ bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body));
 uint64_t plii_world_begin_call(pli_world* world, plii_walk* walk);
 pli_status plii_world_end_call(pli_world* world, const plii_walk* walk, uint64_t before, const char* function);
 
+/* What a profile is told the begin and the end of. */
+#define PLII_WORLD_RUN_PROFILED(world, stage, feature, call)                                                           \
+    do {                                                                                                               \
+        plii_world_profile(world, stage, feature, true);                                                               \
+        call;                                                                                                          \
+        plii_world_profile(world, stage, feature, false);                                                              \
+    } while (0)
+
 /* Every pair whose bounds overlap. */
 void plii_world_collide_all(pli_world* world);

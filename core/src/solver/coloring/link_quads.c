@@ -59,12 +59,8 @@ static void link_quads_make_orders(link_quads_search* search) {
     }
 }
 
-/* The links that a node shows, from the first one that is not used. */
-typedef struct link_quads_range {
-    int begin, end;
-} link_quads_range;
-
-static link_quads_range link_quads_shown(const link_quads_search* search, int node) {
+/* How many links a node shows, from the first one that is not used. */
+static int link_quads_shown(const link_quads_search* search, int node, const plii_half_link** first) {
     const plii_link_quads* quads = search->quads;
     const int end = quads->begin[node + 1];
     int begin = quads->open[node];
@@ -72,17 +68,19 @@ static link_quads_range link_quads_shown(const link_quads_search* search, int no
         ++begin;
     }
     quads->open[node] = begin;
-    return (link_quads_range){begin, end - begin < LINK_QUADS_SHOWN ? end : begin + LINK_QUADS_SHOWN};
+    *first = &quads->halves[begin];
+    return end - begin < LINK_QUADS_SHOWN ? end - begin : LINK_QUADS_SHOWN;
 }
 
 static void link_quads_mark(link_quads_search* search, int node, uint8_t mark) {
     plii_link_quads* quads = search->quads;
-    const link_quads_range shown = link_quads_shown(search, node);
-    for (int i = shown.begin; i < shown.end; ++i) {
-        const plii_half_link half = quads->halves[i];
-        if (half.neighbour == search->a || half.neighbour == search->b || quads->is_used[half.link] != 0) { continue; }
-        if (quads->marks[half.neighbour] == 0) { search->candidates[search->candidate_count++] = half.neighbour; }
-        quads->marks[half.neighbour] |= mark;
+    const plii_half_link* first = NULL;
+    const int shown = link_quads_shown(search, node, &first);
+    for (PLII_EACH(const plii_half_link, half, first, shown)) {
+        const int other = half->neighbour;
+        if (other == search->a || other == search->b || quads->is_used[half->link] != 0) { continue; }
+        if (quads->marks[other] == 0) { search->candidates[search->candidate_count++] = other; }
+        quads->marks[other] |= mark;
     }
 }
 
@@ -97,13 +95,12 @@ static int link_quads_fourth(const link_quads_search* search, int candidate, int
     const plii_link_quads* quads = search->quads;
     const int third = search->candidates[candidate];
     const int count = 1 + link_quads_common(search, third);
-    const link_quads_range shown = link_quads_shown(search, third);
-    for (int i = shown.begin; i < shown.end; ++i) {
-        const plii_half_link half = quads->halves[i];
-        if (half.neighbour != search->a && half.neighbour != search->b && quads->is_used[half.link] == 0 &&
-            count + link_quads_common(search, half.neighbour) + 1 >= least) {
-            return half.neighbour;
-        }
+    const plii_half_link* first = NULL;
+    const int shown = link_quads_shown(search, third, &first);
+    for (PLII_EACH(const plii_half_link, half, first, shown)) {
+        const int other = half->neighbour;
+        if (other == search->a || other == search->b || quads->is_used[half->link] != 0) { continue; }
+        if (count + link_quads_common(search, other) + 1 >= least) { return other; }
     }
     for (int i = candidate + 1; i < search->candidate_count; ++i) {
         if (count + link_quads_common(search, search->candidates[i]) >= least) { return search->candidates[i]; }
@@ -134,10 +131,10 @@ static int link_quads_find_link(const link_quads_search* search, int a, int b) {
     if (a == PLI_NULL_INDEX || b == PLI_NULL_INDEX) { return PLI_NULL_INDEX; }
     const int nodes[2] = {a, b};
     for (int k = 0; k < 2; ++k) {
-        const link_quads_range shown = link_quads_shown(search, nodes[k]);
-        for (int i = shown.begin; i < shown.end; ++i) {
-            const plii_half_link half = search->quads->halves[i];
-            if (half.neighbour == nodes[1 - k] && search->quads->is_used[half.link] == 0) { return half.link; }
+        const plii_half_link* first = NULL;
+        const int shown = link_quads_shown(search, nodes[k], &first);
+        for (PLII_EACH(const plii_half_link, half, first, shown)) {
+            if (half->neighbour == nodes[1 - k] && search->quads->is_used[half->link] == 0) { return half->link; }
         }
     }
     return PLI_NULL_INDEX;

@@ -13,12 +13,6 @@ enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
 
 /* Nodes a and b of a link go apart by the factor of its constraint, their difference and their inverse masses. */
 
-PLII_SIMD_INLINE plii_float8 links_factor_on_positions(plii_float8 length_squared, plii_float8 weight,
-                                                       plii_float8 rest_squared) {
-    const plii_float8 missing = plii_float8_sub(rest_squared, length_squared);
-    return plii_float8_mul(plii_float8_div(missing, plii_float8_add(rest_squared, length_squared)), weight);
-}
-
 /* 0 where it is not finite: there a - a is no number. */
 PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
     return plii_float8_where_greater(plii_float8_sub(a, a), plii_float8_all(-1.0f), a);
@@ -76,12 +70,6 @@ PLII_SIMD_LARGE void links_gather(links_quads* quads, int node, const plii_links
     quads->start_displacements[node] =
         (plii_vec3x8){start_displacements.x, start_displacements.y, start_displacements.z};
 }
-PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const plii_links_task* task,
-                                    const uint32_t* scaled_indices) {
-    const plii_vec3x8* moved = &quads->moved[node];
-    const plii_nodes8 a = {moved->x, moved->y, moved->z, quads->masses[node]};
-    plii_nodes8_scatter(task->moved, scaled_indices, a);
-}
 
 /* From node a to node b of eight links. */
 typedef struct links_measure {
@@ -102,7 +90,8 @@ PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, i
     const plii_float8 length_squared = plii_vec3x8_dot(own.delta, own.delta);
     const plii_float8 rest = plii_float8_load(task->rest + slot);
     if (kind == LINKS_POSITIONS) {
-        own.factor = links_factor_on_positions(length_squared, plii_float8_load(task->weights + slot), rest);
+        const plii_float8 missing = plii_float8_sub(rest, length_squared), sum = plii_float8_add(rest, length_squared);
+        own.factor = plii_float8_mul(plii_float8_div(missing, sum), plii_float8_load(task->weights + slot));
         return own;
     }
     const plii_float8 mass = plii_float8_add(quads->masses[a], quads->masses[b]);
@@ -165,7 +154,8 @@ PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_lin
     const int count = pairs == PLII_LINK_SINGLE ? 2 : 4;
 #pragma GCC unroll 4
     for (int k = count - 1; k >= 0; --k) {
-        links_scatter(quads, k, task, scaled_indices[k]);
+        const plii_nodes8 a = {quads->moved[k].x, quads->moved[k].y, quads->moved[k].z, quads->masses[k]};
+        plii_nodes8_scatter(task->moved, scaled_indices[k], a);
     }
 }
 

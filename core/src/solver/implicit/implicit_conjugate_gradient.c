@@ -507,8 +507,9 @@ static bool gradient_judge(plii_implicit_system* system) {
     bool is_same = true;
     for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const int node = constraint->nodes[0];
-        const bool is_of_node = constraint - constraints->items < count;
-        if (!constraint->is_pinned && is_of_node) { system->spare[node] = plii_implicit_swept(system, node); }
+        if (!constraint->is_pinned && !constraint->is_point) {
+            system->spare[node] = plii_implicit_swept(system, node);
+        }
         constraint->rows_before = constraint->rows;
         constraint->impulse_before = constraint->impulse;
     }
@@ -545,8 +546,7 @@ static bool gradient_judge(plii_implicit_system* system) {
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         is_same = is_same && constraint->rows == constraint->rows_before;
         const plii_dvec3 more = plii_dvec3_sub(constraint->impulse, constraint->impulse_before);
-        const bool is_of_face = constraint - constraints->items >= count;
-        change += constraint->rows == 1 || is_of_face ? plii_dvec3_dot(more, more) : 0.0;
+        change += constraint->rows == 1 || constraint->is_point ? plii_dvec3_dot(more, more) : 0.0;
         scale += plii_dvec3_dot(constraint->impulse, constraint->impulse);
     }
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;

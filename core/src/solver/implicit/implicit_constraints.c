@@ -399,11 +399,9 @@ static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constrai
 }
 
 static void implicit_squeeze_nodes(plii_implicit_constraints* constraints, double dt) {
-    for (int i = 0; i < constraints->node_bound_count; ++i) {
-        plii_implicit_constraint* a = &constraints->items[i];
-        for (int k = i + 1; k < constraints->node_bound_count; ++k) {
-            plii_implicit_constraint* b = &constraints->items[k];
-            if (b->nodes[0] != a->nodes[0]) { break; }
+    for (PLII_EACH(plii_implicit_constraint, a, constraints->items, constraints->node_bound_count)) {
+        const plii_implicit_constraint* const end = &constraints->items[constraints->node_bound_count];
+        for (plii_implicit_constraint* b = a + 1; b < end && b->nodes[0] == a->nodes[0]; ++b) {
             if (a->squeeze > 0.0 && b->squeeze > 0.0) { implicit_squeeze(a, b, dt); }
         }
     }
