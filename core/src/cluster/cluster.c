@@ -275,7 +275,9 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters, float r
                 plii_float4_to(&body->velocities[i], v + moved * rate);
                 const plii_float4 given = x - plii_float4_from(&body->previous[i]) - v * body->step.dt;
                 const float ratio = -plii_lanes_dot(given, moved) / plii_max(plii_lanes_dot(moved, moved), FLT_MIN);
-                plii_add_xyz(&body->previous[i], plii_lanes_vec3(moved * (-late * plii_clamp(ratio, 0.0f, 1.0f))));
+                const plii_float4 back = moved * (-late * plii_clamp(ratio, 0.0f, 1.0f));
+                /* Where a body that is lost goes back to. */
+                if (plii_lanes_xyz_finite(back)) { plii_add_xyz(&body->previous[i], plii_lanes_vec3(back)); }
             }
         }
         plii_float4_to(sum, zero);
