@@ -183,21 +183,31 @@ bool plii_parse_int(const char* word, int length, int* value) {
     return true;
 }
 
-#define TEXT_DEFINE_READ(function, type, parse)                                                                        \
-    pli_status function(plii_text* text, const char* what, type* value) {                                              \
-        const char* word = NULL;                                                                                       \
-        int length = 0;                                                                                                \
-        PLII_TEXT_FAIL_IF(!plii_text_read_word(text, &word, &length), text, "the line ends before %s", what);          \
-        if (parse(word, length, value)) { return PLI_OK; }                                                             \
-        return plii_text_fail(text, "%s is '%s', which is no usable number", what,                                     \
-                              plii_text_quote(word, length).text);                                                     \
-    }
-TEXT_DEFINE_READ(plii_text_read_float, float, text_parse_float)
-TEXT_DEFINE_READ(plii_text_read_int, int, plii_parse_int)
+static pli_status text_read(plii_text* text, const char* what, const char** word, int* length) {
+    if (plii_text_read_word(text, word, length)) { return PLI_OK; }
+    return plii_text_fail(text, "the line ends before %s", what);
+}
+static pli_status text_fail_number(const plii_text* text, const char* what, const char* word, int length) {
+    return plii_text_fail(text, "%s is '%s', which is no usable number", what, plii_text_quote(word, length).text);
+}
+
+pli_status plii_text_read_float(plii_text* text, const char* what, float* value) {
+    const char* word = NULL;
+    int length = 0;
+    PLII_TRY(text_read(text, what, &word, &length));
+    return text_parse_float(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
+}
 
 pli_status plii_text_read_coordinate(plii_text* text, const char* what, float limit, float* value) {
     PLII_TRY(plii_text_read_float(text, what, value));
     PLII_TEXT_FAIL_IF(fabsf(*value) > limit, text, "%s is %g, coordinates go to %g", what, (double)*value,
                       (double)limit);
     return PLI_OK;
+}
+
+pli_status plii_text_read_int(plii_text* text, const char* what, int* value) {
+    const char* word = NULL;
+    int length = 0;
+    PLII_TRY(text_read(text, what, &word, &length));
+    return plii_parse_int(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
 }
