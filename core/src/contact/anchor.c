@@ -22,6 +22,7 @@ typedef struct plii_anchor {
         struct {
             pli_vec3 offset; /* from the centre of the rigid body, world axes */
             pli_vec3 goal;   /* of the node */
+            pli_vec3 way;    /* m, of the error at the start of the step, that goes in it; of a dynamic body */
             pli_mat3 matrix; /* from the change of displacement that is wanted to an impulse */
         } step;
         struct {
@@ -88,6 +89,8 @@ static void anchor_prepare(pli_body* body, void* state) {
         if (anchor_is_exact(body, anchor)) {
             anchor->step.goal = pli_transform_point(anchor_end_pose(body, anchor), anchor->pivot);
         }
+        const pli_vec3 off = pli_vec3_sub(anchor->start, plii_xyz(body->previous[anchor->node]));
+        anchor->step.way = pli_vec3_scale(off, anchor_share(body, anchor, off, anchors->hardness, body->host_dt));
         plii_rigid_touch(rigid);
     }
 }
@@ -109,27 +112,26 @@ static void anchor_note_starts(pli_body* body, void* state) {
 /* What the node is to do beside its motion: go along, and a share of what it was off at the start of the step. Bullet
    takes the share of the way from where it is now, its motion included: a node alone then swings to and fro, farther
    each time, where the share is over 2/3. */
-static pli_vec3 anchor_error(const pli_body* body, const plii_anchor* anchor, pli_vec3 goal_motion, float hardness) {
+static pli_vec3 anchor_error(const pli_body* body, const plii_anchor* anchor, float hardness) {
     const pli_vec3 node = plii_xyz(body->positions[anchor->node]), start = plii_xyz(body->previous[anchor->node]);
-    const pli_vec3 off = pli_vec3_sub(anchor->start, start);
     const pli_vec3 way = body->world->def.reference_mode
                              ? pli_vec3_scale(pli_vec3_sub(anchor->step.goal, node), hardness)
-                             : pli_vec3_scale(off, anchor_share(body, anchor, off, hardness, body->host_dt));
-    return pli_vec3_add(pli_vec3_sub(goal_motion, pli_vec3_sub(node, start)), way);
+                             : anchor->step.way;
+    const pli_vec3 along = plii_rigid_motion_at(body, anchor->rigid, anchor->step.offset);
+    return pli_vec3_add(pli_vec3_sub(along, pli_vec3_sub(node, start)), way);
 }
 
 static void anchor_push(pli_body* body, const plii_anchor* anchor, float hardness) {
     const float dt = body->step.dt;
     pli_vec4* position = &body->positions[anchor->node];
     const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
-    const pli_vec3 node = plii_xyz(*position), offset = anchor->step.offset;
-    const pli_vec3 error = anchor_error(body, anchor, plii_rigid_motion_at(body, anchor->rigid, offset), hardness);
+    const pli_vec3 node = plii_xyz(*position), error = anchor_error(body, anchor, hardness);
     const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->step.matrix, error), anchor->influence);
     /* Neither side can move, or the soft body leaves finite numbers and must not take the rigid body along. */
     if (!plii_vec3_is_finite(impulse)) { return; }
     plii_set_xyz(position, pli_vec3_add(node, pli_vec3_scale(impulse, dt * position->w)));
     if (is_fixed) { return; }
-    plii_rigid_push_at(body, anchor->rigid, pli_vec3_neg(impulse), offset);
+    plii_rigid_push_at(body, anchor->rigid, pli_vec3_neg(impulse), anchor->step.offset);
     anchor->rigid->path.is_pushed = true;
 }
 
