@@ -145,7 +145,7 @@ static inline void groups_to_records(plii_vec3x4 v, plii_float4 records[PLII_LAN
 static inline void groups_scatter(pli_vec4* const records[PLII_LANES], plii_vec3x4 v) {
     plii_float4 rows[PLII_LANES];
     groups_to_records(v, rows);
-#pragma GCC unroll 4
+    PLII_UNROLL(4)
     for (int lane = 0; lane < PLII_LANES; ++lane) {
         plii_float4_to(records[lane], rows[lane]);
     }
@@ -155,7 +155,7 @@ static inline void groups_scatter_shares(pli_vec4* const records[PLII_LANES], pl
                                          plii_float4 shares) {
     plii_float4 moves[PLII_LANES];
     groups_to_records(plii_vec3x4_scale(plii_vec3x4_sub(after, before), shares), moves);
-#pragma GCC unroll 4
+    PLII_UNROLL(4)
     for (int lane = 0; lane < PLII_LANES; ++lane) {
         plii_float4_to(records[lane], plii_float4_from(records[lane]) + moves[lane]);
     }
@@ -303,7 +303,7 @@ static inline void groups_find_tangents(plii_vec3x4 n, plii_vec3x4 tangents[2]) 
 /* That impulses meet along direction `k`; how they turn the sides goes to the block. */
 static inline plii_float4 groups_load_direction(const group_terms* common, plii_contact_block* block, int k) {
     plii_float4 responses[2];
-#pragma GCC unroll 2
+    PLII_UNROLL(2)
     for (int side = 0; side < 2; ++side) {
         const plii_vec3x4* inertia = common->inertia[side];
         const plii_vec3x4 moment = plii_vec3x4_cross(block->arms[side], block->directions[k]);
@@ -330,7 +330,7 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     block->arms[1] = groups_from_vectors(vectors[2]);
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     plii_float4 masses[3];
-#pragma GCC unroll 3
+    PLII_UNROLL(3)
     for (int k = 0; k < 3; ++k) {
         masses[k] = groups_load_direction(common, block, k);
         block->masses[k] = masses[k] * common->factors;
@@ -398,7 +398,7 @@ static inline void groups_solve_block(const plii_contact_batch* group, plii_cont
                                     -plii_vec3x4_dot(directions[2], velocity)};
     const plii_float4 zero = plii_float4_all(0.0f);
     plii_float4 before[3], after[3], changes[3];
-#pragma GCC unroll 3
+    PLII_UNROLL(3)
     for (int k = 0; k < 3; ++k) {
         before[k] = block->impulses[k];
         after[k] = before[k] + missing[k] * block->masses[k];
@@ -407,13 +407,13 @@ static inline void groups_solve_block(const plii_contact_batch* group, plii_cont
     /* Nothing pushed and nothing does: a quarter of all, of which the next one need not wait for the result. */
     if (plii_lanes_bits(zero < plii_lanes_max(before[0], after[0])) == 0) { return; }
     groups_bound_friction(group->frictions, after);
-#pragma GCC unroll 3
+    PLII_UNROLL(3)
     for (int k = 0; k < 3; ++k) {
         block->impulses[k] = after[k];
         changes[k] = after[k] - before[k];
     }
     const plii_vec3x4 push = groups_sum(directions, changes);
-#pragma GCC unroll 2
+    PLII_UNROLL(2)
     for (int side = 0; side < 2; ++side) {
         plii_vec3x4 *linear = &motion->linear[side], *angular = &motion->angular[side];
         *linear = plii_vec3x4_add(*linear, plii_vec3x4_mul(push, group->inverse_masses[side]));
@@ -507,7 +507,7 @@ static inline group_sums groups_sum_up(const plii_contact_batches* groups, const
         const plii_contact_block* block = &groups->blocks[group->first_block + i];
         pushes = plii_vec3x4_add(pushes, groups_sum(block->directions, block->impulses));
         drifts = plii_vec3x4_add(drifts, plii_vec3x4_scale(block->directions[0], block->drifts));
-#pragma GCC unroll 2
+        PLII_UNROLL(2)
         for (int side = 0; side < 2; ++side) {
             plii_vec3x4 *angular = &sums.velocities.angular[side], *drift = &sums.drifts.angular[side];
             *angular = plii_vec3x4_add(*angular, groups_sum(block->rotations[side], block->impulses));
@@ -517,7 +517,7 @@ static inline group_sums groups_sum_up(const plii_contact_batches* groups, const
         sums.pushed = plii_lanes_max(sums.pushed, block->impulses[0]);
         sums.drift_counts += plii_lanes_select(zero < block->drifts, one, zero);
     }
-#pragma GCC unroll 2
+    PLII_UNROLL(2)
     for (int side = 0; side < 2; ++side) {
         sums.velocities.linear[side] = plii_vec3x4_mul(pushes, group->inverse_masses[side]);
         sums.drifts.linear[side] = plii_vec3x4_mul(drifts, group->inverse_masses[side]);

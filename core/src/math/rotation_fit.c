@@ -147,7 +147,7 @@ static plii_vec3x4 follow_step(follow_quats q, const plii_vec3x4 a[3], plii_mask
                                     {qxy - wz, 1.0f - (qxx + qzz), qyz + wx},
                                     {qxz + wy, qyz - wx, 1.0f - (qxx + qyy)}};
     plii_vec3x4 s[3];
-#pragma GCC unroll 3
+    PLII_UNROLL(3)
     for (int k = 0; k < 3; ++k) {
         s[k] = plii_vec3x4_add(plii_vec3x4_scale(a[0], columns[k].x), plii_vec3x4_scale(a[1], columns[k].y));
         s[k] = plii_vec3x4_add(s[k], plii_vec3x4_scale(a[2], columns[k].z));
@@ -166,24 +166,24 @@ static plii_vec3x4 follow_step(follow_quats q, const plii_vec3x4 a[3], plii_mask
 
 void plii_rotations_fit_warm(int count, pli_mat3* matrices, pli_quat* const* quaternions) {
     plii_float4 lanes[4][PLII_LANES]; /* rows and quaternions; where there are fewer than four, the first again */
-#pragma GCC unroll 4
+    PLII_UNROLL(4)
     for (int i = 0; i < PLII_LANES; ++i) {
         const int from = i < count ? i : 0;
-#pragma GCC unroll 3
+        PLII_UNROLL(3)
         for (int k = 0; k < 3; ++k) {
             lanes[k][i] = plii_lanes_from_vec3(&matrices[from].rows[k]);
         }
         lanes[3][i] = plii_float4_load(&quaternions[from]->x);
     }
     plii_float4 squared = plii_float4_all(0.0f);
-#pragma GCC unroll 3
+    PLII_UNROLL(3)
     for (int k = 0; k < 3; ++k) {
         plii_float4_transpose(lanes[k]);
         squared += lanes[k][0] * lanes[k][0] + lanes[k][1] * lanes[k][1] + lanes[k][2] * lanes[k][2];
     }
     const plii_float4 scale = 1.0f / plii_float4_sqrt(squared);
     plii_vec3x4 a[3]; /* of norm 1 */
-#pragma GCC unroll 3
+    PLII_UNROLL(3)
     for (int k = 0; k < 3; ++k) {
         a[k] = (plii_vec3x4){lanes[k][0] * scale, lanes[k][1] * scale, lanes[k][2] * scale};
     }

@@ -31,6 +31,15 @@
 #define PLII_SIMD_INLINE static inline
 #endif
 
+/* Before a loop: its turns one after the other, where by -O2 gcc would keep their vectors in memory. Not where size
+   counts. */
+#if defined(__OPTIMIZE_SIZE__)
+#define PLII_UNROLL(turns)
+#else
+#define PLII_PRAGMA(text) _Pragma(#text)
+#define PLII_UNROLL(turns) PLII_PRAGMA(GCC unroll turns)
+#endif
+
 enum { PLII_LANES = 4, PLII_LANES_XYZ = 7 };
 
 typedef float plii_float4 __attribute__((vector_size(16)));

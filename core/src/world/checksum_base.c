@@ -15,7 +15,7 @@ PLII_SIMD_INLINE void checksum_sum_up(plii_checksum* checksum, unsigned char* to
     memcpy(sums, checksum->sums, sizeof sums);
     memcpy(weighted, checksum->weighted, sizeof weighted);
     for (size_t at = 0; at < size; at += PLII_CHECKSUM_BLOCK) {
-#pragma GCC unroll 4
+        PLII_UNROLL(4)
         for (size_t k = 0; k < CHECKSUM_LANES; ++k) {
             checksum_lanes words;
             memcpy(&words, bytes + at + k * sizeof words, sizeof words);

@@ -144,7 +144,7 @@ PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, cons
 PLII_SIMD_INLINE void links_gather_all(links_quads* quads, const plii_links_task* task, links_indices scaled_indices,
                                        int pairs, int kind) {
     const int count = pairs == PLII_LINK_SINGLE ? 2 : 4;
-#pragma GCC unroll 4
+    PLII_UNROLL(4)
     for (int k = 0; k < count; ++k) {
         links_gather(quads, k, task, scaled_indices[k], kind);
     }
@@ -152,7 +152,7 @@ PLII_SIMD_INLINE void links_gather_all(links_quads* quads, const plii_links_task
 PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_links_task* task,
                                         links_indices scaled_indices, int pairs) {
     const int count = pairs == PLII_LINK_SINGLE ? 2 : 4;
-#pragma GCC unroll 4
+    PLII_UNROLL(4)
     for (int k = count - 1; k >= 0; --k) {
         const plii_nodes8 a = {quads->moved[k].x, quads->moved[k].y, quads->moved[k].z, quads->masses[k]};
         plii_nodes8_scatter(task->moved, scaled_indices[k], a);
@@ -265,7 +265,7 @@ static void links_gather_vectors(const plii_links_task* task, int begin, int end
         if (group->pairs == PLII_LINK_SINGLE) { continue; }
         nodes[2] = plii_nodes8_gather(positions, scaled_indices[2]);
         nodes[3] = plii_nodes8_gather(positions, scaled_indices[3]);
-#pragma GCC unroll 5
+        PLII_UNROLL(5)
         for (int k = 1; k < PLII_LINK_PAIRS; ++k) {
             vectors = links_gather_row(vectors, nodes, group->pairs, k);
         }

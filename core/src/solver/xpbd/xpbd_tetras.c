@@ -42,7 +42,7 @@ typedef struct xpbd_tetra_corners {
 PLII_SIMD_INLINE xpbd_tetra_corners xpbd_tetras_load(const xpbd_tetras_task* task, const int* nodes,
                                                      const int* first_nodes) {
     plii_float4 moved[PLII_LANES], sums[PLII_LANES];
-#pragma GCC unroll 4
+    PLII_UNROLL(4)
     for (int k = 0; k < PLII_LANES; ++k) {
         moved[k] = plii_float4_from(&task->displacements[nodes[k]]);
         sums[k] = moved[k];
@@ -59,7 +59,7 @@ PLII_SIMD_INLINE void xpbd_tetras_move(const xpbd_tetras_task* task, const int* 
     const plii_vec3x4 move = plii_vec3x4_scale(gradient, scale);
     plii_float4 rows[PLII_LANES] = {move.x, move.y, move.z, plii_float4_all(0.0f)};
     plii_float4_transpose(rows);
-#pragma GCC unroll 4
+    PLII_UNROLL(4)
     for (int k = 0; k < PLII_LANES; ++k) {
         pli_vec4* displacement = &task->displacements[nodes[k]];
         plii_float4_to(displacement, plii_float4_from(displacement) + rows[k]);
