@@ -2,6 +2,7 @@
 
 #include "failing_allocator.h"
 #include "hanging_cape.h"
+#include "loaded_rope.h"
 
 enum { TALL = 38, FRAMES = 120 }; /* 40 x 38 = 1520 nodes */
 
@@ -138,36 +139,20 @@ static void test_a_load_that_has_fallen_on_does_not_come_back_as_a_shot(void** u
     (void)unused;
     const float most[SOLVER_COUNT] = {14, 14, 16, 16, 37};
     for (int which = 0; which < SOLVER_COUNT; ++which) {
-        pli_mesh* mesh = NULL;
-        assert_int_equal(pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(0, -2, 0), 18,
-                                              PLI_ROPE_PIN_FIRST, &mesh),
-                         PLI_OK);
-        assert_int_equal(pli_mesh_set_total_mass(mesh, 1), PLI_OK);
-        pli_body_def body_def = pli_body_def_default();
-        body_def.solver.position_iterations = 8;
-        pli_body* rope = NULL;
-        assert_int_equal(pli_body_create(world, mesh, &body_def, &rope), PLI_OK);
-        pli_mesh_destroy(mesh);
-        use_solver(rope, (solver_choice)which);
-        pli_rigid_def def = pli_rigid_def_default();
-        def.kind = PLI_RIGID_DYNAMIC;
-        def.state.pose.origin = pli_vec3_make(0, -2, 0);
-        def.state.inverse_mass = 0.2f;
-        def.state.inverse_inertia_world = (pli_mat3){{{10, 0, 0}, {0, 10, 0}, {0, 0, 10}}};
+        pli_solver_settings settings = pli_body_def_default().solver;
+        settings.position_iterations = 8;
         pli_rigid* load = NULL;
-        assert_int_equal(pli_rigid_create(world, &def, &load), PLI_OK);
-        const int last = 19;
-        assert_int_equal(pli_body_attach_nodes(rope, &last, 1, load), PLI_OK);
+        pli_body* rope = make_loaded_rope(settings, (solver_choice)which, &load);
         float fastest = 0, apart = 0;
         for (int i = 0; i < 240; ++i) {
             assert_int_equal(pli_body_set_frozen(rope, i >= 60 && i < 90), PLI_OK);
             assert_int_equal(pli_world_step(world, dt), PLI_OK);
             assert_int_equal(pli_rigid_integrate(load, pli_world_get_gravity(world), dt), PLI_OK);
             const pli_body_view view = pli_body_get_view(rope);
-            for (int node = 1; node <= last && i >= 90; ++node) {
+            for (int node = 1; node <= ROPE_END && i >= 90; ++node) {
                 fastest = fmaxf(fastest, pli_vec3_length(xyz(view.velocities[node])));
             }
-            apart = distance(xyz(view.positions[last]), pli_rigid_get_state(load).pose.origin);
+            apart = distance(xyz(view.positions[ROPE_END]), pli_rigid_get_state(load).pose.origin);
         }
         assert_true(fastest < most[which]);
         assert_true(apart < 0.02f);

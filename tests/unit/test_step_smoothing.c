@@ -1,7 +1,7 @@
 /* Step smoothing: nothing while steps are equal, free flight untouched, energy under steps that change by 16, cuts, bad
    input. */
 
-#include "test_world.h"
+#include "loaded_rope.h"
 
 static const float long_dt = 1.0f / 15.0f, short_dt = 1.0f / 240.0f;
 
@@ -25,19 +25,17 @@ static pli_body* make_sheet(int pins) {
     return body;
 }
 
-typedef enum solver { POSITION, SWEEPS, XPBD, SOLVER_COUNT } solver;
+static const solver_choice tried[] = {POSITION, SWEEPS, XPBD};
+enum { TRIED_COUNT = sizeof tried / sizeof *tried };
 
-static void use_solver(pli_body* body, solver which) {
-    if (which == SWEEPS) {
-        pli_implicit_def def = pli_implicit_def_default();
-        def.stiffness = 5000;
-        assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
-    } else if (which == XPBD) {
-        const pli_xpbd_def def = pli_xpbd_def_default();
-        assert_int_equal(pli_body_enable_xpbd(body, &def), PLI_OK);
-        const pli_xpbd_links_def links = pli_xpbd_links_def_default();
-        assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+static void use_tried_solver(pli_body* body, solver_choice which) {
+    if (which != SWEEPS) {
+        use_solver(body, which);
+        return;
     }
+    pli_implicit_def def = pli_implicit_def_default();
+    def.stiffness = 5000;
+    assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
 }
 
 static double energy(const pli_body* body) {
@@ -54,11 +52,11 @@ static double energy(const pli_body* body) {
 
 static void test_step_smoothing_leaves_equal_steps_alone(void** state) {
     (void)state;
-    for (int which = 0; which < SOLVER_COUNT; ++which) {
+    for (int which = 0; which < TRIED_COUNT; ++which) {
         uint64_t hashes[2];
         for (int k = 0; k < 2; ++k) {
             pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
-            use_solver(sheet, (solver)which);
+            use_tried_solver(sheet, tried[which]);
             if (k == 1) { assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK); }
             for (int i = 0; i < 20; ++i) {
                 assert_int_equal(pli_world_step(world, i < 10 ? 0.01f : 0.02f), PLI_OK); /* longer is as equal */
@@ -72,9 +70,9 @@ static void test_step_smoothing_leaves_equal_steps_alone(void** state) {
 
 static void test_step_smoothing_lets_bodies_fall(void** state) {
     (void)state;
-    for (int which = 0; which < SOLVER_COUNT; ++which) {
+    for (int which = 0; which < TRIED_COUNT; ++which) {
         pli_body* sheet = make_sheet(0);
-        use_solver(sheet, (solver)which);
+        use_tried_solver(sheet, tried[which]);
         assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK);
         for (int i = 0; i < 20; ++i) {
             assert_int_equal(pli_world_step(world, i % 2 == 0 ? long_dt : short_dt), PLI_OK);
@@ -85,9 +83,9 @@ static void test_step_smoothing_lets_bodies_fall(void** state) {
 }
 
 /* A sheet that swings from one corner. Its energy at the start is 0. */
-static double most_energy(solver which, bool smooths, int shorts) {
+static double most_energy(solver_choice which, bool smooths, int shorts) {
     pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
-    use_solver(sheet, which);
+    use_tried_solver(sheet, which);
     if (smooths) { assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK); }
     double most = -1e30;
     for (int i = 0; i < 300; ++i) {
@@ -100,11 +98,11 @@ static double most_energy(solver which, bool smooths, int shorts) {
 
 static void test_step_smoothing_keeps_energy(void** state) {
     (void)state;
-    for (int which = 0; which < SOLVER_COUNT; ++which) {
+    for (int which = 0; which < TRIED_COUNT; ++which) {
         for (int shorts = 1; shorts <= 16; shorts *= 4) {
-            check_at_most(most_energy((solver)which, true, shorts), 0.5);
+            check_at_most(most_energy(tried[which], true, shorts), 0.5);
         }
-        if (which != XPBD) { check_at_most(10.0, most_energy((solver)which, false, 1)); } /* what it is for */
+        if (tried[which] != XPBD) { check_at_most(10.0, most_energy(tried[which], false, 1)); } /* what it is for */
     }
 }
 
@@ -124,28 +122,10 @@ static void test_xpbd_carries_a_load_through_uneven_frames(void** state) {
     (void)state;
     float ends[2];
     for (int k = 0; k < 2; ++k) {
-        pli_mesh* mesh = NULL;
-        assert_int_equal(pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(0, -2, 0), 18,
-                                              PLI_ROPE_PIN_FIRST, &mesh),
-                         PLI_OK);
-        assert_int_equal(pli_mesh_set_total_mass(mesh, 1), PLI_OK);
-        pli_body_def body_def = pli_body_def_default();
-        body_def.solver.velocity_damping = 0.005f;
-        pli_body* rope = NULL;
-        assert_int_equal(pli_body_create(world, mesh, &body_def, &rope), PLI_OK);
-        pli_mesh_destroy(mesh);
-        use_solver(rope, XPBD);
-        pli_rigid_def def = pli_rigid_def_default();
-        def.kind = PLI_RIGID_DYNAMIC;
-        def.state.pose.origin = pli_vec3_make(0, -2, 0);
-        def.state.inverse_mass = 0.2f;
-        def.state.inverse_inertia_world = (pli_mat3){{{10, 0, 0}, {0, 10, 0}, {0, 0, 10}}};
+        pli_solver_settings settings = pli_body_def_default().solver;
+        settings.velocity_damping = 0.005f;
         pli_rigid* load = NULL;
-        assert_int_equal(pli_rigid_create(world, &def, &load), PLI_OK);
-        pli_anchor_def anchor = pli_anchor_def_default();
-        anchor.node = 19;
-        anchor.rigid = load;
-        assert_int_equal(pli_body_add_anchor(rope, &anchor, NULL), PLI_OK);
+        pli_body* rope = make_loaded_rope(settings, XPBD, &load);
         float fastest = 0;
         uint32_t random = 1;
         for (int i = 0; i < 1050; ++i) {
@@ -218,9 +198,9 @@ static void test_step_smoothing_holds_soft_links(void** state) {
 /* Forces from outside are not what a step puts right. */
 static void test_step_smoothing_leaves_forces_alone(void** state) {
     (void)state;
-    for (int which = 0; which < SOLVER_COUNT; ++which) {
+    for (int which = 0; which < TRIED_COUNT; ++which) {
         pli_body* sheet = make_sheet(0);
-        use_solver(sheet, (solver)which);
+        use_tried_solver(sheet, tried[which]);
         assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK);
         assert_int_equal(pli_world_step(world, long_dt), PLI_OK);
         for (int i = 0; i < 20; ++i) {
