@@ -59,7 +59,6 @@ static void joints_prepare(pli_body* body, void* state) {
         pli_rigid* rigid = joint->other.rigid;
         joint->is_idle = rigid != NULL && rigid->is_absent;
         if (joint->is_idle) { continue; }
-        joint->reference_mode = reference_mode;
         joint->keeps_momentum = rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !reference_mode;
         joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_end_of(&joint->other);
@@ -93,7 +92,7 @@ static void joints_start(pli_body* body, void* state) {
     const joints_state* joints = state;
     for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
         joint->impulse = pli_vec3_make(0, 0, 0);
-        if (joint->is_idle || joint->reference_mode) { continue; }
+        if (joint->is_idle || plii_body_clusters(body)->def.reference_mode) { continue; }
         pli_vec3 kept = pli_vec3_scale(joint->force, body->step.dt * joint->softness.velocity_factor);
         if (joint->klass->is_angular) { /* about the axis its motor decides anew */
             kept = pli_vec3_sub(kept, pli_vec3_scale(joint->world[0], pli_vec3_dot(kept, joint->world[0])));

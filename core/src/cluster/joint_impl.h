@@ -25,7 +25,6 @@ struct plii_joint {
     pli_vec3 force;    /* or torque of the last step, which the next one starts from */
     pli_joint_controller controller;
     /* Of the step in progress. */
-    bool reference_mode;
     float split;  /* as set, or 0 where a cluster is a part of its body */
     bool is_idle; /* the other end is a rigid body that is not present */
     plii_joint_end sides[2];
