@@ -68,7 +68,7 @@ static void describe_solver(const Session& session, SessionOptions options, Pane
     if (options.engines == Engines::bullet) { return; }
     const demos::SolverRun& present = session.runs().front().solver;
     int chosen = static_cast<int>(present.kind);
-    static constexpr const char* labels[] = {"as Bullet's", "implicit", "XPBD"};
+    static constexpr const char* labels[] = {"position-based", "implicit", "XPBD"};
     for (int i = 0; i < 3; ++i) {
         if (i > 0) { ImGui::SameLine(); }
         if (!ImGui::RadioButton(labels[i], &chosen, i)) { continue; }

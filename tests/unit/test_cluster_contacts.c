@@ -188,6 +188,32 @@ static void test_bodies_come_to_rest(void** unused) {
     check_rests(make_ground_shape(), 0.05f, false, "triangle mesh");
 }
 
+/* Alone they look where the step ends, and are past a plate of 20 cm at 50 m/s. */
+static void test_faces_hold_fast_bodies(void** unused) {
+    (void)unused;
+    static const float speeds[] = {20, 50, 200};
+    for (int k = 0; k < 2 * (int)(sizeof speeds / sizeof speeds[0]); ++k) {
+        pli_shape* shape = k % 2 == 0 ? make_box_shape(pli_vec3_make(5, 0.1f, 5)) : make_ground_shape();
+        pli_rigid* ground = make_rigid(PLI_RIGID_STATIC, 1, 1, pli_vec3_make(0, -0.1f, 0), shape);
+        pli_body* body = make_solid(pli_vec3_make(0.5f, 0.5f, 0.5f), pli_vec3_make(0.1f, 1.5f, 0.2f), 8);
+        enable_contacts(body, 0.5f);
+        assert_int_equal(pli_body_enable_rigid_face_contacts(body, NULL), PLI_OK);
+        for (int i = 0; i < pli_body_get_view(body).node_count; ++i) {
+            assert_int_equal(pli_body_set_node_velocity(body, i, pli_vec3_make(0, -speeds[k / 2], 0)), PLI_OK);
+        }
+        float lowest = INFINITY;
+        for (int i = 0; i < 30; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            lowest = fminf(lowest, lowest_node(body));
+        }
+        print_message("           %s, %g m/s: lowest node at %.3g m\n", k % 2 == 0 ? "plate" : "triangles",
+                      (double)speeds[k / 2], (double)lowest);
+        assert_true(lowest > -0.1f);
+        pli_body_destroy(body);
+        pli_rigid_destroy(ground);
+    }
+}
+
 /* A slab of 2 x 0.5 x 2 m of loose nodes that one cluster holds together. */
 static pli_body* make_slab(float x, float y) {
     pli_vec3 points[32];
@@ -742,6 +768,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bodies_come_to_rest, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_faces_hold_fast_bodies, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_stacked_crates_come_to_rest, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_slabs_stack, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_large_cluster_finds_the_nearest_node, setup_weightless_world,

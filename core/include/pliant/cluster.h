@@ -162,7 +162,8 @@ typedef struct pli_cluster_contacts_def {
 /// Defaults of the fields.
 PLI_API pli_cluster_contacts_def pli_cluster_contacts_def_default(void);
 
-/// Lets convex hulls of clusters meet rigid shapes and each other, or changes how. Enables clusters when needed.
+/// Lets convex hulls of clusters meet rigid shapes and each other, where the step ends, or changes how. What is fast
+/// needs pli_body_enable_rigid_face_contacts beside it. Enables clusters when needed.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def);
