@@ -6,7 +6,7 @@
 /* One link waits for the other, so what counts is the way from its positions to the next one's. Mass terms are taken a
    link ahead: behind the stores of the link before, their division would wait for these. Along a chain the second node
    is taken as it is, without the way through memory; and sums and factors are in all lanes from the start. */
-void plii_links_sweep(pli_body* body, void* state) {
+void plii_links_sweep(pli_body* restrict body, void* state) {
     pli_vec4* restrict positions = body->positions;
     const plii_link* restrict links = body->links;
     const int count = body->link_count;
@@ -25,12 +25,11 @@ void plii_links_sweep(pli_body* body, void* state) {
         const plii_float4 rest_squared = plii_float4_all(links[i].rest_length_squared);
         const plii_float4 sum = rest_squared + length_squared;
         if (!(plii_lanes_first(sum) > PLII_EPSILON)) { continue; }
-        const plii_float4 k = (rest_squared - length_squared) / (plii_float4_all(mass_term) * sum);
-        const plii_float4 move_a = plii_lanes_xyz(delta * (k * plii_float4_all(first->w)));
-        const plii_float4 move_b = plii_lanes_xyz(delta * (k * plii_float4_all(second->w)));
-        place = b + move_b;
+        const plii_float4 missing = plii_lanes_xyz(rest_squared - length_squared);
+        const plii_float4 k = missing / (plii_float4_all(mass_term) * sum);
+        place = b + delta * (k * plii_float4_all(second->w));
         moved = second;
-        plii_float4_to(first, a - move_a);
+        plii_float4_to(first, a - delta * (k * plii_float4_all(first->w)));
         plii_float4_to(second, place);
     }
 }
