@@ -70,6 +70,7 @@ struct pli_body {
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
     void* sweep_links_state;
+    uint32_t sweep_revision; /* of the links, as of when it was chosen */
     pli_material* materials; /* [material_count] */
     plii_topology* topology;
 
