@@ -50,7 +50,8 @@ public:
     void predict_inside_step();
     /// From right before Bullet's collision detection to the end of the bridge's part.
     bool is_inside_step() const;
-    /// Bounds of a soft body get to what Bullet has ahead of where the body meets it.
+    /// Bounds of a soft body get to what Bullet has ahead of where the body meets it, if there is something.
+    bool has_ahead() const { return !ahead_.empty(); }
     void reach_ahead(btVector3& low, btVector3& high) const;
     /// The object of a proxy, where the Bullet world has it now: it may have been deleted without notice. Null also for
     /// rigid bodies that the game has made in the core's world, with user data of its own.

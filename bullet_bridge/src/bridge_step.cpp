@@ -119,7 +119,8 @@ void Bridge::Impl::follow_kinematic() {
     const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
     kinematic_.clear();
     ahead_.clear();
-    for (int i = 0; i < array.size() && followed_dt_ > 0; ++i) {
+    const int size = followed_dt_ > 0 ? array.size() : 0;
+    for (int i = 0; i < size; ++i) {
         if (!array[i]->isKinematicObject()) { continue; }
         const auto found = proxies_.find(array[i]);
         if (found == proxies_.end() || found->second->is_let_go || !found->second->is_of(*array[i])) { continue; }

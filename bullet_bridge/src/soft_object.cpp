@@ -73,7 +73,7 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
         aabb_min = to_bullet(bounds.min);
         aabb_max = to_bullet(bounds.max);
         if (!has_world) { return; }
-        bridge_.reach_ahead(aabb_min, aabb_max);
+        if (bridge_.has_ahead()) { bridge_.reach_ahead(aabb_min, aabb_max); }
         if (!pli_body_is_resting(body_)) { return; }
         // It may sleep with what it holds, if that is in its island, which overlapping bounds make.
         object_.for_each_held([&](const btCollisionObject& held) {

@@ -58,7 +58,7 @@ private:
     pli_body* body_;
     const SoftObject& object_;
     btVector3 unit_scaling_;
-    btTransform identity_;
+    const btTransform& identity_; // one for all: many soft bodies would fetch as many lines of the cache
 };
 
 ATTRIBUTE_ALIGNED16(class) SoftObject : public btCollisionObject {

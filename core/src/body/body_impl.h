@@ -23,13 +23,9 @@ typedef struct plii_solver_pace {
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    /* begin -> (sweep -> couple)*n -> SETTLE -> end; bodies that touch side by side (world/world_impl.h). */
     plii_solver_pace (*pace)(const pli_body* body);
-    void (*begin)(pli_body* body);
-    void (*sweep)(pli_body* body);
-    void (*couple)(pli_body* body);
-    void (*end)(pli_body* body);
-    bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
+    void (*solve)(pli_body* first); /* bodies that touch, side by side, see plii_solve_island */
+    bool has_substeps;              /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the margin: so much further out contacts with rigid bodies are looked for that sweeps do not solve. */
     float contact_reach;
     /* Takes the constraints of features (node_constraint.h) into its system; their position solves rest. */
@@ -74,6 +70,7 @@ struct pli_body {
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
     void* sweep_links_state;
+    uint32_t sweep_revision; /* of the links, as of when it was chosen */
     pli_material* materials; /* [material_count] */
     plii_topology* topology;
 

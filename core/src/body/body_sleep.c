@@ -35,7 +35,7 @@ static void held_rigids_add(pli_body* body, pli_rigid* rigid, void* user) {
 }
 
 int pli_body_get_held_rigids(const pli_body* body, int capacity, pli_rigid** rigids) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    if (plii_check_body(body, __func__) != PLI_OK || !body->may_be_joined) { return 0; }
     held_rigids held = {rigids, 0, rigids != NULL ? capacity : 0};
     plii_features_visit_joined(body, held_rigids_add, &held);
     return held.count;

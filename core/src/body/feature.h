@@ -267,14 +267,14 @@ typedef struct plii_pipeline_entry {
     const plii_feature_class* klass;
 } plii_pipeline_entry;
 
-/* Behind those of the stages: entries of what takes part in substeps, which run it. */
-enum { PLII_SUBSTEPPED = PLII_STAGE_COUNT };
+/* Behind those of the stages: entries of what takes part in substeps, which run it, and of what meets rigid bodies. */
+enum { PLII_SUBSTEPPED = PLII_STAGE_COUNT, PLII_COLLIDE_RIGID, PLII_PASS_COUNT };
 typedef struct plii_pipeline {
     plii_feature* features; /* in the order of enabling */
     int feature_count, feature_capacity;
     plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
-    int begin[PLII_SUBSTEPPED + 2];
+    int begin[PLII_PASS_COUNT + 1];
     uint32_t revision; /* counts features that come and go */
 } plii_pipeline;
 /* In a `for`: each feature of a body. */

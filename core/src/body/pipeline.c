@@ -32,9 +32,11 @@ void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) 
 }
 
 static bool feature_is_in(const plii_feature_class* klass, int stage) {
+    if (stage == PLII_COLLIDE_RIGID) { return klass->collide_rigid != NULL; }
     return stage == PLII_SUBSTEPPED ? klass->substepped != NULL : klass->stages[stage].run != NULL;
 }
 static int feature_order(const plii_feature_class* klass, int stage) {
+    if (stage == PLII_COLLIDE_RIGID) { return klass->collides_last; }
     return stage == PLII_SUBSTEPPED ? klass->substepped->order : klass->stages[stage].order;
 }
 
@@ -44,7 +46,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline_entry* entries = pipeline->entries;
     int count = 0;
     body->collides_with_bodies = body->solves_rigids = body->may_be_joined = false;
-    for (int stage = 0; stage <= PLII_SUBSTEPPED; ++stage) {
+    for (int stage = 0; stage < PLII_PASS_COUNT; ++stage) {
         pipeline->begin[stage] = count;
         for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
             const plii_feature_class* klass = feature->klass;
@@ -58,11 +60,11 @@ static void feature_rebuild_pipeline(pli_body* body) {
                  --at) {
                 entries[at] = entries[at - 1];
             }
-            plii_run_fn* run = stage == PLII_SUBSTEPPED ? NULL : klass->stages[stage].run;
+            plii_run_fn* run = stage < PLII_STAGE_COUNT ? klass->stages[stage].run : NULL;
             entries[at] = (plii_pipeline_entry){run, feature->state, klass};
         }
     }
-    pipeline->begin[PLII_SUBSTEPPED + 1] = count;
+    pipeline->begin[PLII_PASS_COUNT] = count;
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
@@ -92,7 +94,7 @@ static void feature_drop_user(pli_body* body, const plii_feature_class* klass) {
 
 static int feature_count_entries(const plii_feature_class* klass) {
     int count = 0;
-    for (int stage = 0; stage <= PLII_SUBSTEPPED; ++stage) {
+    for (int stage = 0; stage < PLII_PASS_COUNT; ++stage) {
         count += feature_is_in(klass, stage);
     }
     return count;
@@ -100,7 +102,7 @@ static int feature_count_entries(const plii_feature_class* klass) {
 
 static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     plii_pipeline* pipeline = &body->pipeline;
-    const int entry_count = pipeline->begin[PLII_SUBSTEPPED + 1] + feature_count_entries(klass);
+    const int entry_count = pipeline->begin[PLII_PASS_COUNT] + feature_count_entries(klass);
     if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, pipeline->feature_count + 1) ||
         !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -264,8 +266,7 @@ int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* 
         features[i] = (pli_feature_cost){.name = klass->name,
                                          .bytes = feature_held_bytes(body, feature),
                                          .is_needed = !feature->by_user,
-                                         .has_passes = feature_count_entries(klass) > 0 ||
-                                                       klass->collide_rigid != NULL || klass->collide_body != NULL};
+                                         .has_passes = feature_count_entries(klass) > 0 || klass->collide_body != NULL};
     }
     return pipeline->feature_count;
 }

@@ -85,6 +85,34 @@ static inline void plii_run_stage(pli_body* body, plii_stage stage) {
     }
 }
 
+/* A part of a solve, of one body after the other: alone, or of those that are solved side by side (world/islands.c). */
+typedef void plii_solve_fn(pli_body* body);
+static inline void plii_run_island(pli_body* first, plii_solve_fn* run) {
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
+        plii_world_begin_body(body);
+        run(body);
+    }
+}
+static inline void plii_settle(pli_body* body) {
+    plii_run_stage(body, PLII_STAGE_SETTLE);
+}
+/* The solve of a solver by its parts, which are in line so. */
+static inline void plii_solve_island(pli_body* first, plii_solver_pace pace, plii_solve_fn* begin, plii_solve_fn* sweep,
+                                     plii_solve_fn* couple, plii_solve_fn* end) {
+    plii_run_island(first, begin);
+    for (int substep = 0; substep < pace.substeps; ++substep) {
+        for (int i = 0; i < pace.sweeps; ++i) {
+            plii_run_island(first, sweep);
+            plii_run_island(first, couple);
+        }
+        plii_run_island(first, plii_settle);
+    }
+    plii_run_island(first, end);
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
+        body->is_solved = true;
+    }
+}
+
 /* The arrays that a feature declares: allocating, counting and releasing them, and letting them follow a cut. */
 
 /* All or none; zeroed. */

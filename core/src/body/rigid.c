@@ -64,9 +64,12 @@ static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, c
     return PLI_OK;
 }
 
-static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
-                                           const char* function) {
-    const bool is_good = rigid_state_is_within(state) && plii_is_rotation(state->pose.rotation) &&
+/* `good`: a rotation that is known to be one, mostly the same, or NULL. */
+static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_mat3* good,
+                                           const pli_rigid_state* state, const char* function) {
+    const pli_mat3* rotation = &state->pose.rotation;
+    const bool is_known = good != NULL && memcmp(rotation, good, sizeof *good) == 0;
+    const bool is_good = rigid_state_is_within(state) && (is_known || plii_is_rotation(*rotation)) &&
                          (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass));
     return is_good ? PLI_OK : rigid_judge_state(context, kind, state, function);
 }
@@ -190,7 +193,7 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
     pli_context* context = world->context;
     if (def == NULL || rigid == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def or rigid is null"); }
     PLII_TRY_DEF(context, pli_rigid_def, def, rigid_def_fields, __func__);
-    PLII_TRY(rigid_check_state(context, def->kind, &def->state, __func__));
+    PLII_TRY(rigid_check_state(context, def->kind, NULL, &def->state, __func__));
     PLII_TRY(rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, __func__));
     pli_rigid* made = plii_handle_create(context, PLII_HANDLE_RIGID, sizeof *made);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the rigid body"); }
@@ -224,7 +227,7 @@ void pli_rigid_destroy(pli_rigid* rigid) {
 
 static pli_status rigid_change(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state,
                                const char* function) {
-    PLII_TRY(rigid_check_state(rigid->context, kind, state, function));
+    PLII_TRY(rigid_check_state(rigid->context, kind, &rigid->state.pose.rotation, state, function));
     if (rigid->kind != kind) { rigid->world->has_groups = false; } /* were made by kinds */
     rigid->kind = kind;
     rigid_store_state(rigid, state);
@@ -446,7 +449,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     state.pose = plii_rigid_advance(state.pose, velocity.linear, velocity.angular, dt);
     const pli_vec3 rotation = pli_vec3_scale(velocity.angular, dt);
     state.inverse_inertia_world = rigid_turn(rigid_turn(state.inverse_inertia_world, rotation), rotation);
-    PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
+    PLII_TRY(rigid_check_state(rigid->context, rigid->kind, NULL, &state, __func__));
     rigid->state = state;
     rigid->given = plii_rigid_velocity(rigid);
     rigid->pull = waits ? pull : pli_vec3_make(0, 0, 0);

@@ -60,9 +60,8 @@ typedef struct iterated_sweeps {
 
 static void iterated_sweeps_prepare(pli_body* body, void* data) {
     iterated_sweeps* state = data;
-    state->done = state->kinds.count = 0;
     if (!body->has_swept_contacts) { return; }
-    body->has_swept_contacts = false;
+    state->done = state->kinds.count = 0;
     if (!plii_follows_rigids(body) || body->solver.position_iterations == 0) { return; }
     state->substep = (plii_substep){.dt = body->step.dt,
                                     .inverse_dt = body->step.inverse_dt,
@@ -79,7 +78,7 @@ static void iterated_sweeps_prepare(pli_body* body, void* data) {
 
 static void iterated_sweeps_iterate(pli_body* body, void* data) {
     iterated_sweeps* state = data;
-    if (state->kinds.count == 0 || body->substep != NULL) { return; }
+    if (!body->has_swept_contacts || body->substep != NULL) { return; }
     state->substep.is_first_sweep = state->done == 0;
     state->substep.is_last_sweep = ++state->done == body->solver.position_iterations;
     plii_substep_kinds_sweep(body, &state->kinds, &state->substep);

@@ -24,25 +24,15 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
 }
 
 /* What a feature has no memory for is noted where it is asked for. */
-static void world_run_collide_feature(pli_world* world, pli_body* body, const plii_feature* feature, pli_rigid* rigid) {
-    const plii_feature_class* klass = feature->klass;
-    plii_thread.pass.feature = klass;
-    PLII_WORLD_RUN_PROFILED(world, "collide", klass->name, (void)klass->collide_rigid(body, feature->state, rigid));
-}
-
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    const plii_feature* last = NULL;
+    const int* begin = &body->pipeline.begin[PLII_COLLIDE_RIGID];
     plii_world_begin_body(body);
-    for (PLII_EACH_FEATURE(feature, body)) {
-        const plii_feature_class* klass = feature->klass;
-        if (klass->collide_rigid == NULL || (rigid->is_sensor && !klass->meets_sensors)) { continue; }
-        if (klass->collides_last) {
-            last = feature;
-        } else {
-            world_run_collide_feature(world, body, feature, rigid);
-        }
+    for (PLII_EACH(const plii_pipeline_entry, entry, &body->pipeline.entries[begin[0]], begin[1] - begin[0])) {
+        const plii_feature_class* klass = entry->klass;
+        if (rigid->is_sensor && !klass->meets_sensors) { continue; }
+        plii_thread.pass.feature = klass;
+        PLII_WORLD_RUN_PROFILED(world, "collide", klass->name, (void)klass->collide_rigid(body, entry->state, rigid));
     }
-    if (last != NULL) { world_run_collide_feature(world, body, last, rigid); }
 }
 
 typedef struct world_pairs_task {

@@ -73,37 +73,9 @@ void plii_islands_find(pli_world* world) {
     }
 }
 
-static inline void islands_run(pli_body* first, void (*run)(pli_body* body)) {
-    for (pli_body* body = first; body != NULL; body = body->island_next) {
-        plii_world_begin_body(body);
-        run(body);
-    }
-}
-
-static void islands_settle(pli_body* body) {
-    plii_run_stage(body, PLII_STAGE_SETTLE);
-}
-
-static void islands_solve(pli_body* first) {
-    const plii_solver_class* solver = first->solver_class;
-    const plii_solver_pace pace = solver->pace(first);
-    islands_run(first, solver->begin);
-    for (int substep = 0; substep < pace.substeps; ++substep) {
-        for (int sweep = 0; sweep < pace.sweeps; ++sweep) {
-            islands_run(first, solver->sweep);
-            islands_run(first, solver->couple);
-        }
-        islands_run(first, islands_settle);
-    }
-    islands_run(first, solver->end);
-    for (pli_body* body = first; body != NULL; body = body->island_next) {
-        body->is_solved = true;
-    }
-}
-
 void plii_islands_solve(pli_body* const* bodies, int count) {
     for (PLII_EACH_AT(pli_body, body, bodies, count)) {
         const bool is_led = body->island != NULL && body->island != body;
-        if (!plii_body_is_idle(body) && !is_led) { islands_solve(body); }
+        if (!plii_body_is_idle(body) && !is_led) { body->solver_class->solve(body); }
     }
 }

@@ -281,7 +281,7 @@ static void world_predict_body(pli_body* body) {
         body->forces[i] = pli_vec3_scale(body->forces[i], world->dt / dt);
     }
     body->solver_class->predict(body, dt);
-    body->has_crosses = false; /* nodes have moved */
+    body->has_crosses = body->has_swept_contacts = false; /* nodes have moved */
 }
 
 static pli_status world_predict(pli_world* world, float dt, const char* function) {

@@ -3,21 +3,20 @@
 #include "body/body_impl.h"
 #include "math/simd_float4.h"
 
-/* One link waits for the other, so what counts is the way from its positions to the next one's. Inverse masses come
-   from memory and not from the lanes that the link before has just moved; along a chain its second node is taken as it
-   is, without the way through memory; and sums and factors are in all lanes from the start. */
-void plii_links_sweep(pli_body* body, void* state) {
+/* One link waits for the other, so what counts is the way from its positions to the next one's. Mass terms are taken a
+   link ahead: behind the stores of the link before, their division would wait for these. Along a chain the second node
+   is taken as it is, without the way through memory; and sums and factors are in all lanes from the start. */
+void plii_links_sweep(pli_body* restrict body, void* state) {
     pli_vec4* restrict positions = body->positions;
     const plii_link* restrict links = body->links;
-    const plii_link_tag* restrict tags = body->link_tags;
-    const pli_material* restrict materials = body->materials;
     const int count = body->link_count;
     pli_vec4* moved = NULL; /* the second node of the link before, which is at */
     plii_float4 place = plii_float4_all(0.0f);
+    float next_mass_term = count > 0 ? plii_link_mass_term(body, 0) : 0.0f;
     for (int i = 0; i < count; ++i) {
         pli_vec4 *first = &positions[links[i].nodes[0]], *second = &positions[links[i].nodes[1]];
-        const int material = tags != NULL ? tags[i] & (PLII_LINK_TAG_BENDING - 1) : 0;
-        const float mass_term = (first->w + second->w) / materials[material].linear_stiffness;
+        const float mass_term = next_mass_term;
+        if (i + 1 < count) { next_mass_term = plii_link_mass_term(body, i + 1); }
         if (!(mass_term > 0.0f)) { continue; }
         const plii_float4 a = first == moved ? place : plii_float4_from(first), b = plii_float4_from(second);
         const plii_float4 delta = b - a, squares = delta * delta;
@@ -26,12 +25,11 @@ void plii_links_sweep(pli_body* body, void* state) {
         const plii_float4 rest_squared = plii_float4_all(links[i].rest_length_squared);
         const plii_float4 sum = rest_squared + length_squared;
         if (!(plii_lanes_first(sum) > PLII_EPSILON)) { continue; }
-        const plii_float4 k = (rest_squared - length_squared) / (plii_float4_all(mass_term) * sum);
-        const plii_float4 move_a = plii_lanes_xyz(delta * (k * plii_float4_all(first->w)));
-        const plii_float4 move_b = plii_lanes_xyz(delta * (k * plii_float4_all(second->w)));
-        place = b + move_b;
+        const plii_float4 missing = plii_lanes_xyz(rest_squared - length_squared);
+        const plii_float4 k = missing / (plii_float4_all(mass_term) * sum);
+        place = b + delta * (k * plii_float4_all(second->w));
         moved = second;
-        plii_float4_to(first, a - move_a);
+        plii_float4_to(first, a - delta * (k * plii_float4_all(first->w)));
         plii_float4_to(second, place);
     }
 }

@@ -13,7 +13,6 @@ typedef struct colored_links_state {
     const plii_link_colors* colors;
     float *rest_squared, *weights; /* by slot: see plii_links_task */
     int rest_capacity, weight_capacity;
-    uint32_t link_revision; /* of both */
 } colored_links_state;
 
 static void colored_links_sweep(pli_body* body, void* data) {
@@ -42,9 +41,7 @@ static bool colored_links_choose_sweep(pli_body* body, colored_links_state* stat
 }
 
 /* Lanes without a link and links of pinned nodes have no weight. Rest lengths above 0 keep the kernel's divisors so. */
-static void colored_links_prepare(pli_body* body, void* data) {
-    colored_links_state* state = data;
-    if (state->link_revision == body->link_revision) { return; }
+static void colored_links_update(pli_body* body, colored_links_state* state) {
     if (!colored_links_choose_sweep(body, state)) { return; } /* without memory links keep their order in this step */
     const int slot_count = body->sweep_links == colored_links_sweep ? plii_link_colors_slot_count(state->colors) : 0;
     for (int i = 0; i < slot_count; ++i) {
@@ -53,12 +50,15 @@ static void colored_links_prepare(pli_body* body, void* data) {
         state->rest_squared[i] = link != PLI_NULL_INDEX ? fmaxf(body->links[link].rest_length_squared, FLT_MIN) : 1.0f;
         state->weights[i] = mass_term > 0.0f ? 1.0f / mass_term : 0.0f;
     }
-    state->link_revision = body->link_revision;
+    body->sweep_revision = body->link_revision;
+}
+static void colored_links_prepare(pli_body* body, void* data) {
+    if (body->sweep_revision != body->link_revision) { colored_links_update(body, data); }
 }
 
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
-    state->link_revision = body->link_revision - 1;
+    body->sweep_revision = body->link_revision - 1;
     return colored_links_choose_sweep(body, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
@@ -70,8 +70,7 @@ static void colored_links_disable(pli_body* body, void* state) {
 const plii_feature_class plii_colored_links_class = {
     .name = "colored links",
     .state_size = sizeof(colored_links_state),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE(colored_links_state, colors, PLII_LEFT),
-                                    PLII_STATE(colored_links_state, link_revision, PLII_LEFT)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE(colored_links_state, colors, PLII_LEFT)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS(
         {PLII_LIST_OF(colored_links_state, rest_squared, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},

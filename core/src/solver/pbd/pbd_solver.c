@@ -145,14 +145,16 @@ static void solver_end(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
+static void solver_solve(pli_body* first) {
+    const plii_solver_pace pace = plii_solver_iterations(first);
+    plii_solve_island(first, pace, solver_begin, plii_solver_sweep, plii_solver_couple, solver_end);
+}
+
 const plii_solver_class plii_position_solver = {
     .name = "position-based",
     .predict = solver_predict,
     .pace = plii_solver_iterations,
-    .begin = solver_begin,
-    .sweep = plii_solver_sweep,
-    .couple = plii_solver_couple,
-    .end = solver_end,
+    .solve = solver_solve,
 };
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
