@@ -246,6 +246,62 @@ static void test_what_is_inside_moves_nothing_as_a_whole(void** unused) {
 
 // ---------------------------------------------------------------------------------------------------- cost
 
+static float right_of_the_middle(pli_vec3 point, void* unused) {
+    (void)unused;
+    return point.x - 0.13f;
+}
+
+/* A balloon, or a ball that keeps its volume, is cut in two and its halves drift apart: nothing holds or drives them
+   any more, also in a world from a file, until the caller asks for it again. Refined, it keeps what is in it. */
+static void test_a_cut_lets_out_what_is_inside(void** unused) {
+    (void)unused;
+    static const solver_choice solvers[] = {POSITION, GRADIENTS, XPBD};
+    static unsigned char file[1 << 16];
+    for (int k = 0; k < 12; ++k) {
+        const bool is_gas = k % 2 == 0, is_from_file = k / 2 % 2 == 1;
+        pli_body* body = make_ball(10);
+        use_solver(body, solvers[k / 4]);
+        assert_int_equal(is_gas ? pli_body_enable_pressure(body, 800) : pli_body_enable_volume_conservation(body, 4000),
+                         PLI_OK);
+        pli_refine_def def = pli_refine_def_default();
+        def.surface = right_of_the_middle;
+        def.cut = false;
+        assert_int_equal(pli_body_refine(body, &def), PLI_OK);
+        for (int i = 0; i < 120; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        if (is_gas && solvers[k / 4] == GRADIENTS) { assert_true(pli_body_volume(body) > 4.7f); }
+        pli_world* used = world;
+        if (is_from_file) {
+            size_t size = 0;
+            assert_int_equal(pli_world_file_write(world, NULL, file, sizeof file, &size), PLI_OK);
+            assert_int_equal(pli_world_file_create(context, NULL, file, size, &used), PLI_OK);
+            pli_body_destroy(body);
+            body = pli_world_get_body(used, 0);
+        }
+        def.cut = true;
+        assert_int_equal(pli_body_refine(body, &def), PLI_OK);
+        const pli_body_view view = pli_body_get_view(body);
+        for (int i = 0; i < view.node_count; ++i) {
+            const float away = view.positions[i].x > 0.2f ? 1.0f : 0.0f;
+            assert_int_equal(pli_body_set_node_velocity(body, i, pli_vec3_make(away, 0, 0)), PLI_OK);
+        }
+        const pli_vec3 before = pli_body_momentum(body);
+        for (int i = 0; i < 60; ++i) {
+            assert_int_equal(pli_world_step(used, dt), PLI_OK);
+        }
+        check_at_most(pli_vec3_length(pli_vec3_sub(pli_body_momentum(body), before)), 0.001);
+        if (is_gas) { assert_int_equal(pli_body_enable_pressure(body, 800), PLI_OK); }
+        assert_int_equal(pli_world_step(used, dt), PLI_OK);
+        assert_true(!is_gas || pli_vec3_length(pli_vec3_sub(pli_body_momentum(body), before)) > 0.02f);
+        if (is_from_file) {
+            pli_world_destroy(used);
+        } else {
+            pli_body_destroy(body);
+        }
+    }
+}
+
 static void test_disabling_gives_the_memory_back(void** unused) {
     (void)unused;
     pli_body* body = make_ball(1);
@@ -523,6 +579,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_no_volume_no_pressure, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_volume_conservation_acts_against_the_change, setup_weightless_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_cut_lets_out_what_is_inside, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_disabling_gives_the_memory_back, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_steps_do_not_allocate, setup_weightless_world, teardown_world),
         cmocka_unit_test(test_running_out_of_memory_leaves_nothing),

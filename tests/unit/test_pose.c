@@ -283,6 +283,88 @@ static void test_a_shape_squashed_flat_stays_finite(void** unused) {
     }
 }
 
+static float height_above(pli_vec3 point, void* level) {
+    return point.y - *(float*)level;
+}
+static void refine_at(pli_body* body, float level, bool cut) {
+    pli_refine_def def = pli_refine_def_default();
+    def.surface = height_above;
+    def.user = &level;
+    def.cut = cut;
+    assert_int_equal(pli_body_refine(body, &def), PLI_OK);
+}
+
+static uint64_t hash_after(pli_world* some_world, int steps) {
+    for (int i = 0; i < steps; ++i) {
+        assert_int_equal(pli_world_step(some_world, dt), PLI_OK);
+    }
+    return pli_body_state_hash(pli_world_get_body(some_world, 0));
+}
+
+/* A ball hangs from its top and is cut in two: the lower half falls as one piece, the upper one stays. So it does from
+   a snapshot and from a file. */
+static void test_parts_of_a_cut_body_have_a_pose_each(void** unused) {
+    (void)unused;
+    static const solver_choice solvers[] = {POSITION, SWEEPS, GRADIENTS, XPBD};
+    static unsigned char snapshot[1 << 16], file[1 << 16];
+    assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+    const int low = SAMPLE_SPHERE_NODES - 1, side = sample_sphere_node(SAMPLE_RINGS - 2, 0);
+    for (int k = 0; k < 4; ++k) {
+        pli_body* body = make_ball(1);
+        const float width = pli_vec3_length(pli_vec3_sub(position_of(body, low), position_of(body, side)));
+        assert_int_equal(pli_body_set_node_mass(body, 0, 0), PLI_OK);
+        use_solver(body, solvers[k]);
+        assert_int_equal(pli_body_enable_pose_matching(body, 0.3f), PLI_OK);
+        (void)hash_after(world, 30);
+        refine_at(body, 0.3f, false); /* does not part it */
+        (void)hash_after(world, 30);
+        check_near(position_of(body, low).y, -1.4, 0.05);
+        refine_at(body, 0.1f, true);
+        int parts = 0;
+        assert_int_equal(pli_body_count_parts(body, &parts), PLI_OK);
+        assert_int_equal(parts, 2);
+        const float start = position_of(body, low).y;
+        (void)hash_after(world, 10);
+        size_t size = 0, file_size = 0;
+        assert_int_equal(pli_world_save(world, snapshot, sizeof snapshot, &size), PLI_OK);
+        assert_int_equal(pli_world_file_write(world, NULL, file, sizeof file, &file_size), PLI_OK);
+        const uint64_t hash = hash_after(world, 20);
+        assert_int_equal(pli_world_restore(world, snapshot, size), PLI_OK);
+        assert_true(hash_after(world, 20) == hash);
+        pli_world* other = NULL;
+        assert_int_equal(pli_world_file_create(context, NULL, file, file_size, &other), PLI_OK);
+        assert_true(hash_after(other, 20) == hash);
+        pli_world_destroy(other);
+        const float fallen = start - position_of(body, low).y;
+        const float left = pli_vec3_length(pli_vec3_sub(position_of(body, low), position_of(body, side))) / width;
+        print_message("solver %d: the lower half falls %.3f m, its width %.4f, the upper one is at %.3f m\n",
+                      (int)solvers[k], (double)fallen, (double)left, (double)position_of(body, 1).y);
+        check_near(fallen, 1.29, 0.015);
+        check_near(left, 1, 0.001);
+        check_near(position_of(body, 1).y, 1.286, 0.015);
+        /* A snapshot in which all is pinned has them apart too. */
+        const int node_count = pli_body_get_view(body).node_count;
+        float masses[4 * SAMPLE_SPHERE_NODES];
+        assert_true(node_count <= 4 * SAMPLE_SPHERE_NODES);
+        for (int i = 0; i < node_count; ++i) {
+            const float inverse_mass = pli_body_get_view(body).positions[i].w;
+            masses[i] = inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
+            assert_int_equal(pli_body_set_node_mass(body, i, 0), PLI_OK);
+            assert_int_equal(pli_body_set_node_velocity(body, i, pli_vec3_make(0, 0, 0)), PLI_OK);
+        }
+        (void)hash_after(world, 1);
+        assert_int_equal(pli_world_save(world, snapshot, sizeof snapshot, &size), PLI_OK);
+        assert_int_equal(pli_world_restore(world, snapshot, size), PLI_OK);
+        for (int i = 0; i < node_count; ++i) {
+            assert_int_equal(pli_body_set_node_mass(body, i, masses[i]), PLI_OK);
+        }
+        const float pinned = position_of(body, low).y;
+        (void)hash_after(world, 30);
+        check_near(pinned - position_of(body, low).y, 1.28, 0.03);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_enabling_again_takes_a_new_rest_shape(void** unused) {
     (void)unused;
     pli_body* body = make_ball(1);
@@ -382,6 +464,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_ball_on_the_ground_stays_where_it_lies, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_degenerate_shapes_stay_finite, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_shape_squashed_flat_stays_finite, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_parts_of_a_cut_body_have_a_pose_each, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_enabling_again_takes_a_new_rest_shape, setup_weightless_world,
                                         teardown_world),

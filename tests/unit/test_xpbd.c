@@ -318,6 +318,68 @@ static void test_angles_and_volumes_are_as_calm_far_away(void** unused) {
     }
 }
 
+/* A cube of 5 x 5 x 5 nodes, six tetrahedra a cell. */
+static pli_mesh* make_cube_mesh(void) {
+    enum { SIDE = 5, CELLS = (SIDE - 1) * (SIDE - 1) * (SIDE - 1) };
+    static const int corners[24] = {0, 1, 3, 7, 0, 1, 5, 7, 0, 2, 3, 7, 0, 2, 6, 7, 0, 4, 5, 7, 0, 4, 6, 7};
+    pli_vec3 points[SIDE * SIDE * SIDE];
+    int tetras[24 * CELLS], count = 0;
+    for (int i = 0; i < SIDE * SIDE * SIDE; ++i) {
+        const int x = i % SIDE, y = i / SIDE % SIDE, z = i / SIDE / SIDE;
+        points[i] = pli_vec3_make(0.25f * (float)x, 0.25f * (float)y, 0.25f * (float)z);
+        for (int k = 0; x < SIDE - 1 && y < SIDE - 1 && z < SIDE - 1 && k < 24; ++k) {
+            tetras[count++] = i + corners[k] % 2 + corners[k] / 2 % 2 * SIDE + corners[k] / 4 * SIDE * SIDE;
+        }
+    }
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_from_tetras(context, SIDE * SIDE * SIDE, points, count / 4, tetras, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+    return mesh;
+}
+
+static float fastest(const pli_body* body) {
+    float most = 0.0f;
+    for (int i = 0; i < pli_body_get_view(body).node_count; ++i) {
+        most = fmaxf(most, pli_vec3_length(velocity(body, i)));
+    }
+    return most;
+}
+
+/* By 35 %, or to 70 %, in a second: as pli_body_set_rest_length tells to do it. */
+static void test_solids_grow_and_shrink_calmly(void** unused) {
+    (void)unused;
+    no_gravity();
+    for (int way = 0; way < 2; ++way) {
+        const float size = way == 0 ? 1.35f : 0.7f, factor = powf(size, 1.0f / 60.0f);
+        pli_body* body = make_body(make_cube_mesh(), 10, 1);
+        enable_links(body, 0, 0);
+        CHECK_OK(pli_body_enable_xpbd_tetras(body, 0));
+        step_many(10, 1.0 / 60.0);
+        CHECK_OK(pli_body_disable_xpbd_tetras(body));
+        const int link_count = pli_body_get_view(body).link_count;
+        float most = 0.0f;
+        for (int i = 0; i < 60; ++i) {
+            for (int link = 0; link < link_count; ++link) {
+                CHECK_OK(pli_body_set_rest_length(body, link, factor * pli_body_get_rest_length(body, link)));
+            }
+            step_many(1, 1.0 / 60.0);
+            most = fmaxf(most, fastest(body));
+        }
+        step_many(10, 1.0 / 60.0);
+        CHECK_OK(pli_body_enable_xpbd_tetras(body, 0));
+        step_many(120, 1.0 / 60.0);
+        const float later = fastest(body), stretch = pli_body_max_stretch(body);
+        const float across = pli_vec3_length(pli_vec3_sub(position(body, 124), position(body, 0)));
+        print_message("to %.2f: at most %.3f m/s, %.3f two seconds later, stretch %.4f, %.4f m across\n", (double)size,
+                      (double)most, (double)later, (double)stretch, (double)across);
+        check_at_most(most, 0.45);
+        check_at_most(later, 0.1);
+        check_at_most(stretch, 0.001);
+        check_near(across, sqrtf(3.0f) * size, 0.002);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_damping_slows_compliant_links(void** unused) {
     (void)unused;
     no_gravity();
@@ -1114,6 +1176,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_bending_gives_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_angles_are_stiffer_with_substeps, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_angles_and_volumes_are_as_calm_far_away, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_solids_grow_and_shrink_calmly, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup_world,
                                         teardown_world),

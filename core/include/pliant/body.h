@@ -119,7 +119,10 @@ PLI_API pli_bounds pli_body_get_bounds(const pli_body* body);
 /// Rest length of a link, m; 0 for a link that is none.
 PLI_API float pli_body_get_rest_length(const pli_body* body, int link);
 
-/// Makes a link longer or shorter: muscles, growth, wear.
+/// Makes a link longer or shorter: muscles, growth, wear. It gets there in a step, under XPBD in a substep: a sheet of
+/// 2 m that is to be 35 % larger at once flies apart with 13 m/s, under XPBD with 118; over a second, in 60 small
+/// changes, with 0.6. What keeps a volume or a pose, and clusters, do not follow, and pull against it: end them before
+/// and enable them afterwards, when they take the shape of then.
 /// @param rest_length m, 0 to PLI_MAX_COORDINATE
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (link)
 PLI_API pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length);

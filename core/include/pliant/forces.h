@@ -69,7 +69,8 @@ PLI_API pli_status pli_body_disable_aero(pli_body* body);
 /// quarter within the step, as light nodes, high pressures and long steps ask for more than can be integrated; not in
 /// reference mode (pli_world_def). With pli_body_enable_xpbd_volume the gas is part of that constraint: it widens the
 /// wanted volume by compliance * coefficient / |volume|, at the same pace at most; that carries more than the forces
-/// can, which are cut at 60 Hz to what some hundred Pa do to a ball of 2 kg.
+/// can, which are cut at 60 Hz to what some hundred Pa do to a ball of 2 kg. A cut that opens a closed surface lets the
+/// gas out, as a coefficient of 0 does, until the next call; not in reference mode.
 /// @param coefficient N m, of either sign, up to PLI_MAX_COEFFICIENT. Bullet name: kPR
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
@@ -80,7 +81,7 @@ PLI_API pli_status pli_body_disable_pressure(pli_body* body);
 /// A force towards the rest volume: a pressure of (rest volume - volume) * coefficient, cut to twice
 /// what would bring the volume back within the step, and to a change by a quarter of the rest volume (not in reference
 /// mode). The rest volume is that at the first call; later calls change the
-/// coefficient alone.
+/// coefficient alone. A cut ends it as it lets a gas out.
 /// @param coefficient N/m^5, 0 to PLI_MAX_COEFFICIENT. Bullet name: kVC with setPose(true, false)
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient);

@@ -86,7 +86,8 @@ PLI_API pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_b
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_bending(pli_body* body);
 
-/// Keeps the volumes of the tetrahedra, at rest as they are when first enabled, or changes how.
+/// Keeps the volumes of the tetrahedra, at rest as they are when first enabled, or changes how. A body whose links get
+/// other rest lengths is to have it disabled meanwhile: volumes that do not fit them are a fight without an end.
 /// @param compliance m^5/N, 0 to PLI_MAX_COEFFICIENT
 /// @return PLI_ERROR_INVALID_MESH for a body without tetrahedra, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance);

@@ -135,6 +135,14 @@ extern const plii_feature_class* const plii_surface_force_needs[];
    call or step. Needs normals. NULL in reference mode. */
 const pli_vec4* plii_normals_crosses(pli_body* body);
 
+/* What the states of pressures on the faces begin with. */
+typedef struct plii_pressure {
+    float coefficient;
+    bool is_closed; /* follows from the faces */
+} plii_pressure;
+
+/* As the `build` of such a feature: a cut that opens a closed surface lets the pressure out, but in reference mode. */
+void plii_pressure_build(pli_body* body, void* state);
 /* Adds what a pressure on the faces does to the forces on the nodes that are not pinned: the gradient of the volume, so
    that it moves and turns nothing as a whole. Without the cross products normal * area, as btSoftBody. */
 void plii_pressure_apply(pli_body* body, const pli_vec4* crosses, float pressure);

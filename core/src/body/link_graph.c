@@ -2,16 +2,12 @@
 
 #include "body/link_graph.h"
 
-#include "base/union_find.h"
-
 static void link_graph_build(pli_body* body, void* state) {
     plii_link_graph* graph = state;
     plii_csr_half_links(body->node_count, body->link_count, body->links, sizeof *body->links, graph->begin,
                         graph->halves);
     plii_union_start(body->node_count, graph->components);
-    for (int i = 0; i < body->link_count; ++i) {
-        plii_union_join(graph->components, body->links[i].nodes[0], body->links[i].nodes[1]);
-    }
+    plii_parts_join(graph->components, body->links, sizeof *body->links, 2, body->link_count);
     plii_union_flatten(body->node_count, graph->components);
 }
 

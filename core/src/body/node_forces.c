@@ -12,6 +12,13 @@ const plii_feature_class plii_forces_class = {
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("3f")})};
 
+void plii_pressure_build(pli_body* body, void* state) {
+    plii_pressure* pressure = state;
+    const bool was_closed = pressure->is_closed;
+    pressure->is_closed = plii_topology_is_closed(body->topology);
+    if (was_closed && !pressure->is_closed && !body->world->def.reference_mode) { pressure->coefficient = 0.0f; }
+}
+
 float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses) {
     if (crosses == NULL) { return plii_body_volume(body); }
     const plii_float4 origin = plii_float4_from(&body->positions[0]);

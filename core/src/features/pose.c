@@ -2,6 +2,7 @@
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
 #include "pliant/pose.h"
+#include "body/link_graph.h"
 #include "body/pipeline.h"
 #include "math/dvec3.h"
 #include "math/rotation_fit.h"
@@ -10,11 +11,14 @@
 typedef struct pose_state {
     float matching;
     pli_vec3* rest; /* [node_count] m, from the centre of mass */
-    float* weights; /* [node_count], sum 1 */
+    float* weights; /* [node_count], sum 1, or 2 where a cut has parted the body, which a file shows by it */
+    int* parts;     /* [node_count] smallest node of each part */
+    float* shares;  /* [node_count] weights of the part at hand, 0 elsewhere */
+    bool is_parted; /* by a cut: parts have a pose each */
     pli_mat3 rotation;
     pli_vec3 centre;        /* m */
     pli_vec3 rest_centre;   /* m, mean of `rest` by the weights; not in reference mode */
-    double weight;          /* sum of the weights, 1 but for rounding */
+    double weight;          /* sum of the weights */
     uint32_t link_revision; /* of the body, as of the weights */
 } pose_state;
 
@@ -26,29 +30,40 @@ static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
     return centre;
 }
 
-/* Mean of positions by the weights, m from node 0. In double and near the body: what a sum of floats is off by far from
-   the origin would pull at the body in each step. */
-static pli_vec3 pose_offset(const pli_body* body, const pose_state* pose) {
-    const pli_vec3 origin = plii_xyz(body->positions[0]);
+/* Mean of positions by the weights, m from the origin. In double and near the body: what a sum of floats is off by far
+   from the origin would pull at the body in each step. */
+static pli_vec3 pose_offset(const pli_body* body, const pose_state* pose, const float* weights, pli_vec3 origin) {
     plii_dvec3 sum = {0, 0, 0};
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
-        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(arm), (double)pose->weights[i]);
+        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(arm), (double)weights[i]);
     }
     return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
 }
 
-static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, pli_vec3 origin, pli_mat3 covariance) {
+static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, const float* weights, pli_vec3 origin,
+                                pli_mat3 covariance) {
     const plii_float4 from = plii_lanes_from_vec3(&origin);
     plii_lanes_mat3 sums = plii_lanes_rows(&covariance);
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 now = (plii_float4_from(&body->positions[i]) - from) * pose->weights[i];
+        const plii_float4 now = (plii_float4_from(&body->positions[i]) - from) * weights[i];
         const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
         sums.at[0] += rest * plii_lanes_all_x(now);
         sums.at[1] += rest * plii_lanes_all_y(now);
         sums.at[2] += rest * plii_lanes_all_z(now);
     }
     return (pli_mat3){{plii_lanes_vec3(sums.at[0]), plii_lanes_vec3(sums.at[1]), plii_lanes_vec3(sums.at[2])}};
+}
+
+/* The sum of the weights, and the mean of the rest pose. */
+static void pose_measure(const pli_body* body, pose_state* pose, const float* weights) {
+    plii_dvec3 sum = {0, 0, 0};
+    pose->weight = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(pose->rest[i]), (double)weights[i]);
+        pose->weight += (double)weights[i];
+    }
+    pose->rest_centre = plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
 }
 
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */
@@ -63,26 +78,14 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { total += pinned_mass; }
     }
-    pose->weight = 0;
+    if (pose->is_parted) { total *= 0.5f; }
     for (int i = 0; i < body->node_count; ++i) {
         const float inverse_mass = body->positions[i].w;
         pose->weights[i] = inverse_mass > 0.0f ? 1.0f / (inverse_mass * total) : pinned_mass / total;
         /* All nodes are pinned. */
-        if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
-        pose->weight += (double)pose->weights[i];
+        if (!(total > 0.0f)) { pose->weights[i] = (pose->is_parted ? 2.0f : 1.0f) / (float)body->node_count; }
     }
-}
-
-/* After masses have changed: pulled by other weights, the body would get a momentum. */
-static void pose_follow_masses(const pli_body* body, pose_state* pose) {
-    if (pose->link_revision == body->link_revision) { return; }
-    pose->link_revision = body->link_revision;
-    pose_update_weights(body, pose);
-    plii_dvec3 sum = {0, 0, 0};
-    for (int i = 0; i < body->node_count; ++i) {
-        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(pose->rest[i]), (double)pose->weights[i]);
-    }
-    pose->rest_centre = plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
+    pose_measure(body, pose, pose->weights);
 }
 
 static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
@@ -91,7 +94,7 @@ static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
     body->has_early_bounds = true;
     /* A small diagonal keeps a mesh in a coordinate plane from being singular. */
     const pli_mat3 small = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
-    pose->rotation = plii_polar_factor(pose_covariance(body, pose, pose->centre, small), pose->rotation);
+    pose->rotation = plii_polar_factor(pose_covariance(body, pose, pose->weights, pose->centre, small), pose->rotation);
     const pli_transform frame = {pose->rotation, pose->centre};
     for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
@@ -99,19 +102,35 @@ static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
     }
 }
 
-/* Of any size, pinned, flat or inverted. Arms are those from node 0: what that makes is taken off at the end. */
-static void pose_fit(const pli_body* body, pose_state* pose, pli_vec3 origin, pli_vec3 offset) {
+/* Nodes without weight, as those of other parts, stay. `first`: a node with some, from which arms are taken. */
+static void pose_pull(pli_body* body, pose_state* pose, const float* weights, int first) {
+    const pli_vec3 origin = plii_xyz(body->positions[first]), offset = pose_offset(body, pose, weights, origin);
+    pose->centre = pli_vec3_add(origin, offset);
+    /* Of any size, pinned, flat or inverted; what the arms are off the centre by is taken off. */
     const pli_vec3 moved = pli_vec3_scale(offset, (float)-pose->weight), rest = pose->rest_centre;
     const pli_mat3 start_sum = {
         {pli_vec3_scale(rest, moved.x), pli_vec3_scale(rest, moved.y), pli_vec3_scale(rest, moved.z)}};
-    const pli_mat3 covariance = pose_covariance(body, pose, origin, start_sum), *last = &pose->rotation;
+    const pli_mat3 covariance = pose_covariance(body, pose, weights, origin, start_sum), *last = &pose->rotation;
     const float xx = last->rows[0].x, yy = last->rows[1].y, zz = last->rows[2].z;
-    pli_quat start = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
-                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
-                      copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), last->rows[1].x - last->rows[0].y),
-                      sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
+    pli_quat turned = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
+                       copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
+                       copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), last->rows[1].x - last->rows[0].y),
+                       sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
     pose->rotation = covariance;
-    plii_rotations_fit_warm(1, &pose->rotation, &(pli_quat*){&start});
+    plii_rotations_fit_warm(1, &pose->rotation, &(pli_quat*){&turned});
+    const pli_vec3 start = pli_vec3_sub(offset, pli_mat3_mul_vec3(pose->rotation, pose->rest_centre));
+    const plii_float4 from = plii_lanes_from_vec3(&origin), frame_origin = plii_lanes_from_vec3(&start);
+    const plii_lanes_mat3 columns = plii_lanes_columns(&pose->rotation);
+    const float matching = pose->matching;
+    for (int i = 0; i < body->node_count && matching > 0.0f; ++i) {
+        if (!(body->positions[i].w * weights[i] > 0.0f)) { continue; } /* pinned nodes stay, too */
+        const plii_float4 goal = plii_lanes_combine(columns, plii_lanes_from_vec3(&pose->rest[i])) + frame_origin;
+        const plii_float4 arm = plii_float4_from(&body->positions[i]) - from;
+        const pli_vec3 way = plii_lanes_vec3((goal - arm) * matching);
+        plii_add_xyz(&body->positions[i], way);
+        if (!body->solver_class->has_substeps) { continue; }
+        plii_add_xyz(&body->velocities[i], pli_vec3_scale(way, body->step.inverse_dt));
+    }
 }
 
 static void pose_run(pli_body* body, void* state) {
@@ -120,22 +139,18 @@ static void pose_run(pli_body* body, void* state) {
         pose_run_as_in_bullet(body, pose);
         return;
     }
-    pose_follow_masses(body, pose);
-    const pli_vec3 origin = plii_xyz(body->positions[0]), offset = pose_offset(body, pose);
-    pose->centre = pli_vec3_add(origin, offset);
-    pose_fit(body, pose, origin, offset);
-    const pli_vec3 start = pli_vec3_sub(offset, pli_mat3_mul_vec3(pose->rotation, pose->rest_centre));
-    const plii_float4 from = plii_lanes_from_vec3(&origin), frame_origin = plii_lanes_from_vec3(&start);
-    const plii_lanes_mat3 columns = plii_lanes_columns(&pose->rotation);
-    const float matching = pose->matching;
-    for (int i = 0; i < body->node_count && matching > 0.0f; ++i) {
-        if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
-        const plii_float4 goal = plii_lanes_combine(columns, plii_lanes_from_vec3(&pose->rest[i])) + frame_origin;
-        const plii_float4 arm = plii_float4_from(&body->positions[i]) - from;
-        const pli_vec3 way = plii_lanes_vec3((goal - arm) * matching);
-        plii_add_xyz(&body->positions[i], way);
-        if (!body->solver_class->has_substeps) { continue; }
-        plii_add_xyz(&body->velocities[i], pli_vec3_scale(way, body->step.inverse_dt));
+    if (pose->link_revision != body->link_revision) { /* pulled by weights of other masses it would get a momentum */
+        pose->link_revision = body->link_revision;
+        pose_update_weights(body, pose);
+    }
+    if (!pose->is_parted) { pose_pull(body, pose, pose->weights, 0); }
+    for (int part = body->node_count - 1; pose->is_parted && part >= 0; --part) {
+        if (pose->parts[part] != part) { continue; }
+        for (int i = 0; i < body->node_count; ++i) {
+            pose->shares[i] = pose->parts[i] == part ? pose->weights[i] : 0.0f;
+        }
+        pose_measure(body, pose, pose->shares);
+        pose_pull(body, pose, pose->shares, part);
     }
 }
 
@@ -147,19 +162,24 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
         const plii_node_origin origin = change->node_origins[i - change->old_node_count];
         rest[i] = pli_vec3_lerp(rest[origin.a], rest[origin.b], origin.share);
     }
-    pose_update_weights(body, pose);
-    pli_vec3 centre = pli_vec3_make(0, 0, 0);
-    for (int i = 0; i < change->node_count; ++i) {
-        centre = pli_vec3_add(centre, pli_vec3_scale(rest[i], pose->weights[i]));
+    const int* before = change->old_arrays[2];
+    plii_body_find_parts(body, pose->parts);
+    for (int i = 0; i < change->old_node_count && !body->world->def.reference_mode; ++i) {
+        pose->is_parted |= pose->parts[i] != pose->parts[before[i]];
     }
+    pose_update_weights(body, pose);
     for (int i = 0; i < change->node_count; ++i) {
-        rest[i] = pli_vec3_sub(rest[i], centre);
+        rest[i] = pli_vec3_sub(rest[i], pose->rest_centre);
     }
 }
 
-/* The mean of what was restored is taken anew. */
+/* What follows from the rest pose, the weights and the topology is found anew. */
 static void pose_on_restored(pli_body* body, void* state) {
-    ((pose_state*)state)->link_revision = body->link_revision - 1;
+    pose_state* pose = state;
+    plii_body_find_parts(body, pose->parts);
+    pose_measure(body, pose, pose->weights);
+    pose->is_parted = pose->weight > 1.5;
+    pose->link_revision = body->link_revision - 1;
 }
 
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
@@ -168,12 +188,15 @@ const plii_feature_class plii_pose_class = {
     .state_size = sizeof(pose_state),
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(pose_state, matching, 0, 1)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
+                                    PLII_STATE(pose_state, is_parted, PLII_LEFT),
                                     PLII_STATE_SPAN(pose_state, rotation, centre, PLII_SAVED, "12f"),
                                     PLII_STATE_SPAN(pose_state, rest_centre, link_revision, PLII_LEFT, NULL)),
     .on_restored = pose_on_restored,
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
     .arrays = PLII_ARRAYS({PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("3f")},
-                          {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, PLII_SAVED_AS("f")}),
+                          {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, PLII_SAVED_AS("f")},
+                          {PLII_MEMBER(pose_state, parts), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(pose_state, shares), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .topology_commit = pose_topology_commit,
 };
 
@@ -185,11 +208,12 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     const bool is_of_bullet = body->world->def.reference_mode;
     pli_vec3 origin = plii_xyz(body->positions[0]), offset = pli_vec3_make(0, 0, 0);
     pose->rotation = pli_mat3_identity();
+    plii_body_find_parts(body, pose->parts);
     pose_update_weights(body, pose);
     if (is_of_bullet) {
         origin = pose_centre(body, pose);
     } else {
-        offset = pose_offset(body, pose);
+        offset = pose_offset(body, pose, pose->weights, origin);
     }
     pose->centre = pli_vec3_add(origin, offset);
     for (int i = 0; i < body->node_count; ++i) {

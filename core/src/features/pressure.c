@@ -3,12 +3,8 @@
 #include "body/pipeline.h"
 #include "pliant/forces.h"
 
-typedef struct pressure_state {
-    float coefficient;
-} pressure_state;
-
 static void pressure_run(pli_body* body, void* state) {
-    const pressure_state* pressure = state;
+    const plii_pressure* pressure = state;
     if (body->solver_class->has_substeps && body->gas != NULL) {
         *body->gas = pressure->coefficient;
         return;
@@ -28,9 +24,11 @@ static void pressure_run(pli_body* body, void* state) {
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
 const plii_feature_class plii_pressure_class = {
     .name = "pressure",
-    .state_size = sizeof(pressure_state),
-    .settings = PLII_LIMITS_AT(0, PLII_FIELD(pressure_state, coefficient, -PLI_MAX_COEFFICIENT, PLI_MAX_COEFFICIENT)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pressure_state, coefficient, PLII_SAVED, "f")),
+    .state_size = sizeof(plii_pressure),
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(plii_pressure, coefficient, -PLI_MAX_COEFFICIENT, PLI_MAX_COEFFICIENT)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_pressure, coefficient, PLII_SAVED, "f"),
+                                    PLII_STATE(plii_pressure, is_closed, PLII_LEFT)),
+    .build = plii_pressure_build,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
 };

@@ -4,7 +4,7 @@
 #include "pliant/forces.h"
 
 typedef struct volume_state {
-    float coefficient;
+    plii_pressure pressure;
     float rest_volume; /* m^3 */
 } volume_state;
 
@@ -14,11 +14,11 @@ static void volume_run(pli_body* body, void* state) {
     const volume_state* volume = state;
     const pli_vec4* crosses = plii_normals_crosses(body);
     const float missing = volume->rest_volume - plii_pressure_volume(body, crosses);
-    float pressure = missing * volume->coefficient;
+    float pressure = missing * volume->pressure.coefficient;
     if (crosses != NULL) {
         const float response = plii_pressure_response(body, crosses);
         const float limit = PLII_MAX_VOLUME_CHANGE * fabsf(volume->rest_volume) / response;
-        if (response * volume->coefficient > 2.0f) { pressure = missing * (2.0f / response); }
+        if (response * volume->pressure.coefficient > 2.0f) { pressure = missing * (2.0f / response); }
         pressure = plii_clamp(pressure, -limit, limit);
     }
     plii_pressure_apply(body, crosses, pressure);
@@ -33,8 +33,11 @@ enum { VOLUME_ORDER = 30 }; /* after pressure */
 const plii_feature_class plii_volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
-    .settings = PLII_LIMITS_AT(0, PLII_FIELD(volume_state, coefficient, 0, PLI_MAX_COEFFICIENT)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(volume_state, coefficient, rest_volume, PLII_SAVED, "2f")),
+    .settings = PLII_LIMITS_AT(0, PLII_FIELD(plii_pressure, coefficient, 0, PLI_MAX_COEFFICIENT)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(volume_state, pressure.coefficient, PLII_SAVED, "f"),
+                                    PLII_STATE(volume_state, pressure.is_closed, PLII_LEFT),
+                                    PLII_STATE_OF(volume_state, rest_volume, PLII_SAVED, "f")),
+    .build = plii_pressure_build,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
     .enable = volume_enable,

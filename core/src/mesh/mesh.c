@@ -3,6 +3,7 @@
 #include "mesh/mesh_impl.h"
 
 #include "base/handle.h"
+#include "base/key_table.h"
 
 #include <string.h>
 
@@ -68,6 +69,18 @@ void plii_topology_release(pli_context* context, plii_topology* topology) {
     PLII_RELEASE(context, topology->face_materials, topology->face_count);
     PLII_RELEASE(context, topology->tetras, topology->tetra_count);
     plii_release(context, topology, sizeof *topology);
+}
+
+/* Numbers of the edges that cancel where they do, without a list of them. */
+bool plii_topology_is_closed(const plii_topology* topology) {
+    uint64_t sum = 0;
+    for (int i = 0; i < 3 * topology->face_count; ++i) {
+        const int *face = topology->faces[i / 3], from = face[i % 3], to = face[(i + 1) % 3];
+        uint64_t number = (plii_edge_key(from, to) + 1) * UINT64_C(0x9e3779b97f4a7c15);
+        number = (number ^ number >> 32) * UINT64_C(0xbf58476d1ce4e5b9);
+        sum += from < to ? number : 0 - number;
+    }
+    return sum == 0;
 }
 
 void plii_mesh_clear_topology(pli_mesh* mesh) {

@@ -18,3 +18,5 @@ typedef struct plii_topology {
 /* With one reference, zeroed; NULL when out of memory. */
 plii_topology* plii_topology_create(pli_context* context, int face_count, int tetra_count, bool has_materials);
 void plii_topology_release(pli_context* context, plii_topology* topology);
+/* Each edge of a face is run along as often in one direction as in the other. */
+bool plii_topology_is_closed(const plii_topology* topology);

@@ -11,9 +11,6 @@
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state);
 
-/* Each edge of a face is run along as often in one direction as in the other. */
-bool plii_xpbd_faces_are_closed(const plii_topology* topology);
-
 /* Of constraints, and of what is their own. */
 static inline float plii_xpbd_softening(float softening, const plii_substep* substep) {
     return softening + (1.0f + softening) * substep->lag;

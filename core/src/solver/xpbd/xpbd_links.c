@@ -55,7 +55,7 @@ static float xpbd_links_softening(const pli_body* body) {
     const int64_t others = body->node_count - (faces / 2 + 2), braces = more - 6 * (others > 0 ? others : 0);
     const float share = (float)braces / (float)(3 * faces);
     if (faces > 0 && more > 0 && share <= XPBD_LINKS_SOME_BRACES && body->node_count >= XPBD_LINKS_LARGE_SURFACE &&
-        plii_xpbd_faces_are_closed(body->topology)) {
+        plii_topology_is_closed(body->topology)) {
         return share <= XPBD_LINKS_FEW_BRACES ? 1.0f : 0.5f;
     }
     return (float)unequal > XPBD_LINKS_MANY_UNEQUAL * (float)body->link_count ? 0.5f : 0.0f;

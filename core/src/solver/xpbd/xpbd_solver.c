@@ -2,7 +2,6 @@
    velocities from the motion. Macklin, Mueller, Chentanez, "XPBD", and Macklin and others, "Small Steps in Physics
    Simulation". Contacts are looked for once per step, at the positions that a step without constraints would reach. */
 
-#include "base/key_table.h"
 #include "body/substep_rigid.h"
 #include "math/simd_float4.h"
 #include "solver/xpbd/xpbd_impl.h"
@@ -179,18 +178,6 @@ const plii_feature_class plii_xpbd_class = {
                           {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .solver = &xpbd_solver,
 };
-
-/* Numbers of the edges that cancel where they do, without a list of them. */
-bool plii_xpbd_faces_are_closed(const plii_topology* topology) {
-    uint64_t sum = 0;
-    for (int i = 0; i < 3 * topology->face_count; ++i) {
-        const int *face = topology->faces[i / 3], from = face[i % 3], to = face[(i + 1) % 3];
-        uint64_t number = (plii_edge_key(from, to) + 1) * UINT64_C(0x9e3779b97f4a7c15);
-        number = (number ^ number >> 32) * UINT64_C(0xbf58476d1ce4e5b9);
-        sum += from < to ? number : 0 - number;
-    }
-    return sum == 0;
-}
 
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass, const void* given, size_t size,
                                  const char* function, void** state) {

@@ -163,7 +163,7 @@ static pli_status xpbd_volume_enable(pli_body* body, void* data) {
 }
 
 static void xpbd_volume_build(pli_body* body, void* data) {
-    ((xpbd_volume_state*)data)->is_closed = plii_xpbd_faces_are_closed(body->topology);
+    ((xpbd_volume_state*)data)->is_closed = plii_topology_is_closed(body->topology);
 }
 
 enum { XPBD_VOLUME_GAS_ORDER = 15, XPBD_VOLUME_ORDER = 30 }; /* before pressure; after tetrahedra, before links */
