@@ -507,6 +507,60 @@ static void test_hinge_bends_by_torque_times_compliance(void** unused) {
     }
 }
 
+static float fold_surface(pli_vec3 point, void* unused) {
+    (void)unused;
+    return point.y + 0.6f;
+}
+
+/* A strip with a fold, clamped at one end, hangs down. Cut or refined there it has the angles at rest that it had, and
+   without weight it takes its shape again. */
+static void test_cuts_keep_the_angles_at_rest(void** unused) {
+    (void)unused;
+    enum { COLUMNS = 17, ROWS = 5, NODES = COLUMNS * ROWS };
+    for (int how = 0; how < 4; ++how) {
+        pli_patch_def patch = pli_patch_def_default();
+        patch.corner_00 = pli_vec3_make(0, 0, 0);
+        patch.corner_10 = pli_vec3_make(1, 0, 0);
+        patch.corner_01 = pli_vec3_make(0, 0, 0.25f);
+        patch.corner_11 = pli_vec3_make(1, 0, 0.25f);
+        patch.columns = COLUMNS;
+        patch.rows = ROWS;
+        pli_mesh* mesh = NULL;
+        CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+        pli_vec3 rest[NODES];
+        for (int i = 0; i < NODES; ++i) {
+            rest[i] = pli_mesh_get_view(mesh).positions[i];
+            rest[i].y = fabsf(rest[i].x - 0.5f);
+            CHECK_OK(pli_mesh_set_node_position(mesh, i, rest[i]));
+            CHECK_OK(pli_mesh_set_node_mass(mesh, i, i % COLUMNS < 2 ? 0.0f : 0.002f));
+        }
+        pli_body* body = make_body(mesh, 10, 1);
+        enable_links(body, 0, 0);
+        CHECK_OK(pli_body_enable_xpbd_bending(body, NULL));
+        set_damping(body, 0.05f);
+        CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)));
+        step_many(300, 1.0 / 60.0);
+        assert_true(pli_body_get_bounds(body).min.y < -0.62f);
+        pli_refine_def refine = pli_refine_def_default();
+        refine.surface = fold_surface;
+        refine.cut = false;
+        int parted = 1;
+        if (how == 1) { CHECK_OK(pli_body_refine(body, &refine)); }
+        if (how == 2) {
+            CHECK_OK(pli_body_cut_swept(body, pli_vec3_make(-1, -0.6f, -1), pli_vec3_make(1, -0.6f, -1),
+                                        pli_vec3_make(-1, -0.6f, 0.1f), pli_vec3_make(1, -0.6f, 0.1f), &parted));
+        }
+        if (how == 3) { CHECK_OK(pli_body_cut_link(body, NODES - 4, NODES - 3, 0.4f)); }
+        assert_true(parted > 0 && (how == 0 || pli_body_get_view(body).node_count > NODES));
+        no_gravity();
+        step_many(900, 1.0 / 60.0);
+        for (int i = 0; i < NODES; ++i) {
+            check_near(pli_vec3_length(pli_vec3_sub(position(body, i), rest[i])), 0, 5e-5);
+        }
+        pli_body_destroy(body);
+    }
+}
+
 static void test_hinge_returns_to_rest_from_both_sides_and_keeps_momentum(void** unused) {
     (void)unused;
     no_gravity();
@@ -1182,6 +1236,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_large_stiff_sheets_stay_finite, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_hinge_bends_by_torque_times_compliance, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_cuts_keep_the_angles_at_rest, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_hinge_returns_to_rest_from_both_sides_and_keeps_momentum, setup_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_tetra_returns_to_its_volume, setup_world, teardown_world),

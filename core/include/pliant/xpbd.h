@@ -76,8 +76,9 @@ typedef struct pli_xpbd_bending_def {
 PLI_API pli_xpbd_bending_def pli_xpbd_bending_def_default(void);
 
 /// Keeps the angles between faces with a common edge, or changes how. Rest angles are the present ones when first
-/// enabled; a cut or refined body takes them anew. An angle takes two fifths of its error in a sweep at most, as sheets
-/// would get energy from sweeps (docs/solvers.md): to be stiffer it needs more substeps.
+/// enabled; cuts and refinement keep them, and parts of a face lie in its plane at rest. An angle takes two fifths of
+/// its error in a sweep at most, as sheets would get energy from sweeps (docs/solvers.md): to be stiffer it needs more
+/// substeps.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def);

@@ -66,11 +66,11 @@ typedef struct plii_face_origin {
 typedef struct plii_topology_change {
     int old_node_count, old_link_count, old_face_count;
     int node_count, link_count, face_count;
-    const plii_node_origin* node_origins; /* [node_count - old_node_count] of the nodes from old_node_count on */
-    const plii_face_origin* face_origins; /* [face_count] */
-    const int (*faces)[3];                /* [face_count] nodes, new */
-    void* const* old_arrays;              /* of the feature that is told, in the order of its table */
-    bool takes_rest_shape;                /* the present shape becomes the rest shape, as in btSoftBody::refine */
+    const plii_node_origin* node_origins;   /* [node_count - old_node_count] of the nodes from old_node_count on */
+    const plii_face_origin* face_origins;   /* [face_count] */
+    const int (*old_faces)[3], (*faces)[3]; /* [old_face_count], [face_count] nodes */
+    void* const* old_arrays;                /* of the feature that is told, in the order of its table */
+    bool takes_rest_shape;                  /* the present shape becomes the rest shape, as in btSoftBody::refine */
 } plii_topology_change;
 
 #define PLII_MAX_FEATURE_ARRAYS 24

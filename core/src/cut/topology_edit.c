@@ -367,6 +367,7 @@ static pli_status edit_commit(plii_edit* edit) {
         .old_node_count = edit->old_node_count,
         .old_link_count = edit->old_link_count,
         .old_face_count = edit->old_topology->face_count,
+        .old_faces = (const int(*)[3])edit->old_topology->faces,
         .node_count = edit->node_count,
         .link_count = edit->link_count,
         .face_count = edit->face_count,

@@ -16,11 +16,11 @@ typedef struct xpbd_bending_state {
     xpbd_hinge* hinges; /* [hinge_count] in coloured order */
     int hinge_count;
     /* What finding them needs for a while. */
-    int *begin, *keys, *corners; /* [node_count + 1], [3 * face_count]: of edges of faces, by their smaller node */
-    int (*nodes)[4];             /* [hinge_count] as they are found */
-    uint64_t* masks;             /* [node_count] */
-    uint8_t* colors;             /* [hinge_count] */
-    int* order;                  /* [hinge_count] */
+    int *begin, *keys, *corners;  /* [node_count + 1], [3 * face_count]: of edges of faces, by their smaller node */
+    int (*nodes)[4], (*faces)[2]; /* [hinge_count] as they are found */
+    uint64_t* masks;              /* [node_count] */
+    uint8_t* colors;              /* [hinge_count] */
+    int* order;                   /* [hinge_count] */
 } xpbd_bending_state;
 
 typedef struct xpbd_hinge_shape {
@@ -123,6 +123,8 @@ static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_state* sta
                 const int nodes[4] = {node, is_forward ? first.to : first.from, is_forward ? first.tip : second.tip,
                                       is_forward ? second.tip : first.tip};
                 memcpy(state->nodes[count], nodes, sizeof nodes);
+                state->faces[count][0] = corners[i] / 3;
+                state->faces[count][1] = corners[k] / 3;
                 count += first.tip != second.tip ? 1 : 0;
                 corners[i] = corners[k] = PLI_NULL_INDEX;
             }
@@ -131,10 +133,10 @@ static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_state* sta
     return count;
 }
 
-static void xpbd_bending_build(pli_body* body, void* data) {
+static pli_status xpbd_bending_enable(pli_body* body, void* data) {
     xpbd_bending_state* state = data;
     state->hinge_count = 0;
-    if (body->topology->face_count == 0) { return; }
+    if (body->topology->face_count == 0) { return PLI_OK; }
     plii_csr_sort_edges(body->node_count, body->topology->face_count, (const int(*)[3])body->topology->faces,
                         state->keys, state->begin, state->corners);
     state->hinge_count = xpbd_bending_pair(body, state);
@@ -148,6 +150,40 @@ static void xpbd_bending_build(pli_body* body, void* data) {
         const xpbd_hinge_shape shape = xpbd_hinge_measure(x);
         state->hinges[i] =
             (xpbd_hinge){{nodes[0], nodes[1], nodes[2], nodes[3]}, shape.is_valid ? shape.angle : 0.0f, 0.0f};
+    }
+    return PLI_OK;
+}
+
+/* Between the faces that two have come from; parts of a face lie in its plane. `corners` has `before` by node. */
+static float xpbd_bending_rest_before(const xpbd_bending_state* state, const xpbd_hinge* before,
+                                      const plii_topology_change* change, const int faces[2]) {
+    const int *a = change->old_faces[change->face_origins[faces[0]].parent],
+              *b = change->old_faces[change->face_origins[faces[1]].parent];
+    for (int corner = 0; corner < 9; ++corner) {
+        const int j = corner / 3, k = corner % 3, from = a[j], to = a[(j + 1) % 3];
+        if (from != b[(k + 1) % 3] || to != b[k]) { continue; }
+        const int first = from < to ? from : to;
+        for (int i = state->begin[first]; i < state->begin[first + 1]; ++i) {
+            const xpbd_hinge* hinge = &before[state->corners[i]];
+            if (hinge->nodes[1] == from + to - first) { return hinge->rest_angle; }
+        }
+    }
+    return 0.0f;
+}
+
+static void xpbd_bending_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
+    xpbd_bending_state* state = data;
+    const xpbd_hinge* before = change->old_arrays[0];
+    const int count = state->hinge_count;
+    (void)xpbd_bending_enable(body, state);
+    if (change->takes_rest_shape) { return; }
+    for (int i = 0; i < count; ++i) {
+        state->keys[i] = before[i].nodes[0];
+    }
+    plii_csr_sort(change->old_node_count, count, state->keys, state->begin, state->corners);
+    for (int i = 0; i < state->hinge_count; ++i) {
+        const int* faces = state->faces[state->order[i]];
+        state->hinges[i].rest_angle = xpbd_bending_rest_before(state, before, change, faces);
     }
 }
 
@@ -166,10 +202,12 @@ const plii_feature_class plii_xpbd_bending_class = {
                           {PLII_MEMBER(xpbd_bending_state, keys), PLII_PER_FACE, .times = 3, .is_scratch = true},
                           {PLII_MEMBER(xpbd_bending_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
                           {PLII_MEMBER(xpbd_bending_state, nodes), XPBD_BENDING_PER_HINGE, .is_scratch = true},
+                          {PLII_MEMBER(xpbd_bending_state, faces), XPBD_BENDING_PER_HINGE, .is_scratch = true},
                           {PLII_MEMBER(xpbd_bending_state, masks), PLII_PER_NODE, .is_scratch = true},
                           {PLII_MEMBER(xpbd_bending_state, colors), XPBD_BENDING_PER_HINGE, .is_scratch = true},
                           {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
-    .build = xpbd_bending_build,
+    .enable = xpbd_bending_enable,
+    .topology_commit = xpbd_bending_topology_commit,
     .substepped =
         &(const plii_substep_class){.order = XPBD_BENDING_ORDER, .is_of_xpbd = true, .sweep = xpbd_bending_sweep},
 };
