@@ -6,6 +6,7 @@
 #include "pliant/base.h"
 
 #include <stdbool.h>
+#include <string.h>
 
 /* What a step is at, and what it asks for memory for then. */
 typedef struct plii_pass {

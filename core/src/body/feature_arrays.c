@@ -2,8 +2,6 @@
 
 #include "body/pipeline.h"
 
-#include <string.h>
-
 /* How many nodes, links and faces there are. */
 typedef struct feature_counts {
     size_t of[PLII_LIST];

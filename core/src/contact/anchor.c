@@ -6,8 +6,6 @@
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 
-#include <string.h>
-
 typedef struct plii_anchor {
     int node, slot;
     pli_rigid* rigid;

@@ -7,8 +7,6 @@
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
 
-#include <string.h>
-
 /* Of the margin: so far from the surface a contact does not end yet. What rests leaves and comes back by less. */
 #define CONTACT_EVENTS_SLACK 0.25f
 

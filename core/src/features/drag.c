@@ -9,8 +9,6 @@
 #include "body/substep.h"
 #include "geometry/closest_point.h"
 
-#include <string.h>
-
 typedef struct drag_item {
     int slot;
     int nodes[3], node_count;

@@ -3,8 +3,6 @@
 #include "pliant/drawing.h"
 #include "body/pipeline.h"
 
-#include <string.h>
-
 typedef struct drawn_normals_state {
     pli_vec3* previous; /* [node_count] at the start of the last step, or since nodes were placed */
 } drawn_normals_state;

@@ -9,8 +9,6 @@
 #include "math/dvec3.h"
 #include "math/range.h"
 
-#include <string.h>
-
 typedef struct hull_face {
     int corners[3];
     int neighbours[3]; /* face across the edge from corner i to corner i + 1 */

@@ -4,8 +4,6 @@
 
 #include "base/handle.h"
 
-#include <string.h>
-
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
     return plii_check_handle(mesh, PLII_HANDLE_MESH, NULL, NULL, function);
 }

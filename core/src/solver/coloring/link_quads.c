@@ -3,8 +3,6 @@
 
 #include "solver/coloring/link_quads.h"
 
-#include <string.h>
-
 enum {
     LINK_QUADS_SHOWN = 24, /* links of a node */
     LINK_QUADS_TRIES = 3,  /* links of a node per pass that may fail to find a quad */
