@@ -137,10 +137,10 @@ typedef struct plii_feature_array {
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii" /* of a plii_pair_record */
 /* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
 #define PLII_PAIR_CACHE_LISTS(type, cache, of_present, of_before)                                                      \
-    {PLII_COUNTED_LIST(type, cache.present, cache.present_capacity, cache.present_count), .is_kept = true,             \
+    {PLII_COUNTED_LIST(type, cache.present.items, cache.present.capacity, cache.present.count), .is_kept = true,       \
      .snapshot = of_present, .fields = PLII_PAIR_RECORD_FIELDS},                                                       \
         {PLII_KEY_TABLE_OF(type, cache.table)}, {                                                                      \
-        PLII_COUNTED_LIST(type, cache.before, cache.before_capacity, cache.before_count),                              \
+        PLII_COUNTED_LIST(type, cache.before.items, cache.before.capacity, cache.before.count),                        \
             .is_kept = true, .snapshot = of_before, .fields = PLII_PAIR_RECORD_FIELDS                                  \
     }
 

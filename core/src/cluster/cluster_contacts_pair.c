@@ -212,9 +212,9 @@ static void cluster_contacts_free_manifold(plii_cluster_contacts* state, int slo
 static plii_pair_record* cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key,
                                                  bool is_followed) {
     if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) { return NULL; }
-    plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
+    plii_pair_record* record = &state->memory.present.items[state->memory.present.count - 1];
     if (is_followed && record->previous_index != PLI_NULL_INDEX) {
-        int* before = &state->memory.before[record->previous_index].slot;
+        int* before = &state->memory.before.items[record->previous_index].slot;
         record->slot = *before;
         *before = 0;
     }
@@ -262,9 +262,8 @@ void plii_cluster_contacts_begin_step(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     state->count = 0;
     state->has_tree = false;
-    for (int i = 0; i < state->memory.before_count; ++i) {
-        const int slot = state->memory.before[i].slot;
-        if (slot > 0) { cluster_contacts_free_manifold(state, slot); }
+    for (PLII_EACH(const plii_pair_record, record, state->memory.before.items, state->memory.before.count)) {
+        if (record->slot > 0) { cluster_contacts_free_manifold(state, record->slot); }
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
     if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_clear(state); }

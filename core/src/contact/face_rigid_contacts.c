@@ -243,7 +243,7 @@ static float rigid_faces_longest_way(const pli_body* body, const plii_rigid_face
    the step, without which only the contacts that there are can be solved. */
 static void rigid_faces_finish(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
-    if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
+    if (state->candidate_count == 0 && state->memory.before.count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
     const int first = plii_rigid_faces_are_solved(body) ? state->count : 0;
     const float longest_way = rigid_faces_longest_way(body, state);
