@@ -95,6 +95,8 @@ typedef struct plii_feature_array {
     size_t element_size;
     plii_array_length length;
     size_t capacity;  /* of a list: offset of its capacity in the state */
+    size_t stride;    /* of lists in an array of structs: bytes from one to the next, */
+    int copies;       /* and how many there are; 0: 1 */
     int times, per;   /* so many elements for so many nodes, links or faces; 0: 1 */
     int more;         /* elements */
     bool is_in_body;  /* the pointer is a member of the body, not of the state */
@@ -116,6 +118,13 @@ typedef struct plii_feature_array {
 /* One that each step makes anew. */
 #define PLII_LEFT_LIST(type, pointer, capacity_member)                                                                 \
     { PLII_LIST_OF(type, pointer, capacity_member), .snapshot = PLII_LEFT }
+/* Of each struct in an array of the state. */
+#define PLII_LEFT_LISTS(type, structs, pointer, capacity_member)                                                       \
+    {                                                                                                                  \
+        PLII_LIST_OF(type, structs[0].pointer, structs[0].capacity_member),                                            \
+            .snapshot = PLII_LEFT, .stride = sizeof((type*)0)->structs[0],                                             \
+            .copies = sizeof((type*)0)->structs / sizeof((type*)0)->structs[0]                                         \
+    }
 #define PLII_LEFT_COUNTED(type, pointer, capacity_member, count_member)                                                \
     { PLII_COUNTED_LIST(type, pointer, capacity_member, count_member), .snapshot = PLII_LEFT }
 

@@ -209,22 +209,6 @@ static bool self_faces_search_run(pli_body* body, plii_self_faces_state* state, 
     return self_faces_find_pairs(&search, is_edges ? state->edge_count : body->node_count);
 }
 
-void plii_self_faces_release_hits(pli_body* body, void* data) {
-    plii_self_faces_state* state = data;
-    for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
-        PLII_RELEASE(body->context, state->hits[b].items, state->hits[b].capacity);
-    }
-}
-
-size_t plii_self_faces_hit_bytes(const void* data) {
-    const plii_self_faces_state* state = data;
-    size_t bytes = 0;
-    for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
-        bytes += (size_t)state->hits[b].capacity * sizeof *state->hits[b].items;
-    }
-    return bytes;
-}
-
 // ------------------------------------------------------------------------------------------------------------- motions
 
 /* Beside the common motion, of all nodes or of pinned ones. */
