@@ -139,9 +139,8 @@ typedef struct plii_feature_array {
 
 /* Lists of a plii_bvh. */
 #define PLII_BVH_LISTS(type, tree)                                                                                     \
-    PLII_LEFT_LIST(type, tree.items, tree.item_capacity),                                                              \
-        PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity),                                                  \
-        PLII_LEFT_LIST(type, tree.keys, tree.key_capacity), PLII_LEFT_LIST(type, tree.sorting, tree.sorting_capacity)
+    PLII_LEFT_LIST(type, tree.items, tree.item_capacity), PLII_LEFT_LIST(type, tree.keys, tree.key_capacity),          \
+        PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity)
 
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii" /* of a plii_pair_record */
 /* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
