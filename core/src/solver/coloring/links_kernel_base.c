@@ -179,7 +179,6 @@ PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_g
     }
 }
 
-/* A group link by link. */
 PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_link_group* group, int kind) {
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[group->first_scaled_index];
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * group->first_row;
