@@ -195,9 +195,7 @@ static int cluster_contacts_alloc_manifold(pli_body* body, plii_cluster_contacts
         state->free_manifold1 = state->manifolds[slot - 1].age;
         return slot;
     }
-    if (!PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count + 1)) {
-        return 0;
-    }
+    if (!PLII_GROW(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count)) { return 0; }
     /* Files are to be equal where worlds are: nothing stays of one that was here before. */
     state->manifolds[state->manifold_count] = (plii_manifold){.count = 0};
     return ++state->manifold_count;
@@ -280,9 +278,7 @@ pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
     plii_joint_end* sides = pair->sides;
-    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    if (!PLII_GROW(body->context, &state->contacts, &state->capacity, state->count)) { return PLI_ERROR_OUT_OF_MEMORY; }
     if (!pair->has_sides) {
         sides[0] = plii_joint_end_of_cluster(body, info->cluster);
         sides[1] = info->other != NULL ? plii_joint_end_of_cluster(info->other, info->other_cluster)

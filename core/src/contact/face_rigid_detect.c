@@ -309,7 +309,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(body->positions, &contact), contact.start);
     contact.slip = plii_contact_slip(pli_vec3_sub(face_motion, rigid_motion), contact.normal,
                                      state->def.friction * rigid->friction);
-    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1) ||
+    if (!PLII_GROW(body->context, &state->contacts, &state->capacity, state->count) ||
         (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -493,7 +493,7 @@ void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count) {
 static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* state, pli_rigid* rigid, int index) {
     if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return PLI_OK; }
     const int count = state->candidate_count;
-    if (!PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count + 1)) {
+    if (!PLII_GROW(body->context, &state->candidates, &state->candidate_capacity, count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->candidates[count] = (plii_rigid_faces_candidate){.rigid = rigid,

@@ -127,7 +127,7 @@ static void contact_events_visit(const plii_contact_report* report, void* user) 
 static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* rigid) {
     contact_events* state = data;
     if (!rigid->is_sensor && !state->def.senses_all) { return PLI_OK; }
-    if (!PLII_RESERVE(body->context, &state->sensed, &state->sensed_capacity, state->sensed_count + 1)) {
+    if (!PLII_GROW(body->context, &state->sensed, &state->sensed_capacity, state->sensed_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->sensed[state->sensed_count++] = rigid;

@@ -70,7 +70,7 @@ void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const 
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
     plii_pair_records* present = &cache->present;
     const plii_pair_records* before = &cache->before;
-    if (!PLII_RESERVE(context, &present->items, &present->capacity, present->count + 1)) { return NULL; }
+    if (!PLII_GROW(context, &present->items, &present->capacity, present->count)) { return NULL; }
     plii_pair_record* record = &present->items[present->count++];
     /* Mostly the one after that of the pair before: steps ask in the same order. */
     const int next = present->count > 1 ? record[-1].previous_index + 1 : 0;

@@ -133,7 +133,7 @@ static void self_faces_hit(int other, void* user) {
     const float distance = pli_vec3_length(plii_vec3_max(apart, pli_vec3_make(0, 0, 0)));
     if (!(distance <= state->reach)) { return; }
     plii_self_faces_hits* hits = query->hits;
-    if (!PLII_RESERVE(body->context, &hits->items, &hits->capacity, hits->count + 1)) {
+    if (!PLII_GROW(body->context, &hits->items, &hits->capacity, hits->count)) {
         hits->is_truncated = true;
         return;
     }
