@@ -480,9 +480,7 @@ static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (
         plii_edit_end(&pass.edit, is_ready ? swept_cut_all(&pass, corners) : PLI_ERROR_OUT_OF_MEMORY);
     if (status == PLI_OK) {
         *parted = pass.parted;
-        const swept_ends old = trace->ends;
-        trace->ends = pass.ends;
-        pass.ends = old;
+        PLII_SWAP(swept_ends, trace->ends, pass.ends);
     }
     PLII_RELEASE(body->context, pass.ends.tips, pass.ends.tip_capacity);
     PLII_RELEASE(body->context, pass.ends.edges, pass.ends.edge_capacity);

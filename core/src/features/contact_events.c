@@ -201,9 +201,7 @@ static void contact_events_list(pli_body* body, contact_events* state) {
 static void contact_events_end(pli_body* body, void* data) {
     contact_events* state = data;
     if (!body->world->is_stepping) { return; }
-    const contact_list past = state->past;
-    state->past = state->present;
-    state->present = past;
+    PLII_SWAP(contact_list, state->present, state->past);
     contact_list_clear(&state->present);
     /* Both have the same size, so that a snapshot of one fits the other. */
     (void)contact_list_reserve(body->context, &state->present, state->past.capacity);

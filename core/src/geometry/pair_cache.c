@@ -34,16 +34,15 @@ bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache) 
 }
 
 bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
-    plii_pair_records next = cache->before;
-    cache->before = cache->present;
-    next.count = 0;
+    plii_pair_records* next = &cache->present;
+    PLII_SWAP(plii_pair_records, cache->present, cache->before);
+    next->count = 0;
     /* Of the same size, so that a step like the last one needs nothing. Doubling would have each overtake the other. */
-    if (next.capacity < cache->before.capacity) {
-        PLII_RELEASE(context, next.items, next.capacity);
-        const bool has_memory = PLII_ALLOCATE(context, &next.items, cache->before.capacity);
-        next.capacity = has_memory ? cache->before.capacity : 0;
+    if (next->capacity < cache->before.capacity) {
+        PLII_RELEASE(context, next->items, next->capacity);
+        const bool has_memory = PLII_ALLOCATE(context, &next->items, cache->before.capacity);
+        next->capacity = has_memory ? cache->before.capacity : 0;
     }
-    cache->present = next;
     return plii_pair_cache_index_before(context, cache);
 }
 
