@@ -20,14 +20,14 @@ static void test_pairs_are_remembered_for_a_step(void** state) {
     plii_pair_cache memory = {0};
     assert_true(plii_pair_cache_begin_step(context, &memory));
     plii_pair_cache_get(context, &memory, first_key)->count = 3;
-    memory.present[0].slot = 7;
+    memory.present.items[0].slot = 7;
     assert_null(plii_pair_cache_find(&memory, first_key));
     assert_true(plii_pair_cache_begin_step(context, &memory));
     assert_int_equal(plii_pair_cache_find(&memory, first_key)->count, 3);
     assert_null(plii_pair_cache_find(&memory, second_key));
     assert_int_equal(plii_pair_cache_get(context, &memory, second_key)->count, 0);
     assert_int_equal(plii_pair_cache_get(context, &memory, first_key)->count, 3);
-    assert_int_equal(memory.present[1].slot, 0);
+    assert_int_equal(memory.present.items[1].slot, 0);
     assert_true(plii_pair_cache_begin_step(context, &memory));
     assert_true(plii_pair_cache_begin_step(context, &memory));
     assert_null(plii_pair_cache_find(&memory, first_key));
@@ -53,7 +53,7 @@ static void test_room_does_not_grow_by_itself(void** state) {
             if (step == 2) { settled = pli_context_allocated_bytes(context); }
         }
         assert_int_equal(pli_context_allocated_bytes(context), settled);
-        assert_true(memory.present_capacity <= 80);
+        assert_true(memory.present.capacity <= 80);
         plii_pair_cache_release(context, &memory);
         pli_context_destroy(context);
     }

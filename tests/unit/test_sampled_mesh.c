@@ -419,7 +419,7 @@ static void test_sampled_mesh_survives_every_failing_allocation(void** state) {
     (void)state;
     surface s = {0};
     surface_add_sphere(&s, 4, 1, pli_vec3_make(0, 0, 0), 1);
-    assert_int_equal(check_survives_failing_allocator(create_and_release, &s), 12);
+    assert_int_equal(check_survives_failing_allocator(create_and_release, &s), 11);
     surface_free(&s);
 }
 

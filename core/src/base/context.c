@@ -4,7 +4,6 @@
 
 #include <stdarg.h>
 #include <stdio.h>
-#include <string.h>
 #include <threads.h>
 
 const char* pli_status_string(pli_status status) {

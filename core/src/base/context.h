@@ -6,6 +6,7 @@
 #include "pliant/base.h"
 
 #include <stdbool.h>
+#include <string.h>
 
 /* What a step is at, and what it asks for memory for then. */
 typedef struct plii_pass {
@@ -173,6 +174,13 @@ bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
             if (!(goes)) { (items)[plii_kept++] = *item; }                                                             \
         }                                                                                                              \
         (count) = plii_kept;                                                                                           \
+    } while (0)
+/* Exchanges two values. */
+#define PLII_SWAP(type, a, b)                                                                                          \
+    do {                                                                                                               \
+        type const plii_swapped = (a);                                                                                 \
+        (a) = (b);                                                                                                     \
+        (b) = plii_swapped;                                                                                            \
     } while (0)
 /* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);

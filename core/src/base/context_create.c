@@ -3,7 +3,6 @@
 #include "base/handle.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Zeroed: of large blocks the system gives pages only when written. What calloc gave stands in front of the block. */
 static void* context_default_allocate(size_t size, size_t alignment, void* user) {

@@ -2,8 +2,6 @@
 
 #include "base/key_table.h"
 
-#include <string.h>
-
 bool plii_key_table_reserve(plii_key_table* table, int count) {
     if (count <= table->capacity / 2) { return true; }
     if (count > INT32_MAX / 4) { return false; }

@@ -1,7 +1,5 @@
 #include "base/ranges.h"
 
-#include <string.h>
-
 typedef struct blocks_task {
     plii_blocks blocks;
     int item_count;

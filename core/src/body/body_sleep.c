@@ -2,8 +2,6 @@
 
 #include "body/pipeline.h"
 
-#include <string.h>
-
 uint32_t plii_world_next_sleep_group(pli_world* world) {
     world->sleep_group += world->sleep_group == UINT32_MAX ? 2 : 1;
     return world->sleep_group;

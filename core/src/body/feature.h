@@ -95,6 +95,8 @@ typedef struct plii_feature_array {
     size_t element_size;
     plii_array_length length;
     size_t capacity;  /* of a list: offset of its capacity in the state */
+    size_t stride;    /* of lists in an array of structs: bytes from one to the next, */
+    int copies;       /* and how many there are; 0: 1 */
     int times, per;   /* so many elements for so many nodes, links or faces; 0: 1 */
     int more;         /* elements */
     bool is_in_body;  /* the pointer is a member of the body, not of the state */
@@ -116,6 +118,13 @@ typedef struct plii_feature_array {
 /* One that each step makes anew. */
 #define PLII_LEFT_LIST(type, pointer, capacity_member)                                                                 \
     { PLII_LIST_OF(type, pointer, capacity_member), .snapshot = PLII_LEFT }
+/* Of each struct in an array of the state. */
+#define PLII_LEFT_LISTS(type, structs, pointer, capacity_member)                                                       \
+    {                                                                                                                  \
+        PLII_LIST_OF(type, structs[0].pointer, structs[0].capacity_member),                                            \
+            .snapshot = PLII_LEFT, .stride = sizeof((type*)0)->structs[0],                                             \
+            .copies = sizeof((type*)0)->structs / sizeof((type*)0)->structs[0]                                         \
+    }
 #define PLII_LEFT_COUNTED(type, pointer, capacity_member, count_member)                                                \
     { PLII_COUNTED_LIST(type, pointer, capacity_member, count_member), .snapshot = PLII_LEFT }
 
@@ -130,17 +139,16 @@ typedef struct plii_feature_array {
 
 /* Lists of a plii_bvh. */
 #define PLII_BVH_LISTS(type, tree)                                                                                     \
-    PLII_LEFT_LIST(type, tree.items, tree.item_capacity),                                                              \
-        PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity),                                                  \
-        PLII_LEFT_LIST(type, tree.keys, tree.key_capacity), PLII_LEFT_LIST(type, tree.sorting, tree.sorting_capacity)
+    PLII_LEFT_LIST(type, tree.items, tree.item_capacity), PLII_LEFT_LIST(type, tree.keys, tree.key_capacity),          \
+        PLII_LEFT_LIST(type, tree.boxes.groups, tree.boxes.capacity)
 
 #define PLII_PAIR_RECORD_FIELDS "iiOi|12fi3fBii" /* of a plii_pair_record */
 /* Lists of a plii_pair_cache, and its table; what snapshots do with the list of this step, and with that before. */
 #define PLII_PAIR_CACHE_LISTS(type, cache, of_present, of_before)                                                      \
-    {PLII_COUNTED_LIST(type, cache.present, cache.present_capacity, cache.present_count), .is_kept = true,             \
+    {PLII_COUNTED_LIST(type, cache.present.items, cache.present.capacity, cache.present.count), .is_kept = true,       \
      .snapshot = of_present, .fields = PLII_PAIR_RECORD_FIELDS},                                                       \
         {PLII_KEY_TABLE_OF(type, cache.table)}, {                                                                      \
-        PLII_COUNTED_LIST(type, cache.before, cache.before_capacity, cache.before_count),                              \
+        PLII_COUNTED_LIST(type, cache.before.items, cache.before.capacity, cache.before.count),                        \
             .is_kept = true, .snapshot = of_before, .fields = PLII_PAIR_RECORD_FIELDS                                  \
     }
 

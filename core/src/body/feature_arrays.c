@@ -2,8 +2,6 @@
 
 #include "body/pipeline.h"
 
-#include <string.h>
-
 /* How many nodes, links and faces there are. */
 typedef struct feature_counts {
     size_t of[PLII_LIST];
@@ -65,16 +63,22 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
 void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state, bool only_scratch) {
     for (EACH_ARRAY(array, klass)) {
         if (only_scratch && !array->is_scratch) { continue; }
-        plii_release(body->context, plii_feature_array_address(body, array, state),
-                     plii_feature_array_bytes(body, array, state));
-        feature_array_set(body, array, state, NULL);
+        for (int k = 0; k == 0 || k < array->copies; ++k) {
+            void* at = k > 0 ? (char*)state + (size_t)k * array->stride : state;
+            plii_release(body->context, plii_feature_array_address(body, array, at),
+                         plii_feature_array_bytes(body, array, at));
+            feature_array_set(body, array, at, NULL);
+        }
     }
 }
 
 size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state) {
     size_t bytes = 0;
     for (EACH_ARRAY(array, klass)) {
-        bytes += plii_feature_array_bytes(body, array, state);
+        for (int k = 0; k == 0 || k < array->copies; ++k) {
+            const void* at = k > 0 ? (const char*)state + (size_t)k * array->stride : state;
+            bytes += plii_feature_array_bytes(body, array, at);
+        }
     }
     return bytes;
 }

@@ -58,7 +58,7 @@ static int groups_find_open(const plii_contact_batches* groups, uint64_t taken, 
 }
 
 static int groups_open(pli_context* context, plii_contact_batches* groups, int count) {
-    if (!PLII_RESERVE(context, &groups->groups, &groups->capacity, groups->count + 1)) { return PLI_NULL_INDEX; }
+    if (!PLII_GROW(context, &groups->groups, &groups->capacity, groups->count)) { return PLI_NULL_INDEX; }
     int bit = 0;
     if (groups->open_groups == UINT64_MAX) {
         /* The first to have been opened. */

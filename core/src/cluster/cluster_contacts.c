@@ -99,9 +99,9 @@ static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const 
     plii_cluster_contacts_clear(data);
 }
 
-static void cluster_contacts_measure_anew(plii_cluster_contacts* state, plii_pair_record* records, int count,
+static void cluster_contacts_measure_anew(plii_cluster_contacts* state, const plii_pair_records* records,
                                           const pli_rigid* rigid, bool are_others) {
-    for (PLII_EACH(plii_pair_record, record, records, count)) {
+    for (PLII_EACH(plii_pair_record, record, records->items, records->count)) {
         if (record->key.other != rigid) { continue; }
         if (record->slot > 0) { state->manifolds[record->slot - 1].key = NULL; }
         if (are_others) { record->cache = (plii_convex_cache){.count = 0}; }
@@ -109,10 +109,9 @@ static void cluster_contacts_measure_anew(plii_cluster_contacts* state, plii_pai
 }
 static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
     plii_cluster_contacts* state = data;
-    plii_pair_cache* memory = &state->memory;
     if (plii_body_clusters(body)->def.reference_mode) { return; } /* which follows no pairs */
-    cluster_contacts_measure_anew(state, memory->present, memory->present_count, rigid, are_others);
-    cluster_contacts_measure_anew(state, memory->before, memory->before_count, rigid, are_others);
+    cluster_contacts_measure_anew(state, &state->memory.present, rigid, are_others);
+    cluster_contacts_measure_anew(state, &state->memory.before, rigid, are_others);
 }
 
 /* New members join clusters, which keep their indices. */
@@ -170,10 +169,10 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
 /* After joints. */
 enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
 
-static bool cluster_contacts_meet_slots(const plii_cluster_contacts* state, const plii_pair_record* records, int count,
+static bool cluster_contacts_meet_slots(const plii_cluster_contacts* state, const plii_pair_records* records,
                                         bool* is_met) {
-    for (int i = 0; i < count; ++i) {
-        const int slot = records[i].slot;
+    for (int i = 0; i < records->count; ++i) {
+        const int slot = records->items[i].slot;
         if (slot < 0 || slot > state->manifold_count || (slot > 0 && is_met[slot - 1])) { return false; }
         if (slot > 0) { is_met[slot - 1] = true; }
     }
@@ -182,10 +181,8 @@ static bool cluster_contacts_meet_slots(const plii_cluster_contacts* state, cons
 
 /* No manifold is of two pairs, or of one and free. */
 static bool cluster_contacts_own_manifolds(const plii_cluster_contacts* state, bool* is_met) {
-    const plii_pair_cache* memory = &state->memory;
-    const bool are_single = cluster_contacts_meet_slots(state, memory->present, memory->present_count, is_met) &&
-                            cluster_contacts_meet_slots(state, memory->before, memory->before_count, is_met);
-    if (!are_single) { return false; }
+    if (!cluster_contacts_meet_slots(state, &state->memory.present, is_met)) { return false; }
+    if (!cluster_contacts_meet_slots(state, &state->memory.before, is_met)) { return false; }
     for (int slot = state->free_manifold1; slot != 0; slot = state->manifolds[slot - 1].age) {
         if (slot < 0 || slot > state->manifold_count || is_met[slot - 1]) { return false; }
         is_met[slot - 1] = true;
@@ -199,7 +196,6 @@ static void cluster_contacts_on_restored(pli_body* body, void* data) {
 
 static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
     const plii_cluster_contacts* state = data;
-    const plii_pair_cache* memory = &state->memory;
     for (int i = 0; i < state->neighbour_pair_count; ++i) {
         const int* pair = state->neighbour_pairs[i];
         if (pair[0] < 0 || pair[0] >= pair[1] || pair[1] >= plii_body_clusters(body)->count) { return false; }
@@ -207,7 +203,7 @@ static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
     for (int i = 0; i < state->manifold_count; ++i) {
         if (state->manifolds[i].count < 0 || state->manifolds[i].count > PLII_MANIFOLD_POINTS) { return false; }
     }
-    if (!plii_pair_cache_is_sound(memory, memory->before_count)) { return false; }
+    if (!plii_pair_cache_is_sound(&state->memory, state->memory.before.count)) { return false; }
     bool* is_met = plii_allocate(body->context, (size_t)state->manifold_count);
     const bool is_sound =
         (is_met != NULL || state->manifold_count == 0) && cluster_contacts_own_manifolds(state, is_met);

@@ -25,8 +25,11 @@ static pli_vec3 cluster_contact_velocity(const plii_cluster_contact* contact) {
                         plii_joint_velocity_at(&contact->targets[1], contact->arms[1]));
 }
 
-static void cluster_contact_make_as_reference(plii_cluster_contact* contact, const plii_joint_end sides[2],
-                                              const plii_contact_terms* terms) {
+static void cluster_contact_set_as_reference(plii_cluster_contact* contact, const plii_joint_end sides[2],
+                                             const plii_contact_terms* terms) {
+    contact->reference_mode = true;
+    contact->arms[0] = pli_vec3_sub(contact->info.witness, sides[0].frame.origin);
+    contact->arms[1] = pli_vec3_sub(contact->info.other_witness, sides[1].frame.origin);
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float approach = pli_vec3_dot(velocity, contact->normal);
     const pli_vec3 sliding = pli_vec3_sub(velocity, pli_vec3_scale(contact->normal, approach));
@@ -57,21 +60,6 @@ static void cluster_contact_set(plii_cluster_contact* contact, const pli_cluster
     const pli_vec3 turning = pli_vec3_cross(terms->velocity.angular, contact->arms[1]);
     contact->other_speed = pli_vec3_dot(pli_vec3_add(terms->velocity.linear, turning), normal);
     contact->as.terms = (pli_vec4){depth * terms->inverse_dt, terms->hardness, terms->split, terms->friction};
-}
-
-/* False when the sides are not near enough or the distance makes no sense. */
-static bool cluster_contact_make(const pli_cluster_contact* info, const plii_joint_end sides[2],
-                                 const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact) {
-    if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return false; }
-    const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
-    const plii_joint_target targets[2] = {sides[0].target, sides[1].target};
-    cluster_contact_set(contact, info, normal, targets, sides[0].frame.origin, sides[1].frame.origin, terms);
-    if (!reference_mode) { return true; }
-    contact->arms[0] = pli_vec3_sub(info->witness, sides[0].frame.origin);
-    contact->arms[1] = pli_vec3_sub(info->other_witness, sides[1].frame.origin);
-    contact->reference_mode = true;
-    cluster_contact_make_as_reference(contact, sides, terms);
-    return true;
 }
 
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, float dt, int iterations) {
@@ -207,9 +195,7 @@ static int cluster_contacts_alloc_manifold(pli_body* body, plii_cluster_contacts
         state->free_manifold1 = state->manifolds[slot - 1].age;
         return slot;
     }
-    if (!PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count + 1)) {
-        return 0;
-    }
+    if (!PLII_GROW(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count)) { return 0; }
     /* Files are to be equal where worlds are: nothing stays of one that was here before. */
     state->manifolds[state->manifold_count] = (plii_manifold){.count = 0};
     return ++state->manifold_count;
@@ -224,9 +210,9 @@ static void cluster_contacts_free_manifold(plii_cluster_contacts* state, int slo
 static plii_pair_record* cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key,
                                                  bool is_followed) {
     if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) { return NULL; }
-    plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
+    plii_pair_record* record = &state->memory.present.items[state->memory.present.count - 1];
     if (is_followed && record->previous_index != PLI_NULL_INDEX) {
-        int* before = &state->memory.before[record->previous_index].slot;
+        int* before = &state->memory.before.items[record->previous_index].slot;
         record->slot = *before;
         *before = 0;
     }
@@ -274,9 +260,8 @@ void plii_cluster_contacts_begin_step(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     state->count = 0;
     state->has_tree = false;
-    for (int i = 0; i < state->memory.before_count; ++i) {
-        const int slot = state->memory.before[i].slot;
-        if (slot > 0) { cluster_contacts_free_manifold(state, slot); }
+    for (PLII_EACH(const plii_pair_record, record, state->memory.before.items, state->memory.before.count)) {
+        if (record->slot > 0) { cluster_contacts_free_manifold(state, record->slot); }
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
     if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_clear(state); }
@@ -292,22 +277,22 @@ pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_
                                      const plii_contact_terms* terms) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
-    const bool reference_mode = plii_cluster_contacts_are_as_reference(body, info);
-    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    plii_joint_end* sides = pair->sides;
+    if (!PLII_GROW(body->context, &state->contacts, &state->capacity, state->count)) { return PLI_ERROR_OUT_OF_MEMORY; }
     if (!pair->has_sides) {
-        pair->sides[0] = plii_joint_end_of_cluster(body, info->cluster);
-        pair->sides[1] = info->other != NULL ? plii_joint_end_of_cluster(info->other, info->other_cluster)
-                                             : plii_joint_end_of_rigid(info->rigid);
-        if (info->rigid != NULL) { pair->sides[1].frame = state->rigid_pose; }
+        sides[0] = plii_joint_end_of_cluster(body, info->cluster);
+        sides[1] = info->other != NULL ? plii_joint_end_of_cluster(info->other, info->other_cluster)
+                                       : plii_joint_end_of_rigid(info->rigid);
+        if (info->rigid != NULL) { sides[1].frame = state->rigid_pose; }
         pair->has_sides = true;
     }
-    plii_cluster_contact* contact = &state->contacts[state->count];
-    if (cluster_contact_make(info, pair->sides, terms, reference_mode, contact)) {
-        contact->is_self = info->other == body;
-        state->count += 1;
-    }
+    if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return PLI_OK; }
+    const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
+    const plii_joint_target targets[2] = {sides[0].target, sides[1].target};
+    plii_cluster_contact* contact = &state->contacts[state->count++];
+    cluster_contact_set(contact, info, normal, targets, sides[0].frame.origin, sides[1].frame.origin, terms);
+    contact->is_self = info->other == body;
+    if (plii_cluster_contacts_are_as_reference(body, info)) { cluster_contact_set_as_reference(contact, sides, terms); }
     return PLI_OK;
 }
 

@@ -28,9 +28,7 @@ static inline float plii_near_nodes_spread(const plii_near_nodes* nodes, pli_vec
 
 static inline void plii_near_nodes_add(plii_near_nodes* nodes, plii_near_node node) {
     if (nodes->count > 0 && node.distance < nodes->kept[0].distance) {
-        const plii_near_node deepest = nodes->kept[0];
-        nodes->kept[0] = node;
-        node = deepest;
+        PLII_SWAP(plii_near_node, nodes->kept[0], node);
     }
     if (nodes->count < PLII_CLUSTER_CONTACTS_PER_PAIR) {
         nodes->kept[nodes->count++] = node;

@@ -255,7 +255,7 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
     const bool was_enabled = plii_feature_is_enabled(body, &plii_joints_class);
     PLII_TRY_ENABLE(body, joints_state, joints, plii_joints_class);
     if (!plii_id_pool_reserve(body->context, &joints->ids, 1) ||
-        !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
+        !PLII_GROW(body->context, &joints->items, &joints->capacity, joints->count)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_joints_class); }
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
     }

@@ -6,8 +6,6 @@
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 
-#include <string.h>
-
 typedef struct plii_anchor {
     int node, slot;
     pli_rigid* rigid;
@@ -442,22 +440,18 @@ pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
 
 // -------------------------------------------------------------------------------------------- many nodes at once
 
-static int anchor_find_node(const int* nodes, int count, int node) {
-    int place = 0;
-    while (place < count && nodes[place] != node) {
-        ++place;
-    }
-    return place;
-}
-
 /* Of one node of the list, when those before it are marked. */
 static pli_status anchor_check_listed(const pli_body* body, const int* nodes, int place, bool are_anchored,
                                       const char* function) {
     const int node = nodes[place];
     PLII_FAIL_IF(node < 0 || node >= body->node_count, body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
                  "nodes[%d] = %d is out of range, the body has %d nodes", place, node, body->node_count);
+    int first = 0; /* in the list */
+    while (body->anchored[node] == ANCHOR_LISTED && nodes[first] != node) {
+        ++first;
+    }
     PLII_FAIL_IF(body->anchored[node] == ANCHOR_LISTED, body->context, PLI_ERROR_INVALID_VALUE, function,
-                 "nodes[%d] and nodes[%d] are both %d", anchor_find_node(nodes, place, node), place, node);
+                 "nodes[%d] and nodes[%d] are both %d", first, place, node);
     PLII_FAIL_IF((body->anchored[node] != 0) != are_anchored, body->context, PLI_ERROR_INVALID_VALUE, function,
                  "nodes[%d] = %d is %s anchored", place, node, are_anchored ? "not" : "already");
     return PLI_OK;

@@ -3,8 +3,6 @@
 #include "body/contact_report.h"
 #include "body/pipeline.h"
 
-#include <string.h>
-
 static pli_status order_check(pli_context* context, const int* order, int count, uint8_t* marks, const char* function) {
     for (int i = 0; i < count; ++i) {
         PLII_FAIL_IF(order[i] < 0 || order[i] >= count, context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,

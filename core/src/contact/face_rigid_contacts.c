@@ -243,7 +243,7 @@ static float rigid_faces_longest_way(const pli_body* body, const plii_rigid_face
    the step, without which only the contacts that there are can be solved. */
 static void rigid_faces_finish(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
-    if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
+    if (state->candidate_count == 0 && state->memory.before.count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
     const int first = plii_rigid_faces_are_solved(body) ? state->count : 0;
     const float longest_way = rigid_faces_longest_way(body, state);
@@ -270,13 +270,14 @@ static void rigid_faces_finish(pli_body* body, void* data) {
     plii_rigid_faces_drop_candidates(state, 0);
 }
 
-/* Height of the witness point above the surface at the start, less the margin and what is given up of it. */
-static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact* contact) {
+/* Of the plane that is kept free at the start: the height of the witness point above it is the gap, less the margin and
+   what is given up of it. */
+static float rigid_faces_offset(const plii_rigid_face_contact* contact) {
     const plii_dvec3 apart =
         plii_dvec3_sub(plii_dvec3_from(contact->start), plii_dvec3_from(contact->rigid->path.begin.origin));
     const plii_dvec3 arm = plii_dvec3_from(contact->arm);
     const double height = plii_dvec3_dot(plii_dvec3_from(contact->normal), plii_dvec3_sub(apart, arm));
-    return (float)height - contact->given_up;
+    return (float)height - contact->given_up - pli_vec3_dot(contact->normal, contact->start);
 }
 
 static int rigid_faces_list_constraints(const pli_body* body, const void* data, int capacity,
@@ -290,7 +291,7 @@ static int rigid_faces_list_constraints(const pli_body* body, const void* data, 
         memcpy(constraint->face_nodes, from->nodes, sizeof constraint->face_nodes);
         constraint->pivot = pli_mat3_mul_vec3(pli_mat3_transpose(rigid->path.begin.rotation), from->arm);
         constraint->normal = from->normal;
-        constraint->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
+        constraint->offset = rigid_faces_offset(from);
         constraint->friction = state->def.friction * rigid->friction;
         constraint->hardness =
             rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
@@ -340,7 +341,7 @@ static void faces_begin(pli_body* body, void* data) {
         plii_point_contact* contact = plii_point_contacts_add(body, &state->substeps);
         if (contact == NULL) { return; } /* left out in this step */
         contact->normal = from->normal;
-        contact->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
+        contact->offset = rigid_faces_offset(from);
         contact->surface = (plii_substep_rigid_point){from->rigid, from->arm};
         contact->node_count = 3;
         memcpy(contact->nodes, from->nodes, sizeof contact->nodes);

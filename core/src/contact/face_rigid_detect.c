@@ -64,7 +64,7 @@ static bool held_is_outside(const plii_rigid_faces_pass* pass, const plii_rigid_
     if (!(begin >= least)) { return false; }
     if (!pass->is_at_end) { return true; }
     const pli_vec3 x = plii_xyz(body->positions[contact->node]);
-    const pli_vec3 surface = plii_rigid_velocity_at(rigid, pli_vec3_sub(x, pass->begin.origin));
+    const pli_vec3 surface = plii_rigid_velocity_at(rigid, pli_vec3_sub(x, pass->candidate->begin.origin));
     return pli_vec3_dot(n, x) + contact->normal.w - pli_vec3_dot(n, surface) * body->host_dt >= least;
 }
 
@@ -109,19 +109,18 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
     plii_rigid_faces_pass pass = {.body = body,
                                   .state = state,
                                   .candidate = candidate,
-                                  .candidate_index = candidate_index,
                                   .has_links = body->topology->face_count == 0,
-                                  .begin = candidate->begin,
                                   .end = plii_rigid_end_pose(candidate->rigid, body->host_dt),
                                   .radius = shape->def.support != NULL ? shape->def.radius : 0.0f};
     const pli_bounds local = plii_bounds_transform(shape->def.bounds(shape->def.user), candidate->shape_pose);
     pass.core =
         (plii_face_core){.shape = shape,
                          .pose = candidate->shape_pose,
-                         .rotation = pass.begin.rotation,
+                         .rotation = candidate->begin.rotation,
                          .rotation_vector = pli_vec3_scale(candidate->rigid->state.angular_velocity, body->host_dt),
                          .reach = pli_vec3_length(plii_vec3_max(pli_vec3_neg(local.min), local.max))};
-    const pli_bounds before = plii_bounds_transform(local, pass.begin), after = plii_bounds_transform(local, pass.end);
+    const pli_bounds before = plii_bounds_transform(local, candidate->begin),
+                     after = plii_bounds_transform(local, pass.end);
     pass.bounds = plii_bounds_grow(plii_bounds_join(before, after),
                                    rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.rotation_vector)));
     return pass;
@@ -187,7 +186,7 @@ static pli_vec3 rigid_faces_from_centre(const plii_face_sweep* sweep, pli_vec3 p
 /* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
 static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach,
                                               const plii_face_sweep* sweep, plii_rigid_faces_visit_fn* visit) {
-    const pli_transform before = pli_transform_mul((pli_transform){pass->begin.rotation, {0, 0, 0}}, pass->core.pose);
+    const pli_transform before = pli_transform_mul((pli_transform){pass->core.rotation, {0, 0, 0}}, pass->core.pose);
     const pli_transform after = pli_transform_mul((pli_transform){pass->end.rotation, {0, 0, 0}}, pass->core.pose);
     pli_vec3 begin[3], end[3];
     float farthest = 0.0f;
@@ -224,9 +223,9 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
     }
     if (held_is_flat(pass)) { return PLI_OK; }
     plii_face_sweep sweep = {.core = &pass->core, .is_link = pass->has_links};
-    sweep.origin = plii_dvec3_sub(plii_dvec3_from(begin[0]), plii_dvec3_from(pass->begin.origin));
+    sweep.origin = plii_dvec3_sub(plii_dvec3_from(begin[0]), plii_dvec3_from(pass->candidate->begin.origin));
     for (int k = 0; k < 3; ++k) {
-        sweep.begin[k] = rigid_faces_relative(begin[k], pass->begin.origin, sweep.origin);
+        sweep.begin[k] = rigid_faces_relative(begin[k], pass->candidate->begin.origin, sweep.origin);
         sweep.end[k] = rigid_faces_relative(end[k], pass->end.origin, sweep.origin);
     }
     if (rigid_faces_is_anchored(pass)) { return PLI_OK; }
@@ -287,7 +286,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     plii_rigid_faces* state = pass->state;
     pli_rigid* rigid = pass->candidate->rigid;
     plii_rigid_face_contact contact = {.rigid = rigid,
-                                       .candidate = pass->candidate_index,
+                                       .candidate = (int)(pass->candidate - state->candidates),
                                        .shape = pass->candidate->shape_index,
                                        .element = pass->element,
                                        .nodes = {pass->nodes[0], pass->nodes[1], pass->nodes[2]},
@@ -310,7 +309,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(body->positions, &contact), contact.start);
     contact.slip = plii_contact_slip(pli_vec3_sub(face_motion, rigid_motion), contact.normal,
                                      state->def.friction * rigid->friction);
-    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1) ||
+    if (!PLII_GROW(body->context, &state->contacts, &state->capacity, state->count) ||
         (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -344,7 +343,7 @@ static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, const pli
 static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float max_distance,
                               plii_face_moment* moment) {
     if (pass->triangle == NULL) { return plii_face_sweep_look(sweep, 0.0f, max_distance, moment); }
-    const pli_mat3 rotation = pli_mat3_mul(pass->begin.rotation, pass->core.pose.rotation);
+    const pli_mat3 rotation = pli_mat3_mul(pass->core.rotation, pass->core.pose.rotation);
     const pli_vec3 front = pli_mat3_mul_vec3(rotation, pass->triangle->normal);
     plii_face_sweep known = *sweep;
     if (!plii_face_sweep_look(&known, 0.0f, max_distance, moment)) { return false; }
@@ -494,7 +493,7 @@ void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count) {
 static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* state, pli_rigid* rigid, int index) {
     if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return PLI_OK; }
     const int count = state->candidate_count;
-    if (!PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count + 1)) {
+    if (!PLII_GROW(body->context, &state->candidates, &state->candidate_capacity, count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->candidates[count] = (plii_rigid_faces_candidate){.rigid = rigid,

@@ -59,9 +59,8 @@ typedef struct plii_rigid_faces_pass {
     pli_body* body;
     plii_rigid_faces* state;
     const plii_rigid_faces_candidate* candidate;
-    int candidate_index;
-    bool has_links;           /* elements are links */
-    pli_transform begin, end; /* poses of the rigid body */
+    bool has_links;    /* elements are links */
+    pli_transform end; /* pose of the rigid body */
     plii_face_core core;
     float radius;
     const plii_shape_triangle* triangle; /* the piece that the core is; NULL when the shape is convex */

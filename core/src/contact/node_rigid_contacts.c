@@ -97,7 +97,7 @@ static inline pli_status rigid_contacts_add(const rigid_contacts_candidate* cand
     pli_rigid* rigid = candidate->rigid;
     if (!(body->positions[node].w + rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
     if ((state->count == state->capacity &&
-         !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) ||
+         !PLII_GROW(body->context, &state->contacts, &state->capacity, state->count)) ||
         (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }

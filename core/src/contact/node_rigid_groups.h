@@ -39,13 +39,12 @@ typedef struct plii_rigid_groups {
 
 /* One sweep of a substep. */
 typedef struct plii_rigid_groups_pass {
-    const pli_vec4* positions; /* NULL: displacements are positions */
-    pli_vec4 *displacements, *start_displacements;
-    float dt, moved_time;                      /* s, of the substep and of those before */
-    float share;                               /* of the step */
-    float alpha;                               /* compliance / dt^2, 1/kg */
-    float recovery;                            /* m, in a substep at most */
-    bool is_first, is_last, has_new_positions; /* is_last: nobody asks for the sums */
+    const plii_substep* substep;
+    const pli_vec4* positions;
+    float share;      /* of the step */
+    float alpha;      /* compliance / dt^2, 1/kg */
+    float recovery;   /* m, in a substep at most */
+    bool leaves_sums; /* somebody asks for them */
 } plii_rigid_groups_pass;
 
 /* One sweep with the instructions of every processor of the target or with more; all with the same results. */

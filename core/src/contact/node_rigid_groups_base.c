@@ -35,14 +35,16 @@ PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indi
 
 PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group,
                                   const plii_rigid_surface* surface) {
+    const plii_substep* substep = pass->substep;
+    const bool is_first = substep->is_first_sweep;
     const plii_float8 zero = plii_float8_all(0.0f);
-    const plii_nodes8 start = plii_nodes8_gather(pass->start_displacements, group->scaled_indices);
-    const plii_nodes8 now = plii_nodes8_gather(pass->displacements, group->scaled_indices);
+    const plii_nodes8 start = plii_nodes8_gather(substep->start_displacements, group->scaled_indices);
+    const plii_nodes8 now = plii_nodes8_gather(substep->displacements, group->scaled_indices);
     const plii_float8 weight = now.w;
     const plii_vec3x8 normal = groups_load(group->normal);
-    if (pass->is_first && pass->has_new_positions) {
+    if (is_first && substep->has_new_positions) {
         plii_float8 height = plii_float8_load(group->offset);
-        if (pass->positions != NULL) {
+        if (!substep->is_absolute) {
             const plii_nodes8 x = plii_nodes8_gather(pass->positions, group->scaled_indices);
             height = plii_float8_add(plii_vec3x8_dot(normal, (plii_vec3x8){x.x, x.y, x.z}), height);
         }
@@ -52,16 +54,16 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     plii_vec3x8 motion = plii_vec3x8_sub((plii_vec3x8){now.x, now.y, now.z}, from);
     if (surface != NULL) {
         const plii_vec3x8 velocity = groups_load(surface->velocity);
-        from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all(pass->moved_time)));
-        motion = plii_vec3x8_sub(motion, plii_vec3x8_scale(velocity, plii_float8_all(pass->dt)));
+        from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all((float)substep->index * substep->dt)));
+        motion = plii_vec3x8_sub(motion, plii_vec3x8_scale(velocity, plii_float8_all(substep->dt)));
     }
     const plii_float8 gap = plii_float8_add(plii_vec3x8_dot(normal, from), plii_float8_load(group->height));
     const plii_float8 along = plii_vec3x8_dot(normal, motion);
     const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
     const plii_float8 squeeze = plii_float8_load(group->squeeze);
-    if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero) |
-                           plii_float8_less_bits(zero, squeeze)) == 0) {
-        if (!pass->is_last) {
+    if (is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero) |
+                     plii_float8_less_bits(zero, squeeze)) == 0) {
+        if (pass->leaves_sums) {
             plii_float8_store(group->sum.push, zero);
             groups_store(group->sum.friction, (plii_vec3x8){zero, zero, zero});
         }
@@ -70,7 +72,7 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
 
     plii_float8 pushed_before = zero;
     plii_vec3x8 rubbed_before = {zero, zero, zero};
-    if (!pass->is_first) {
+    if (!is_first) {
         pushed_before = plii_float8_load(group->sum.push);
         rubbed_before = groups_load(group->sum.friction);
     }
@@ -91,7 +93,7 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     const plii_float8 limit = plii_float8_mul(plii_float8_load(group->friction), pressed);
     rubbed = plii_vec3x8_scale(
         rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
-    if (!pass->is_last) {
+    if (pass->leaves_sums) {
         plii_float8_store(group->sum.push, pushed);
         groups_store(group->sum.friction, rubbed);
     }
@@ -99,14 +101,14 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     plii_vec3x8 moves = plii_vec3x8_add(plii_vec3x8_scale(normal, plii_float8_sub(pushed, pushed_before)),
                                         plii_vec3x8_sub(rubbed, rubbed_before));
     /* A penetration from before goes without leaving speed, as if the node had started there. */
-    if (pass->is_first && plii_float8_less_bits(gap, zero) != 0) {
+    if (is_first && plii_float8_less_bits(gap, zero) != 0) {
         const plii_float8 depth = plii_float8_max(plii_float8_sub(zero, gap), zero);
         const plii_float8 recovered = plii_float8_min(depth, plii_float8_all(pass->recovery));
         const plii_vec3x8 shift = plii_vec3x8_scale(normal, plii_float8_where_greater(weight, zero, recovered));
-        groups_move(pass->start_displacements, group->scaled_indices, shift);
+        groups_move(substep->start_displacements, group->scaled_indices, shift);
         moves = plii_vec3x8_add(moves, shift);
     }
-    groups_move(pass->displacements, group->scaled_indices, moves);
+    groups_move(substep->displacements, group->scaled_indices, moves);
 }
 
 void PLII_KERNEL_NAME(plii_rigid_groups_sweep)(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass) {

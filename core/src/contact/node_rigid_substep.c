@@ -251,18 +251,13 @@ static void rigid_substep_record(plii_rigid_contacts* found, const plii_substep*
 static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
     plii_rigid_contacts* found = data;
     const float compliance = found->def.compliance;
-    const plii_rigid_groups_pass pass = {.positions = substep->is_absolute ? NULL : body->positions,
-                                         .displacements = substep->displacements,
-                                         .start_displacements = substep->start_displacements,
-                                         .dt = substep->dt,
-                                         .moved_time = (float)substep->index * substep->dt,
+    const plii_rigid_groups_pass pass = {.substep = substep,
+                                         .positions = body->positions,
                                          .share = substep->dt * body->step.inverse_dt,
                                          .alpha = compliance * substep->inverse_dt * substep->inverse_dt,
                                          .recovery =
                                              plii_contact_recovery_speed(found->def.recovery_speed) * substep->dt,
-                                         .has_new_positions = substep->has_new_positions,
-                                         .is_first = substep->is_first_sweep,
-                                         .is_last = substep->is_last_sweep && !body->records_contacts};
+                                         .leaves_sums = !substep->is_last_sweep || body->records_contacts};
     plii_point_contacts_sweep(body, &found->substeps.contacts, substep, compliance);
     if (found->substeps.groups.count > 0) {
         PLII_KERNEL(body->context, plii_rigid_groups_sweep)(&found->substeps.groups, &pass);

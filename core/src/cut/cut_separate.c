@@ -115,7 +115,7 @@ static bool separate_copy(separate_work* work, int node, uint8_t* is_parted) {
 static bool separate_note_pair(separate_work* work, int a, int b) {
     const int original_a = separate_original(work, a), original_b = separate_original(work, b);
     plii_edge* edge = plii_edge_map_add(&work->edges, original_a, original_b);
-    if (edge == NULL || !PLII_RESERVE(work->edit->context, &work->pairs, &work->pair_capacity, work->pair_count + 1)) {
+    if (edge == NULL || !PLII_GROW(work->edit->context, &work->pairs, &work->pair_capacity, work->pair_count)) {
         return false;
     }
     const separate_pair pair = {original_a == edge->a ? a : b, original_a == edge->a ? b : a, PLI_NULL_INDEX};

@@ -343,7 +343,7 @@ static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node
         const unsigned marks = i < pass->node_count ? pass->marks[i] : SWEPT_ON_BLADE | SWEPT_HAS_FACE;
         const bool is_on_surface = (marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) == (SWEPT_ON_BLADE | SWEPT_HAS_FACE);
         if (!is_on_surface || is_parted[i] != 0 || (marks & SWEPT_IS_TIP) != 0) { continue; }
-        if (!PLII_RESERVE(pass->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
+        if (!PLII_GROW(pass->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count)) { return false; }
         ends->tips[ends->tip_count++] = i;
     }
     return true;
@@ -355,9 +355,7 @@ static bool swept_find_closed_edges(swept_pass* pass, const uint8_t* is_parted) 
     ends->edge_count = 0;
     for (PLII_EACH(const plii_edge, edge, pass->cuts.edges, pass->cuts.count)) {
         if (is_parted[edge->a] != 0 || is_parted[edge->b] != 0) { continue; }
-        if (!PLII_RESERVE(pass->edit.context, &ends->edges, &ends->edge_capacity, ends->edge_count + 1)) {
-            return false;
-        }
+        if (!PLII_GROW(pass->edit.context, &ends->edges, &ends->edge_capacity, ends->edge_count)) { return false; }
         ends->edges[ends->edge_count][0] = edge->a;
         ends->edges[ends->edge_count++][1] = edge->b;
     }
@@ -482,9 +480,7 @@ static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (
         plii_edit_end(&pass.edit, is_ready ? swept_cut_all(&pass, corners) : PLI_ERROR_OUT_OF_MEMORY);
     if (status == PLI_OK) {
         *parted = pass.parted;
-        const swept_ends old = trace->ends;
-        trace->ends = pass.ends;
-        pass.ends = old;
+        PLII_SWAP(swept_ends, trace->ends, pass.ends);
     }
     PLII_RELEASE(body->context, pass.ends.tips, pass.ends.tip_capacity);
     PLII_RELEASE(body->context, pass.ends.edges, pass.ends.edge_capacity);

@@ -4,8 +4,6 @@
 #include "cut/topology_edit.h"
 #include "body/pipeline.h"
 
-#include <string.h>
-
 // ----------------------------------------------------------------------------------------------------- life
 
 static void edit_close(plii_edit* edit) {

@@ -7,8 +7,6 @@
 #include "math/bounds.h"
 #include "shape/shape_impl.h"
 
-#include <string.h>
-
 /* Of the margin: so far from the surface a contact does not end yet. What rests leaves and comes back by less. */
 #define CONTACT_EVENTS_SLACK 0.25f
 
@@ -36,8 +34,8 @@ typedef struct contact_events {
     contact_list present, past; /* of the last step, and of the one before */
     pli_rigid** sensed;         /* met in this step */
     int sensed_count, sensed_capacity;
-    pli_contact_event* events; /* phase by phase */
-    int event_capacity, event_counts[CONTACT_PHASES];
+    pli_contact_event* events;                          /* phase by phase */
+    int event_capacity, event_ends[CONTACT_PHASES + 1]; /* of each phase, after the start of the first: 0 */
 } contact_events;
 
 static int contact_list_find(const contact_list* list, plii_pair_key key) {
@@ -129,7 +127,7 @@ static void contact_events_visit(const plii_contact_report* report, void* user) 
 static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* rigid) {
     contact_events* state = data;
     if (!rigid->is_sensor && !state->def.senses_all) { return PLI_OK; }
-    if (!PLII_RESERVE(body->context, &state->sensed, &state->sensed_capacity, state->sensed_count + 1)) {
+    if (!PLII_GROW(body->context, &state->sensed, &state->sensed_capacity, state->sensed_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->sensed[state->sensed_count++] = rigid;
@@ -169,37 +167,33 @@ static void contact_events_begin(pli_body* body, void* data) {
     state->sensed_count = 0;
 }
 
-static int contact_events_before(const contact_events* state, int phase) {
-    int count = 0;
-    for (int k = 0; k < phase; ++k) {
-        count += state->event_counts[k];
+/* Phases come one after the other. */
+static pli_contact_event* contact_events_append(contact_events* state, int phase, const contact_item* item) {
+    pli_contact_event* event = &state->events[state->event_ends[CONTACT_PHASES]];
+    *event = item->event;
+    for (int k = phase + 1; k <= CONTACT_PHASES; ++k) {
+        state->event_ends[k] += 1;
     }
-    return count;
-}
-
-static void contact_events_append(contact_events* state, pli_contact_phase phase, const contact_item* item) {
-    const int end = contact_events_before(state, (int)phase + 1);
-    state->event_counts[phase] += 1;
-    state->events[end] = item->event;
-    if (phase != PLI_CONTACT_END) { return; }
-    state->events[end].impulse = pli_vec3_make(0, 0, 0);
-    state->events[end].contact_count = 0;
+    return event;
 }
 
 static void contact_events_list(pli_body* body, contact_events* state) {
     contact_list *present = &state->present, *past = &state->past;
-    memset(state->event_counts, 0, sizeof state->event_counts);
+    memset(state->event_ends, 0, sizeof state->event_ends);
     if (!PLII_RESERVE(body->context, &state->events, &state->event_capacity, present->count + past->count)) { return; }
     for (int phase = PLI_CONTACT_BEGIN; phase <= PLI_CONTACT_PERSIST; ++phase) {
         for (int i = 0; i < present->count; ++i) {
             const int before = contact_list_find(past, present->items[i].key);
             if ((before == PLI_NULL_INDEX) != (phase == PLI_CONTACT_BEGIN)) { continue; }
             if (before != PLI_NULL_INDEX) { past->items[before].goes_on = true; }
-            contact_events_append(state, (pli_contact_phase)phase, &present->items[i]);
+            (void)contact_events_append(state, phase, &present->items[i]);
         }
     }
     for (int i = 0; i < past->count; ++i) {
-        if (!past->items[i].goes_on) { contact_events_append(state, PLI_CONTACT_END, &past->items[i]); }
+        if (past->items[i].goes_on) { continue; }
+        pli_contact_event* event = contact_events_append(state, PLI_CONTACT_END, &past->items[i]);
+        event->impulse = pli_vec3_make(0, 0, 0);
+        event->contact_count = 0;
     }
 }
 
@@ -207,9 +201,7 @@ static void contact_events_list(pli_body* body, contact_events* state) {
 static void contact_events_end(pli_body* body, void* data) {
     contact_events* state = data;
     if (!body->world->is_stepping) { return; }
-    const contact_list past = state->past;
-    state->past = state->present;
-    state->present = past;
+    PLII_SWAP(contact_list, state->present, state->past);
     contact_list_clear(&state->present);
     /* Both have the same size, so that a snapshot of one fits the other. */
     (void)contact_list_reserve(body->context, &state->present, state->past.capacity);
@@ -244,7 +236,7 @@ static void contact_events_forget(contact_events* state, const void* gone) {
         if (item->key.other == gone) { item->key.other = NULL; }
         contact_forget(&item->event, gone);
     }
-    for (int i = 0; i < contact_events_before(state, CONTACT_PHASES); ++i) {
+    for (int i = 0; i < state->event_ends[CONTACT_PHASES]; ++i) {
         contact_forget(&state->events[i], gone);
     }
     PLII_REMOVE_IF(pli_rigid*, at, state->sensed, state->sensed_count, *at == gone);
@@ -297,7 +289,7 @@ enum { CONTACT_EVENTS_BEGIN_ORDER = 0, CONTACT_EVENTS_END_ORDER = 100 }; /* afte
 /* What has begun and ended was told already. */
 static void contact_events_on_restored(pli_body* body, void* data) {
     contact_events* state = data;
-    memset(state->event_counts, 0, sizeof state->event_counts);
+    memset(state->event_ends, 0, sizeof state->event_ends);
     plii_key_table_clear(&state->past.table);
     plii_key_table_clear(&state->present.table);
     if (!contact_list_reserve(body->context, &state->present, state->present.count)) { return; } /* all begin anew */
@@ -311,7 +303,7 @@ const plii_feature_class plii_contact_events_class = {
     .state_size = sizeof(contact_events),
     .state_parts = PLII_STATE_PARTS(
         PLII_STATE_OF(contact_events, def, PLII_SAVED, "2Bu"), PLII_STATE(contact_events, present.table, PLII_LEFT),
-        PLII_STATE(contact_events, past.table, PLII_LEFT), PLII_STATE(contact_events, event_counts, PLII_LEFT)),
+        PLII_STATE(contact_events, past.table, PLII_LEFT), PLII_STATE(contact_events, event_ends, PLII_LEFT)),
     .on_restored = contact_events_on_restored,
     /* What there is outlives a cut. */
     .arrays =
@@ -342,7 +334,7 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     PLII_TRY_ENABLE(body, contact_events, state, plii_contact_events_class);
     state->def = used;
     contact_list_clear(&state->present);
-    memset(state->event_counts, 0, sizeof state->event_counts);
+    memset(state->event_ends, 0, sizeof state->event_ends);
     body->records_contacts = true;
     return plii_body_changed(body, PLI_OK);
 }
@@ -352,7 +344,8 @@ const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_c
     if (count != NULL) { *count = 0; }
     if (plii_check_body(body, __func__) != PLI_OK || (unsigned)phase >= CONTACT_PHASES) { return NULL; }
     const contact_events* state = plii_feature_state(body, &plii_contact_events_class);
-    if (state == NULL || plii_body_is_idle(body) || state->event_counts[phase] == 0) { return NULL; }
-    if (count != NULL) { *count = state->event_counts[phase]; }
-    return &state->events[contact_events_before(state, (int)phase)];
+    if (state == NULL || plii_body_is_idle(body)) { return NULL; }
+    const int begin = state->event_ends[phase], end = state->event_ends[phase + 1];
+    if (count != NULL) { *count = end - begin; }
+    return end > begin ? &state->events[begin] : NULL;
 }

@@ -9,8 +9,6 @@
 #include "body/substep.h"
 #include "geometry/closest_point.h"
 
-#include <string.h>
-
 typedef struct drag_item {
     int slot;
     int nodes[3], node_count;
@@ -227,7 +225,7 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
     if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
     const bool was_enabled = plii_feature_state(body, &plii_drag_class) != NULL;
     PLII_TRY_ENABLE(body, drag_state, state, plii_drag_class);
-    if (!PLII_RESERVE(body->context, &state->items, &state->capacity, state->count + 1) ||
+    if (!PLII_GROW(body->context, &state->items, &state->capacity, state->count) ||
         !plii_id_pool_reserve(body->context, &state->ids, 1)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_drag_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a drag");

@@ -3,8 +3,6 @@
 #include "pliant/drawing.h"
 #include "body/pipeline.h"
 
-#include <string.h>
-
 typedef struct drawn_normals_state {
     pli_vec3* previous; /* [node_count] at the start of the last step, or since nodes were placed */
 } drawn_normals_state;
@@ -70,10 +68,6 @@ static pli_status vertices_check_nodes(const pli_body* body, const pli_vertex_bu
     return PLI_OK;
 }
 
-static void vertex_write(char* to, pli_vec3 value) {
-    memcpy(to, &value, sizeof value);
-}
-
 /* Of the body's step, given that of the world's. */
 static float vertices_share_of_step(const pli_body* body, float factor) {
     const plii_update_interval* interval = &body->interval;
@@ -101,13 +95,12 @@ pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer
     char* vertex = buffer->vertices;
     for (int i = 0; i < buffer->vertex_count; ++i, vertex += buffer->stride) {
         const int node = buffer->vertex_nodes != NULL ? buffer->vertex_nodes[i] : i;
-        vertex_write(vertex + buffer->position_offset,
-                     pli_vec3_lerp(plii_xyz(body->previous[node]), plii_xyz(body->positions[node]), factor));
+        const pli_vec3 place = pli_vec3_lerp(plii_xyz(body->previous[node]), plii_xyz(body->positions[node]), factor);
+        memcpy(vertex + buffer->position_offset, &place, sizeof place);
         if (normals == NULL) { continue; }
         const pli_vec3 sum = pli_vec3_lerp(normals->previous[node], body->normals[node], factor);
-        const float length = pli_vec3_length(sum);
-        vertex_write(vertex + buffer->normal_offset,
-                     length > PLII_EPSILON ? pli_vec3_scale(sum, 1.0f / length) : body->normals[node]);
+        const pli_vec3 normal = plii_vec3_unit_or(sum, PLII_EPSILON, body->normals[node]);
+        memcpy(vertex + buffer->normal_offset, &normal, sizeof normal);
     }
     return PLI_OK;
 }

@@ -79,7 +79,7 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
         state->motions[i] = motion;
         return plii_body_changed(body, PLI_OK);
     }
-    if (!PLII_RESERVE(body->context, &state->motions, &state->capacity, state->count + 1)) {
+    if (!PLII_GROW(body->context, &state->motions, &state->capacity, state->count)) {
         if (!was_enabled) { plii_feature_disable(body, &plii_node_motion_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the motion of a node");
     }

@@ -42,7 +42,7 @@ static void restitution_note(const plii_contact_report* report, void* user) {
     restitution_state* state = visit->state;
     for (int k = 0; k < report->node_count; ++k) {
         if (!(report->weights[k] > RESTITUTION_LEAST_WEIGHT)) { continue; }
-        if (!PLII_RESERVE(visit->body->context, &state->approaches, &state->capacity, state->count + 1)) { return; }
+        if (!PLII_GROW(visit->body->context, &state->approaches, &state->capacity, state->count)) { return; }
         state->approaches[state->count++] = restitution_speed(visit->body, report, k);
     }
 }

@@ -5,8 +5,6 @@
 #include "body/pipeline.h"
 #include "body/substep.h"
 
-#include <string.h>
-
 /* Where a target is. */
 typedef struct target_pose {
     pli_vec3 position, normal; /* the normal is unit where there is a backstop */

@@ -202,7 +202,7 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
             !tether_of(body, state, constraint->node)) {
             continue;
         }
-        if (!PLII_RESERVE(body->context, &state->loads, &state->load_capacity, state->load_count + 1)) { return; }
+        if (!PLII_GROW(body->context, &state->loads, &state->load_capacity, state->load_count)) { return; }
         const pli_transform pose =
             body->solver_class->has_substeps ? constraint->rigid->path.begin : constraint->rigid->state.pose;
         tether_load* load = &state->loads[state->load_count++];

@@ -7,7 +7,6 @@
 #include "mesh/mesh_impl.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static const plii_state_part file_body_parts[] = {
     PLII_STATE_OF(pli_body, is_frozen, PLII_SAVED, "B"),

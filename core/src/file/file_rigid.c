@@ -4,8 +4,6 @@
 
 #include "shape/shape_impl.h"
 
-#include <string.h>
-
 enum { FILE_SHAPE_NUMBERS = 8 }; /* of the kinds that a file has whole */
 
 /* What it is made from. */

@@ -5,7 +5,6 @@
 #include "cluster/joint_impl.h"
 
 #include <ctype.h>
-#include <string.h>
 
 void plii_file_refuse(plii_file* file, const char* problem) {
     if (file->status != PLI_OK) { return; }

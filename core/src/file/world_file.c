@@ -3,8 +3,6 @@
 
 #include "file/file_impl.h"
 
-#include <string.h>
-
 /* Before everything else. */
 typedef struct file_header {
     uint32_t magic[2]; /* "PLIWORLD" */

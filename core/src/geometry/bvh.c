@@ -185,9 +185,10 @@ static void bvh_sort_by(int shift, int count, const uint32_t* keys, const int* i
 /* Sorts items by key, least significant bits first, there and back. */
 static void bvh_sort(plii_bvh* tree, int count) {
     uint32_t* other_keys = tree->keys + count;
+    int* other_items = tree->items + count;
     for (int shift = 0; shift < 32; shift += 16) {
-        bvh_sort_by(shift, count, tree->keys, tree->items, other_keys, tree->sorting);
-        bvh_sort_by(shift + 8, count, other_keys, tree->sorting, tree->keys, tree->items);
+        bvh_sort_by(shift, count, tree->keys, tree->items, other_keys, other_items);
+        bvh_sort_by(shift + 8, count, other_keys, other_items, tree->keys, tree->items);
     }
 }
 
@@ -195,8 +196,7 @@ bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_b
     tree->count = 0;
     tree->boxes.level_count = 0;
     if (count <= 0) { return true; }
-    if (!PLII_RESERVE(context, &tree->items, &tree->item_capacity, count) ||
-        !PLII_RESERVE(context, &tree->sorting, &tree->sorting_capacity, count) ||
+    if (!PLII_RESERVE(context, &tree->items, &tree->item_capacity, 2 * count) ||
         !PLII_RESERVE(context, &tree->keys, &tree->key_capacity, 2 * count)) {
         return false;
     }
@@ -235,7 +235,6 @@ void plii_bvh_free(pli_context* context, plii_bvh* tree) {
     plii_bvh4_free(context, &tree->boxes);
     PLII_RELEASE(context, tree->items, tree->item_capacity);
     PLII_RELEASE(context, tree->keys, tree->key_capacity);
-    PLII_RELEASE(context, tree->sorting, tree->sorting_capacity);
     *tree = (plii_bvh){.count = 0};
 }
 

@@ -26,11 +26,10 @@ typedef struct plii_bvh4 {
 /* Boxes along a Z-order curve. */
 typedef struct plii_bvh {
     int count;  /* items */
-    int* items; /* [count] the item of each box */
+    int* items; /* [count] the item of each box; as many more are scratch */
     plii_bvh4 boxes;
     uint32_t* keys; /* [2 * count] scratch: Z-order keys */
-    int* sorting;   /* [count] scratch */
-    int item_capacity, key_capacity, sorting_capacity;
+    int item_capacity, key_capacity;
 } plii_bvh;
 
 /* Levels over `width` boxes of the lowest one, up to a single one: fills `begin`, where each level begins, and after

@@ -9,8 +9,6 @@
 #include "math/dvec3.h"
 #include "math/range.h"
 
-#include <string.h>
-
 typedef struct hull_face {
     int corners[3];
     int neighbours[3]; /* face across the edge from corner i to corner i + 1 */
@@ -258,11 +256,7 @@ static bool hull_find_start(const hull_work* work, int corners[4]) {
     }
     const int side =
         plii_orient3d(origin, work->points[corners[1]], work->points[corners[2]], work->points[corners[3]]);
-    if (side > 0) { /* the base is to be seen from outside */
-        const int swapped = corners[1];
-        corners[1] = corners[2];
-        corners[2] = swapped;
-    }
+    if (side > 0) { PLII_SWAP(int, corners[1], corners[2]); } /* the base is to be seen from outside */
     return side != 0;
 }
 

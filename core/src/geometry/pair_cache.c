@@ -15,38 +15,33 @@ bool plii_pair_keys_equal(plii_pair_key a, plii_pair_key b) {
 
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count) {
     cache->table.context = context;
-    return PLII_RESERVE(context, &cache->present, &cache->present_capacity, count) &&
-           PLII_RESERVE(context, &cache->before, &cache->before_capacity, count) &&
+    return PLII_RESERVE(context, &cache->present.items, &cache->present.capacity, count) &&
+           PLII_RESERVE(context, &cache->before.items, &cache->before.capacity, count) &&
            plii_key_table_reserve(&cache->table, count);
 }
 
 bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache) {
     plii_key_table_clear(&cache->table);
     cache->table.context = context;
-    if (!plii_key_table_reserve(&cache->table, cache->before_count)) {
-        cache->before_count = 0;
+    if (!plii_key_table_reserve(&cache->table, cache->before.count)) {
+        cache->before.count = 0;
         return false;
     }
-    for (int i = 0; i < cache->before_count; ++i) {
-        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
+    for (int i = 0; i < cache->before.count; ++i) {
+        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before.items[i].key), i);
     }
     return true;
 }
 
 bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
-    plii_pair_record* records = cache->before;
-    const int capacity = cache->before_capacity;
-    cache->before = cache->present;
-    cache->before_capacity = cache->present_capacity;
-    cache->before_count = cache->present_count;
-    cache->present = records;
-    cache->present_capacity = capacity;
-    cache->present_count = 0;
+    plii_pair_records* next = &cache->present;
+    PLII_SWAP(plii_pair_records, cache->present, cache->before);
+    next->count = 0;
     /* Of the same size, so that a step like the last one needs nothing. Doubling would have each overtake the other. */
-    if (cache->present_capacity < cache->before_capacity) {
-        PLII_RELEASE(context, cache->present, cache->present_capacity);
-        cache->present = plii_allocate(context, (size_t)cache->before_capacity * sizeof *cache->present);
-        cache->present_capacity = cache->present != NULL ? cache->before_capacity : 0;
+    if (next->capacity < cache->before.capacity) {
+        PLII_RELEASE(context, next->items, next->capacity);
+        const bool has_memory = PLII_ALLOCATE(context, &next->items, cache->before.capacity);
+        next->capacity = has_memory ? cache->before.capacity : 0;
     }
     return plii_pair_cache_index_before(context, cache);
 }
@@ -54,46 +49,49 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
 /* Among those of the last step, or PLI_NULL_INDEX. */
 static int pair_find_before(const plii_pair_cache* cache, plii_pair_key key) {
     const int index = plii_key_table_find(&cache->table, plii_pair_key_hash(key));
-    return index != PLI_NULL_INDEX && plii_pair_keys_equal(cache->before[index].key, key) ? index : PLI_NULL_INDEX;
+    return index != PLI_NULL_INDEX && plii_pair_keys_equal(cache->before.items[index].key, key) ? index
+                                                                                                : PLI_NULL_INDEX;
 }
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {
     const int index = pair_find_before(cache, key);
-    return index != PLI_NULL_INDEX ? &cache->before[index].cache : NULL;
+    return index != PLI_NULL_INDEX ? &cache->before.items[index].cache : NULL;
 }
 void plii_pair_cache_clear(plii_pair_cache* cache) {
-    cache->present_count = cache->before_count = 0;
+    cache->present.count = cache->before.count = 0;
     plii_key_table_clear(&cache->table);
 }
 void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const void* other) {
-    const int count = cache->before_count;
-    PLII_REMOVE_IF(plii_pair_record, record, cache->before, cache->before_count, record->key.other == other);
-    if (cache->before_count < count) { (void)plii_pair_cache_index_before(context, cache); }
+    const int count = cache->before.count;
+    PLII_REMOVE_IF(plii_pair_record, record, cache->before.items, cache->before.count, record->key.other == other);
+    if (cache->before.count < count) { (void)plii_pair_cache_index_before(context, cache); }
 }
 
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
-    if (!PLII_RESERVE(context, &cache->present, &cache->present_capacity, cache->present_count + 1)) { return NULL; }
-    plii_pair_record* record = &cache->present[cache->present_count++];
+    plii_pair_records* present = &cache->present;
+    const plii_pair_records* before = &cache->before;
+    if (!PLII_GROW(context, &present->items, &present->capacity, present->count)) { return NULL; }
+    plii_pair_record* record = &present->items[present->count++];
     /* Mostly the one after that of the pair before: steps ask in the same order. */
-    const int next = cache->present_count > 1 ? record[-1].previous_index + 1 : 0;
-    const bool is_next = next < cache->before_count && plii_pair_keys_equal(cache->before[next].key, key);
+    const int next = present->count > 1 ? record[-1].previous_index + 1 : 0;
+    const bool is_next = next < before->count && plii_pair_keys_equal(before->items[next].key, key);
     const int index = is_next ? next : pair_find_before(cache, key);
     record->key = key;
     record->slot = 0;
     record->previous_index = index;
-    record->cache = index != PLI_NULL_INDEX ? cache->before[index].cache : (plii_convex_cache){0};
+    record->cache = index != PLI_NULL_INDEX ? before->items[index].cache : (plii_convex_cache){0};
     return &record->cache;
 }
 
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache) {
-    PLII_RELEASE(context, cache->present, cache->present_capacity);
-    PLII_RELEASE(context, cache->before, cache->before_capacity);
+    PLII_RELEASE(context, cache->present.items, cache->present.capacity);
+    PLII_RELEASE(context, cache->before.items, cache->before.capacity);
     plii_key_table_free(&cache->table);
     *cache = (plii_pair_cache){0};
 }
 
-static bool pair_records_are_sound(const plii_pair_record* records, int count, int before_count) {
-    for (int i = 0; i < count; ++i) {
-        const int points = records[i].cache.count, index = records[i].previous_index;
+static bool pair_records_are_sound(const plii_pair_records* records, int before_count) {
+    for (PLII_EACH(const plii_pair_record, record, records->items, records->count)) {
+        const int points = record->cache.count, index = record->previous_index;
         if (points < 0 || points > PLII_CONVEX_CACHE_POINTS) { return false; }
         if (index < PLI_NULL_INDEX || index >= before_count) { return false; }
     }
@@ -101,6 +99,5 @@ static bool pair_records_are_sound(const plii_pair_record* records, int count, i
 }
 
 bool plii_pair_cache_is_sound(const plii_pair_cache* cache, int before_count) {
-    return pair_records_are_sound(cache->present, cache->present_count, before_count) &&
-           pair_records_are_sound(cache->before, cache->before_count, INT32_MAX);
+    return pair_records_are_sound(&cache->present, before_count) && pair_records_are_sound(&cache->before, INT32_MAX);
 }

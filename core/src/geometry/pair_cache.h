@@ -22,12 +22,15 @@ typedef struct plii_pair_record {
     int previous_index; /* among the records of the last step, or PLI_NULL_INDEX */
 } plii_pair_record;
 
+/* Those of a step, in the order of asking. */
+typedef struct plii_pair_records {
+    plii_pair_record* items;
+    int count, capacity;
+} plii_pair_records;
+
 typedef struct plii_pair_cache {
-    plii_pair_record* present; /* of this step, in the order of asking */
-    int present_count, present_capacity;
-    plii_pair_record* before; /* of the last step */
-    int before_count, before_capacity;
-    plii_key_table table; /* of `before` */
+    plii_pair_records present, before; /* of this step, and of the last one */
+    plii_key_table table;              /* of `before` */
 } plii_pair_cache;
 
 /* Room for that many pairs in a step; false when out of memory. */

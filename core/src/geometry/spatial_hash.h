@@ -58,5 +58,4 @@ bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_has
 /* Appends the nodes nearer to a point than `radius`. False when out of memory, or with a radius above 16 cells. */
 bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
                                  plii_node_pairs* pairs);
-/* Whether two points lie in the same cell. */
 bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b);

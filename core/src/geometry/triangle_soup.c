@@ -18,9 +18,7 @@ static int soup_compare_corners(const void* left, const void* right) {
 
 static void soup_order_pair(plii_soup_triangle* triangle, int i, int j) {
     if (plii_vec3_compare(triangle->corners[i], triangle->corners[j]) <= 0) { return; }
-    const pli_vec3 swap = triangle->corners[i];
-    triangle->corners[i] = triangle->corners[j];
-    triangle->corners[j] = swap;
+    PLII_SWAP(pli_vec3, triangle->corners[i], triangle->corners[j]);
     triangle->is_turned = !triangle->is_turned;
 }
 

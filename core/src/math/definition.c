@@ -3,7 +3,6 @@
 #include "math/definition.h"
 
 #include <stdio.h>
-#include <string.h>
 
 /* `text` is the value, `least` the smallest of its numbers. */
 static pli_status range_fail(pli_context* context, bool is_finite, float least, float low, float high, const char* name,

@@ -7,8 +7,6 @@
 
 #include "math/simd_float4.h"
 
-#include <string.h>
-
 #define ROTATION_NEAR 1e-6       /* of the norm: eigenvalues so near to the largest share its eigenspace */
 #define ROTATION_LEAST_PART 0.01 /* of the start, squared, that must lie in the eigenspace */
 #define ROTATION_NOTHING 1e-30   /* of the norm */

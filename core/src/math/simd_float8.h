@@ -173,7 +173,6 @@ typedef struct plii_nodes8 {
     plii_float8 x, y, z, w;
 } plii_nodes8;
 
-/* The record in a lane. */
 static inline int plii_simd_record(int lane) {
     return lane < 4 ? 2 * lane : 2 * lane - 7;
 }

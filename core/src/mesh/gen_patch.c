@@ -5,8 +5,6 @@
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
-#include <string.h>
-
 PLII_DEFINE_DEFAULT(pli_patch_def, .corner_00 = {-1, 0, -1}, .corner_10 = {1, 0, -1}, .corner_01 = {-1, 0, 1},
                     .corner_11 = {1, 0, 1}, .columns = 16, .rows = 16, .diagonals = true, .cookie = PLII_DEF_COOKIE)
 

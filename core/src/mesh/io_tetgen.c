@@ -203,9 +203,7 @@ static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
         }
         const pli_vec3* p = mesh->points;
         if (side_count == 1 && plii_orient3d(p[face[0]], p[face[1]], p[face[2]], p[inner]) > 0) {
-            const int swapped = face[1];
-            face[1] = face[2];
-            face[2] = swapped;
+            PLII_SWAP(int, face[1], face[2]);
         }
     }
     plii_scratch_free(&scratch);

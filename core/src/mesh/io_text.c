@@ -10,7 +10,6 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Reads to the end into a block that doubles; `size` receives the size of the block, `used` what it holds. */
 static pli_status text_load(pli_context* context, FILE* file, const char* path, const char* function, char** data,

@@ -5,8 +5,6 @@
 #include "base/handle.h"
 #include "base/key_table.h"
 
-#include <string.h>
-
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
     return plii_check_handle(mesh, PLII_HANDLE_MESH, NULL, NULL, function);
 }
@@ -124,17 +122,15 @@ plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) 
 pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
     PLII_TRY(plii_check_create(context, mesh, "mesh", __func__));
     pli_mesh* made = plii_handle_create(context, PLII_HANDLE_MESH, sizeof *made);
-    if (made != NULL) {
-        made->context = context;
-        if (PLII_RESERVE(context, &made->materials, &made->material_capacity, 1)) {
-            made->materials[0].linear_stiffness = 1.0f;
-            made->material_count = 1;
-            *mesh = made;
-            return PLI_OK;
-        }
+    if (made != NULL) { made->context = context; }
+    if (made == NULL || !PLII_RESERVE(context, &made->materials, &made->material_capacity, 1)) {
         pli_mesh_destroy(made);
+        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a mesh");
     }
-    return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a mesh");
+    made->materials[0].linear_stiffness = 1.0f;
+    made->material_count = 1;
+    *mesh = made;
+    return PLI_OK;
 }
 
 pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {

@@ -7,9 +7,8 @@
 #define ORDER_SHUFFLE(type, items, count, seed)                                                                        \
     for (PLII_EACH(type, item, items, count)) {                                                                        \
         (seed) = UINT32_C(1664525) * (seed) + UINT32_C(1013904223);                                                    \
-        type *other = (items) + (seed) % (uint32_t)(count), swapped = *item;                                           \
-        *item = *other;                                                                                                \
-        *other = swapped;                                                                                              \
+        type* other = (items) + (seed) % (uint32_t)(count);                                                            \
+        PLII_SWAP(type, *item, *other);                                                                                \
     }
 
 void plii_mesh_shuffle(pli_mesh* mesh) {

@@ -213,12 +213,11 @@ const plii_feature_class plii_self_faces_class = {
         {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, PLII_SAVED_AS("3f")},
         PLII_BVH_LISTS(plii_self_faces_state, tree), PLII_LEFT_LIST(plii_self_faces_state, boxes, box_capacity),
+        PLII_LEFT_LISTS(plii_self_faces_state, hits, items, capacity),
         {PLII_COUNTED_LIST(plii_self_faces_state, pairs, pair_capacity, pair_count), PLII_SAVED_AS("4nB10f")},
         {PLII_COUNTED_LIST(plii_self_faces_state, due, due_capacity, pair_count), PLII_SAVED_AS("f")},
         PLII_LEFT_COUNTED(plii_self_faces_state, active, active_capacity, active_count)),
     .enable = self_faces_enable,
-    .disable = plii_self_faces_release_hits,
-    .bytes = plii_self_faces_hit_bytes,
     .topology_commit = self_faces_topology_commit,
 };
 

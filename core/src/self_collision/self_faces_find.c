@@ -133,7 +133,7 @@ static void self_faces_hit(int other, void* user) {
     const float distance = pli_vec3_length(plii_vec3_max(apart, pli_vec3_make(0, 0, 0)));
     if (!(distance <= state->reach)) { return; }
     plii_self_faces_hits* hits = query->hits;
-    if (!PLII_RESERVE(body->context, &hits->items, &hits->capacity, hits->count + 1)) {
+    if (!PLII_GROW(body->context, &hits->items, &hits->capacity, hits->count)) {
         hits->is_truncated = true;
         return;
     }
@@ -207,22 +207,6 @@ static bool self_faces_search_run(pli_body* body, plii_self_faces_state* state, 
     plii_parallel_for(body->context, self_faces_box_range, &search, targets, plii_grain(SELF_FACES_BOX_NS));
     if (!plii_bvh_build(body->context, &state->tree, targets, state->boxes)) { return false; }
     return self_faces_find_pairs(&search, is_edges ? state->edge_count : body->node_count);
-}
-
-void plii_self_faces_release_hits(pli_body* body, void* data) {
-    plii_self_faces_state* state = data;
-    for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
-        PLII_RELEASE(body->context, state->hits[b].items, state->hits[b].capacity);
-    }
-}
-
-size_t plii_self_faces_hit_bytes(const void* data) {
-    const plii_self_faces_state* state = data;
-    size_t bytes = 0;
-    for (int b = 0; b < PLII_MOST_BLOCKS; ++b) {
-        bytes += (size_t)state->hits[b].capacity * sizeof *state->hits[b].items;
-    }
-    return bytes;
 }
 
 // ------------------------------------------------------------------------------------------------------------- motions

@@ -52,10 +52,6 @@ typedef struct plii_self_faces_state {
     pli_self_faces_report report;
 } plii_self_faces_state;
 
-/* Of a plii_self_faces_state, as the class of the feature calls them. */
-void plii_self_faces_release_hits(pli_body* body, void* data);
-size_t plii_self_faces_hit_bytes(const void* data);
-
 /* How far nodes may go beside their common motion that have these motions before constraints: with some `room` for
    those, `most` at most; pinned nodes, which nothing stops, set their own. */
 float plii_self_faces_bound(const pli_body* body, const plii_self_nodes* nodes, float room, float most);

@@ -195,25 +195,13 @@ static void self_nodes_find_block(int begin, int end, int block, void* data) {
     part->is_truncated = self_nodes_find_some(pass, begin, end, &part->search, &part->found);
 }
 
-void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
-    for (PLII_EACH(plii_self_search_part, part, state->parts, PLII_SELF_SEARCH_PARTS)) {
-        PLII_RELEASE(context, part->search.near.pairs, part->search.near.capacity);
-        PLII_RELEASE(context, part->search.linked, state->part_node_count);
-        PLII_RELEASE(context, part->found.items, part->found.capacity);
-        *part = (plii_self_search_part){0};
-    }
-    state->part_node_count = 0;
-}
-
 /* For a search in so many blocks; false without memory. */
 static bool self_nodes_reserve_parts(const pli_body* body, plii_self_node_pairs* state, plii_blocks blocks) {
     pli_context* context = body->context;
-    if (state->part_node_count != body->node_count) { plii_self_node_pairs_release(context, state); }
-    state->part_node_count = body->node_count;
     for (PLII_EACH(plii_self_search_part, part, state->parts, blocks.count)) {
-        const bool is_marked = part->search.linked != NULL;
-        if ((!is_marked && !PLII_ALLOCATE(context, &part->search.linked, body->node_count)) ||
-            !PLII_RESERVE(context, &part->search.near.pairs, &part->search.near.capacity, PLII_NODE_PAIRS_ROOM) ||
+        plii_self_search* search = &part->search;
+        if (!PLII_RESERVE(context, &search->linked, &search->linked_capacity, body->node_count) ||
+            !PLII_RESERVE(context, &search->near.pairs, &search->near.capacity, PLII_NODE_PAIRS_ROOM) ||
             !PLII_RESERVE(context, &part->found.items, &part->found.capacity, PLII_SELF_PAIRS_PER_NODE * blocks.size)) {
             return false;
         }
@@ -466,14 +454,4 @@ void plii_self_node_pairs_start(plii_self_node_pairs* state) {
     state->at = state->local;
     state->found.count = state->apart_count = 0;
     state->is_known = false;
-}
-
-size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state) {
-    size_t bytes = 0;
-    for (PLII_EACH(const plii_self_search_part, part, state->parts, PLII_SELF_SEARCH_PARTS)) {
-        bytes += (size_t)part->search.near.capacity * sizeof *part->search.near.pairs +
-                 (part->search.linked != NULL ? (size_t)state->part_node_count * sizeof *part->search.linked : 0) +
-                 (size_t)part->found.capacity * sizeof *part->found.items;
-    }
-    return bytes;
 }

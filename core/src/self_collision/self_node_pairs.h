@@ -23,7 +23,8 @@ typedef struct plii_self_pair_list {
 /* What a search of single nodes works with. */
 typedef struct plii_self_search {
     plii_node_pairs near;
-    uint16_t* linked; /* [node_count] `mark`: joined by a link to the node that was looked at last */
+    uint16_t* linked;    /* [node_count] `mark`: joined by a link to the node that was looked at last */
+    int linked_capacity; /* of a part */
     uint16_t mark;
 } plii_self_search;
 
@@ -53,7 +54,6 @@ typedef struct plii_self_node_pairs {
     plii_spatial_hash hash;
     plii_self_search search;
     plii_self_search_part parts[PLII_SELF_SEARCH_PARTS]; /* where there are threads */
-    int part_node_count;                                 /* of `linked` of the parts */
     plii_self_pair_list found;
     bool is_known;     /* there was a search, of these nodes */
     bool is_truncated; /* some are missing, for lack of memory or in a crowd */
@@ -69,9 +69,6 @@ void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state);
 void plii_self_node_pairs_start(plii_self_node_pairs* state);
 /* More than folded cloth has, so that there is room before it folds. */
 #define PLII_SELF_PAIRS_PER_NODE 6
-/* Of the parts, which are memory of searches on several threads. */
-void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state);
-size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state);
 
 /* All start from `at`. */
 

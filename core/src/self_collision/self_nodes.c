@@ -236,13 +236,6 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
-static void self_nodes_disable(pli_body* body, void* data) {
-    plii_self_node_pairs_release(body->context, &((self_nodes_state*)data)->pairs);
-}
-static size_t self_nodes_bytes(const void* data) {
-    return plii_self_node_pairs_bytes(&((const self_nodes_state*)data)->pairs);
-}
-
 static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {
     self_nodes_state* state = data;
     plii_self_carry_rest(body, change, state->pairs.rest);
@@ -277,7 +270,7 @@ const plii_feature_class plii_self_nodes_class = {
     .state_parts =
         PLII_STATE_PARTS(PLII_STATE_SPAN(self_nodes_state, def, origin, PLII_SAVED, "3fu3f"),
                          PLII_STATE_SPAN(self_nodes_state, pairs.thickness, pairs.reach, PLII_SAVED, "fi2f3ff"),
-                         PLII_STATE_SPAN(self_nodes_state, pairs.at, pairs.part_node_count, PLII_LEFT, NULL),
+                         PLII_STATE_SPAN(self_nodes_state, pairs.at, pairs.parts, PLII_LEFT, NULL),
                          PLII_STATE_SPAN(self_nodes_state, pairs.is_known, pairs.searches, PLII_SAVED, "2Bi"),
                          PLII_STATE_OF(self_nodes_state, report, PLII_SAVED, "4iB")),
     .is_sound = self_nodes_is_sound,
@@ -302,12 +295,13 @@ const plii_feature_class plii_self_nodes_class = {
                      .more = PLII_SELF_NODES_APART, PLII_SAVED_AS("n")},
                     {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
                     PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
+                    PLII_LEFT_LISTS(self_nodes_state, pairs.parts, search.linked, search.linked_capacity),
+                    PLII_LEFT_LISTS(self_nodes_state, pairs.parts, search.near.pairs, search.near.capacity),
+                    PLII_LEFT_LISTS(self_nodes_state, pairs.parts, found.items, found.capacity),
                     {PLII_COUNTED_LIST(self_nodes_state, pairs.found.items, pairs.found.capacity, pairs.found.count),
                      PLII_SAVED_AS("2nf")},
                     PLII_LEFT_COUNTED(self_nodes_state, touching, touching_capacity, touching_count)),
     .enable = self_nodes_enable,
-    .disable = self_nodes_disable,
-    .bytes = self_nodes_bytes,
     .topology_commit = self_nodes_topology_commit,
 };
 

@@ -105,9 +105,7 @@ float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norma
 }
 
 pli_bounds pli_shape_bounds(const pli_shape* shape) {
-    if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) {
-        return (pli_bounds){{0, 0, 0}, {0, 0, 0}};
-    }
+    if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) { return (pli_bounds){0}; }
     ++plii_shape_queries;
     const pli_bounds bounds = shape->def.bounds(shape->def.user);
     --plii_shape_queries;

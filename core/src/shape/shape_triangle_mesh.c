@@ -11,7 +11,6 @@
 #include "geometry/triangle_soup.h"
 #include "math/bounds.h"
 #include "math/range.h"
-#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 /* Measuring that many one by one costs about as much as a walk through the tree. */

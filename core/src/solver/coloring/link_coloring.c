@@ -128,9 +128,7 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     for (int i = work->count - 1; i >= 0; --i) {
         work->sorted[--begin[key(work, work->order[i])]] = work->order[i];
     }
-    int* sorted = work->sorted;
-    work->sorted = work->order;
-    work->order = sorted;
+    PLII_SWAP(int*, work->order, work->sorted);
 }
 
 /* Kernels have code of its own for two triangles: an empty row costs less there than a kind of few groups. */

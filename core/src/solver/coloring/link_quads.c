@@ -3,8 +3,6 @@
 
 #include "solver/coloring/link_quads.h"
 
-#include <string.h>
-
 enum {
     LINK_QUADS_SHOWN = 24, /* links of a node */
     LINK_QUADS_TRIES = 3,  /* links of a node per pass that may fail to find a quad */
@@ -52,10 +50,7 @@ static void link_quads_make_orders(link_quads_search* search) {
                 search->ordered_pairs[pattern] = (uint8_t)pairs;
             }
         }
-        for (int k = 0; k < 4; ++k) {
-            search->orders[count][k] = order[k];
-        }
-        ++count;
+        memcpy(search->orders[count++], order, sizeof order);
     }
 }
 
@@ -184,14 +179,11 @@ static void link_quads_pass(link_quads_search* search, int least) {
 
 /* After those of quads. */
 static void link_quads_list_singles(const pli_body* body, plii_link_quads* quads) {
-    int single = quads->in_quads;
     for (int node = 0; node < body->node_count; ++node) {
         for (int i = quads->begin[node]; i < quads->begin[node + 1]; ++i) {
             const plii_half_link half = quads->halves[i];
-            if (half.neighbour > node && quads->is_used[half.link] == 0) {
-                quads->links[single++] = half.link;
-                quads->single_count += 1;
-            }
+            if (half.neighbour < node || quads->is_used[half.link] != 0) { continue; }
+            quads->links[quads->in_quads + quads->single_count++] = half.link;
         }
     }
 }

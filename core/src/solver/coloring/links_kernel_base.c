@@ -131,12 +131,10 @@ PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, cons
         const links_measure cd = links_measured(quads, second[0], second[1], task, kind, slot + PLII_LINK_LANES);
         links_move(quads, first[0], first[1], &ab);
         links_move(quads, second[0], second[1], &cd);
-    } else if (own == 1) {
-        const links_measure ab = links_measured(quads, first[0], first[1], task, kind, slot);
-        links_move(quads, first[0], first[1], &ab);
-    } else if (own == 2) {
-        const links_measure cd = links_measured(quads, second[0], second[1], task, kind, slot);
-        links_move(quads, second[0], second[1], &cd);
+    } else if (own != 0) {
+        const uint8_t* ends = own == 1 ? first : second;
+        const links_measure only = links_measured(quads, ends[0], ends[1], task, kind, slot);
+        links_move(quads, ends[0], ends[1], &only);
     }
 }
 
@@ -181,7 +179,6 @@ PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_g
     }
 }
 
-/* A group link by link. */
 PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_link_group* group, int kind) {
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[group->first_scaled_index];
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * group->first_row;

@@ -64,8 +64,7 @@ static void implicit_add_hold(const plii_node_spring* spring, void* user) {
     const pli_body* body = system->body;
     plii_implicit_holds* holds = system->holds;
     const int node = spring->node;
-    if (!(body->positions[node].w > 0.0f) ||
-        !PLII_RESERVE(body->context, &holds->items, &holds->capacity, holds->count + 1)) {
+    if (!(body->positions[node].w > 0.0f) || !PLII_GROW(body->context, &holds->items, &holds->capacity, holds->count)) {
         return;
     }
     const double h = (double)body->step.dt;

@@ -51,9 +51,7 @@ static int implicit_constraints_find_rigid(pli_body* body, plii_implicit_constra
     for (int i = count - 1; i >= 0; --i) {
         if (constraints->rigids[i].rigid == rigid) { return i; }
     }
-    if (!PLII_RESERVE(body->context, &constraints->rigids, &constraints->rigid_capacity, count + 1)) {
-        return PLI_NULL_INDEX;
-    }
+    if (!PLII_GROW(body->context, &constraints->rigids, &constraints->rigid_capacity, count)) { return PLI_NULL_INDEX; }
     implicit_constraints_prepare_rigid(&constraints->rigids[constraints->rigid_count++], rigid);
     return count;
 }
@@ -365,8 +363,7 @@ static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_co
     hold->target = plii_dvec3_add_scaled(implicit_across(from), from->normal, speed);
     hold->recovery = (plii_dvec3){0};
     const double response = plii_implicit_point_response(constraints, hold, hold->normal);
-    const bool is_locked = !(response > 1e-9 * (double)rigid->rigid->state.inverse_mass);
-    if (is_locked) { constraints->count -= 1; }
+    if (!(response > 1e-9 * (double)rigid->rigid->state.inverse_mass)) { constraints->count -= 1; } /* locked */
 }
 
 /* m/s along the normal, of the node. */

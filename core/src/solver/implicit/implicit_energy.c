@@ -135,10 +135,8 @@ double plii_implicit_search(plii_implicit_system* system) {
     const plii_dvec3* before = system->before;
     double share = 1.0;
     const double start = energy_potential(system, 0.0);
-    double end = energy_potential(system, share);
-    while (end > start && share > IMPLICIT_LEAST_SHARE) {
+    while (share > IMPLICIT_LEAST_SHARE && energy_potential(system, share) > start) {
         share *= 0.5;
-        end = energy_potential(system, share);
     }
     if (share == 1.0) { return share; }
     for (int i = 0; i < system->body->node_count; ++i) {

@@ -38,12 +38,6 @@ static void implicit_start(plii_implicit_system* system) {
     plii_implicit_project(system->constraints, system->solution);
 }
 
-static void implicit_swap(plii_implicit_system* system) {
-    plii_dvec3* solution = system->solution;
-    system->solution = system->spare;
-    system->spare = solution;
-}
-
 static void implicit_sweep_range(int begin, int end, void* data) {
     const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
@@ -81,7 +75,7 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
     }
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         implicit_run_sweep(system, system->spare);
-        implicit_swap(system);
+        PLII_SWAP(plii_dvec3*, system->solution, system->spare);
         plii_implicit_project(system->constraints, system->solution);
     }
 }
@@ -110,7 +104,7 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
             rigid->change[k] = before + weight * (rigid->change[k] - before);
         }
     }
-    implicit_swap(system);
+    PLII_SWAP(plii_dvec3*, system->solution, system->spare);
 }
 
 /* Two runs of half the length, because the square of a residual polynomial is never negative: no mode gets more than
@@ -188,7 +182,7 @@ double plii_implicit_spectral_radius(plii_implicit_system* system) {
         if (!(norm > 0.0)) { break; }
         plii_implicit_pass pass = {system, system->solution, NULL, system->spare, 1.0 / norm};
         plii_implicit_run(system, implicit_power_range, &pass, IMPLICIT_SWEEP_NS);
-        implicit_swap(system);
+        PLII_SWAP(plii_dvec3*, system->solution, system->spare);
         radius = implicit_norm(system);
     }
     return fmin(radius, 1.0 - 1e-9);

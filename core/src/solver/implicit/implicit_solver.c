@@ -399,9 +399,8 @@ static void implicit_couple(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_COUPLE);
     plii_run_stage(body, PLII_STAGE_COUPLE);
     for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->node_bound_count)) {
-        const pli_vec3 x = plii_xyz(body->positions[constraint->nodes[0]]),
-                       solved = implicit_reached(body, constraint->nodes[0]);
-        const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
+        const pli_vec3 x = plii_xyz(body->positions[constraint->nodes[0]]);
+        const bool has_moved = plii_vec3_compare(x, implicit_reached(body, constraint->nodes[0])) != 0;
         if (has_moved && !constraint->is_pinned) { plii_implicit_constraint_reproject(body, constraints, constraint); }
     }
 }

@@ -74,7 +74,6 @@ typedef struct plii_implicit_pass {
     double factor;
 } plii_implicit_pass;
 
-/* Bytes of a vector. */
 static inline size_t plii_implicit_vector_size(const pli_body* body) {
     return (size_t)body->node_count * sizeof(plii_dvec3);
 }
@@ -83,7 +82,6 @@ static inline void plii_implicit_run(const plii_implicit_system* system, pli_ran
                                      int nanoseconds) {
     plii_parallel_for(system->body->context, range, task, system->body->node_count, plii_grain(nanoseconds));
 }
-/* The sum of a value of the nodes. */
 static inline double plii_implicit_sum(const plii_implicit_system* system, plii_block_value_fn* value,
                                        const void* task) {
     return plii_sum_blocks(system->body->context, system->body->node_count, PLII_IMPLICIT_SUM_NODES, value, task);

@@ -31,10 +31,10 @@ static inline float plii_xpbd_multiplier(float c, float weight, float compliance
 /* The w of velocities and accelerations is 0, that of positions, displacements and what they were at the start of the
    substep is the inverse mass. Ranges of nodes take one as their task. */
 typedef struct plii_xpbd_nodes {
-    pli_vec4 *positions, *velocities, *displacements, *start_displacements;
+    plii_substep substep;
+    pli_vec4 *positions, *velocities;
     const pli_vec4 *previous, *accelerations;
-    float dt, inverse_dt; /* of the substep */
-    bool follows;         /* positions, with the nodes */
+    bool follows; /* positions, with the nodes */
 } plii_xpbd_nodes;
 
 typedef struct plii_xpbd_nodes_kernel {

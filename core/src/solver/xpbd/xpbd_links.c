@@ -5,31 +5,12 @@
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
-    float *rest_lengths, *multipliers; /* by slot */
-    float *compliances, *dampings;     /* by slot, where there are some: see plii_links_task */
-    float* vectors;                    /* see plii_links_start_colors */
-    int rest_capacity, multiplier_capacity, compliance_capacity, damping_capacity, vector_capacity;
-    const plii_link_colors* colors; /* NULL: there was no memory for them */
-    float softening;                /* see plii_links_task */
-    uint32_t link_revision;         /* of the numbers of links */
+    float* numbers; /* arrays of the task, one after the other */
+    int capacity;
+    float softening;        /* see plii_links_task */
+    uint32_t link_revision; /* of the numbers of links */
+    plii_links_task task;   /* without colors where there was no memory for them */
 } xpbd_links_state;
-
-static bool xpbd_links_are_soft(const xpbd_links_state* state) {
-    return state->def.compliance > 0.0f || state->def.bending_compliance > 0.0f;
-}
-static bool xpbd_links_are_damped(const xpbd_links_state* state) {
-    return xpbd_links_are_soft(state) && state->def.damping > 0.0f;
-}
-
-/* For so many slots. */
-static bool xpbd_links_reserve(pli_context* context, xpbd_links_state* state, int count) {
-    const int soft = xpbd_links_are_soft(state) ? count : 0, damped = xpbd_links_are_damped(state) ? count : 0;
-    return PLII_RESERVE(context, &state->rest_lengths, &state->rest_capacity, count) &&
-           PLII_RESERVE(context, &state->multipliers, &state->multiplier_capacity, count) &&
-           PLII_RESERVE(context, &state->compliances, &state->compliance_capacity, soft) &&
-           PLII_RESERVE(context, &state->dampings, &state->damping_capacity, damped) &&
-           PLII_RESERVE(context, &state->vectors, &state->vector_capacity, 3 * count);
-}
 
 enum { XPBD_LINKS_LARGE_SURFACE = 80 }; /* nodes */
 #define XPBD_LINKS_FEW_BRACES 0.07f     /* of the edges */
@@ -66,56 +47,65 @@ static void xpbd_links_begin(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     const pli_xpbd_links_def* def = &state->def;
     const plii_link_colors* colors = plii_link_colors_of(body);
-    const int count = colors != NULL ? plii_link_colors_slot_count(colors) : 0;
-    state->colors = xpbd_links_reserve(body->context, state, count) ? colors : NULL;
-    if (state->colors == NULL || count == 0 || state->link_revision == body->link_revision) { return; }
+    const ptrdiff_t count = colors != NULL ? plii_link_colors_slot_count(colors) : 0;
+    const bool is_soft = def->compliance > 0.0f || def->bending_compliance > 0.0f;
+    const bool is_damped = is_soft && def->damping > 0.0f;
+    const int needed = (5 + is_soft + is_damped) * (int)count;
+    if (state->capacity < needed) { /* as much as is needed, and filled anew */
+        PLII_RELEASE(body->context, state->numbers, state->capacity);
+        state->capacity = PLII_ALLOCATE(body->context, &state->numbers, needed) ? needed : 0;
+        state->link_revision = body->link_revision - 1;
+    }
+    state->task = (plii_links_task){.body = body, .colors = state->capacity >= needed ? colors : NULL};
+    if (state->task.colors == NULL || count == 0) { return; }
+    float* rest_lengths = state->numbers;
+    float* compliances = is_soft ? rest_lengths + 5 * count : NULL;
+    float* dampings = is_damped ? rest_lengths + 6 * count : NULL;
+    state->task.rest = rest_lengths;
+    state->task.multipliers = rest_lengths + count;
+    state->task.vectors = rest_lengths + 2 * count;
+    state->task.compliances = compliances;
+    state->task.dampings = dampings;
+    if (state->link_revision == body->link_revision) { return; }
     for (int i = 0; i < count; ++i) {
         const int link = plii_link_colors_link(colors, i);
         const bool is_link = link != PLI_NULL_INDEX;
-        state->rest_lengths[i] = is_link ? sqrtf(body->links[link].rest_length_squared) : PLII_LINKS_NO_LINK;
-        if (!xpbd_links_are_soft(state)) { continue; }
+        rest_lengths[i] = is_link ? sqrtf(body->links[link].rest_length_squared) : PLII_LINKS_NO_LINK;
+        if (!is_soft) { continue; }
         const float compliance =
             is_link && plii_link_is_bending(body, link) ? def->bending_compliance : def->compliance;
-        state->compliances[i] = is_link ? compliance / plii_link_stiffness(body, link) : 0.0f;
-        if (xpbd_links_are_damped(state)) { state->dampings[i] = compliance * def->damping; }
+        compliances[i] = is_link ? compliance / plii_link_stiffness(body, link) : 0.0f;
+        if (is_damped) { dampings[i] = compliance * def->damping; }
     }
     state->softening = xpbd_links_softening(body);
     state->link_revision = body->link_revision;
 }
 
 static bool xpbd_links_is_idle(const void* state) {
-    return ((const xpbd_links_state*)state)->colors == NULL;
+    return ((const xpbd_links_state*)state)->task.colors == NULL;
 }
 
 static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_links_state* state = data;
-    const plii_links_task task = {.body = body, .colors = state->colors, .vectors = state->vectors};
-    if (substep->has_new_positions) { plii_links_start_colors(&task); }
+    if (substep->has_new_positions) { plii_links_start_colors(&state->task); }
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    const xpbd_links_state* state = data;
-    const plii_links_task task = {.body = body,
-                                  .colors = state->colors,
-                                  .compliances = xpbd_links_are_soft(state) ? state->compliances : NULL,
-                                  .dampings = xpbd_links_are_damped(state) ? state->dampings : NULL,
-                                  .softening = plii_xpbd_softening(state->softening, substep),
-                                  .inverse_dt = substep->inverse_dt,
-                                  .rest = state->rest_lengths,
-                                  .moved = substep->displacements,
-                                  .vectors = state->vectors,
-                                  .start_displacements = substep->start_displacements,
-                                  .multipliers = state->multipliers,
-                                  .reads_multipliers = !substep->is_first_sweep,
-                                  .writes_multipliers = !substep->is_last_sweep};
-    plii_links_sweep_colors(&task);
+    xpbd_links_state* state = data;
+    state->task.softening = plii_xpbd_softening(state->softening, substep);
+    state->task.inverse_dt = substep->inverse_dt;
+    state->task.moved = substep->displacements;
+    state->task.start_displacements = substep->start_displacements;
+    state->task.reads_multipliers = !substep->is_first_sweep;
+    state->task.writes_multipliers = !substep->is_last_sweep;
+    plii_links_sweep_colors(&state->task);
 }
 
 static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     state->link_revision = body->link_revision - 1;
     xpbd_links_begin(body, state);
-    return state->colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    return state->task.colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 /* Compliances are those of the definition that was restored. */
@@ -132,14 +122,9 @@ const plii_feature_class plii_xpbd_links_class = {
                                PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
                                PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
-                                    PLII_STATE_SPAN(xpbd_links_state, colors, link_revision, PLII_LEFT, NULL)),
+                                    PLII_STATE_SPAN(xpbd_links_state, softening, task, PLII_LEFT, NULL)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
-    .arrays = PLII_ARRAYS(
-        {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(xpbd_links_state, multipliers, multiplier_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(xpbd_links_state, compliances, compliance_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(xpbd_links_state, dampings, damping_capacity), .is_kept = true, .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
+    .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_links_state, numbers, capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
     .on_restored = xpbd_links_on_restored,
     .substepped = &(const plii_substep_class){.order = XPBD_LINKS_ORDER,

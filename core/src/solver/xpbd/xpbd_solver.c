@@ -14,7 +14,6 @@ enum {
 typedef struct xpbd_state {
     /* Of the step in progress. */
     plii_substep_kinds kinds;
-    plii_substep substep;
     plii_xpbd_nodes nodes;
     bool has_finish;
     int sweep;
@@ -84,46 +83,42 @@ static void xpbd_begin(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
-    state->substep = (plii_substep){.dt = step->dt / parts,
-                                    .inverse_dt = step->inverse_dt * parts,
-                                    .host_dt = body->host_dt / parts,
-                                    .inverse_host_dt = 1.0f / body->host_dt * parts,
-                                    .lag = xpbd_find_lag(body, state),
-                                    .displacements = state->displacements,
-                                    .start_displacements = state->start_displacements,
-                                    .limits = &state->kinds.limits};
-    plii_substep_kinds_begin(body, &state->kinds, false);
-    state->nodes = (plii_xpbd_nodes){.positions = body->positions,
+    state->nodes = (plii_xpbd_nodes){.substep = {.dt = step->dt / parts,
+                                                 .inverse_dt = step->inverse_dt * parts,
+                                                 .host_dt = body->host_dt / parts,
+                                                 .inverse_host_dt = 1.0f / body->host_dt * parts,
+                                                 .lag = xpbd_find_lag(body, state),
+                                                 .displacements = state->displacements,
+                                                 .start_displacements = state->start_displacements,
+                                                 .limits = &state->kinds.limits},
+                                     .positions = body->positions,
                                      .velocities = body->velocities,
-                                     .displacements = state->displacements,
-                                     .start_displacements = state->start_displacements,
                                      .previous = body->previous,
-                                     .accelerations = state->accelerations,
-                                     .dt = state->substep.dt,
-                                     .inverse_dt = state->substep.inverse_dt};
+                                     .accelerations = state->accelerations};
+    plii_substep_kinds_begin(body, &state->kinds, false);
     state->has_finish = false;
     for (int k = 0; k < state->kinds.count; ++k) {
         state->has_finish = state->has_finish || state->kinds.at[k]->klass->substepped->finish != NULL;
     }
     state->sweep = 0;
-    body->substep = &state->substep;
+    body->substep = &state->nodes.substep;
     xpbd_run_pass(body, &state->nodes, xpbd_kernel(body)->begin);
 }
 
 static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
     const plii_xpbd_nodes_kernel* pass = xpbd_kernel(body);
-    const int count = state->def.substeps, done = state->substep.index + 1;
+    const int count = state->def.substeps, done = state->nodes.substep.index + 1;
     state->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
     xpbd_run_pass(body, &state->nodes, done < count && !state->has_finish ? pass->finish_and_move : pass->finish);
     for (PLII_EACH_AT(const plii_pipeline_entry, entry, state->kinds.at, state->kinds.count)) {
         plii_substep_fn* finish = entry->klass->substepped->finish;
-        if (finish != NULL) { finish(body, entry->state, &state->substep); }
+        if (finish != NULL) { finish(body, entry->state, &state->nodes.substep); }
     }
 }
 
 static void xpbd_sweep(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
-    plii_substep* substep = &state->substep;
+    plii_substep* substep = &state->nodes.substep;
     if (state->sweep == state->def.sweeps) {
         xpbd_end_substep(body, state);
         substep->index += 1;
@@ -148,7 +143,7 @@ static void xpbd_end(pli_body* body) {
         const pli_vec3 velocity = plii_xyz(body->velocities[i]);
         if (body->positions[i].w > 0.0f) { plii_set_xyz(&body->velocities[i], pli_vec3_scale(velocity, kept)); }
     }
-    plii_substep_rigids_finish(body, state->substep.host_dt);
+    plii_substep_rigids_finish(body, state->nodes.substep.host_dt);
     body->substep = NULL;
     plii_run_stage(body, PLII_STAGE_FINISH);
 }

@@ -1,6 +1,5 @@
 /* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all their nodes. */
 
-#include "body/rigid_impl.h"
 #include "math/simd_float4.h"
 #include "solver/xpbd/xpbd_impl.h"
 
