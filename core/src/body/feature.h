@@ -232,7 +232,6 @@ typedef struct plii_feature_class {
     /* Its shapes are others now, or lie in other places in it; for what is kept of them from step to step. */
     void (*on_shapes_changed)(pli_body* body, void* state, const pli_rigid* rigid, bool are_others);
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
-    size_t (*bytes)(const void* state); /* beyond state and arrays */
     /* What snapshots do with the members of the state (PLII_STATE), ended by a size of 0; needed where there are some
        beside the arrays. Then `on_restored` makes what follows from those that are saved, without memory. */
     const plii_state_part* state_parts;

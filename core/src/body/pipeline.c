@@ -243,8 +243,7 @@ void plii_feature_disable_all(pli_body* body) {
 
 static size_t feature_held_bytes(const pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
-    return klass->state_size + plii_feature_arrays_bytes(body, klass, feature->state) +
-           (klass->bytes != NULL ? klass->bytes(feature->state) : 0);
+    return klass->state_size + plii_feature_arrays_bytes(body, klass, feature->state);
 }
 
 size_t plii_feature_bytes(const pli_body* body) {

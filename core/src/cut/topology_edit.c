@@ -355,8 +355,9 @@ static pli_status edit_commit(plii_edit* edit) {
     for (PLII_EACH_FEATURE(feature, body)) {
         const plii_feature_class* klass = feature->klass;
         /* What keeps memory by the size of the body has to say how it follows. */
-        const bool needs_commit = klass->bytes != NULL || plii_feature_arrays_need_commit(klass);
-        if (!needs_commit || klass->topology_commit != NULL || klass->build != NULL) { continue; }
+        if (klass->topology_commit != NULL || klass->build != NULL || !plii_feature_arrays_need_commit(klass)) {
+            continue;
+        }
         return plii_fail(edit->context, PLI_ERROR_WRONG_STATE, edit->function, "%s cannot follow a cut of the body",
                          klass->name);
     }
