@@ -163,6 +163,13 @@ void Bridge::Impl::save_knowledge(Knowledge& knowledge) {
     for (const auto& object : objects_) {
         knowledge.activations.push_back({object->is_frozen_by_bridge, object->wants_sleep, object->is_asleep});
     }
+    const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
+    knowledge.holds.assign(static_cast<std::size_t>(array.size()), Hold{});
+    for (int i = 0; i < array.size() && has_holds_; ++i) {
+        const auto found = proxies_.find(array[i]);
+        if (found == proxies_.end() || found->second->hold_of(step_) == nullptr) { continue; }
+        knowledge.holds[static_cast<std::size_t>(i)] = found->second->hold_of(step_)->hold;
+    }
 }
 
 void Bridge::Impl::restore_knowledge(const Knowledge& knowledge) {
@@ -176,6 +183,16 @@ void Bridge::Impl::restore_knowledge(const Knowledge& knowledge) {
     }
     for (const auto& entry : proxies_) {
         entry.second->follow_restored();
+    }
+    ++step_; // no hold is of this one
+    has_holds_ = false;
+    const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
+    for (int i = 0; i < array.size(); ++i) {
+        const Hold& hold = knowledge.holds[static_cast<std::size_t>(i)];
+        const auto found = proxies_.find(array[i]);
+        if ((hold.force.isZero() && hold.torque.isZero()) || found == proxies_.end()) { continue; }
+        found->second->set_hold(hold, step_);
+        has_holds_ = true;
     }
 }
 

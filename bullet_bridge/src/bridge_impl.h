@@ -3,6 +3,7 @@
 
 // The bridge's state and its step. Pairs are collected by pair_algorithm.cpp during Bullet's collision detection.
 
+#include "hold_constraint.h"
 #include "pliant_bullet/pliant_bullet.h"
 
 #include <LinearMath/btVector3.h>
@@ -87,6 +88,7 @@ public:
             bool is_frozen_by_bridge, wants_sleep, is_asleep;
         };
         std::vector<Activation> activations; ///< [bodies]
+        std::vector<Hold> holds;             ///< [objects of the Bullet world], zero: of one that nothing holds
     };
     /// Makes proxies ahead, so that what is saved before a step has those that the step finds.
     void save_knowledge(Knowledge& knowledge);
@@ -139,6 +141,9 @@ private:
     void sort_rigid_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step();
+    void find_loaded();
+    void show_holds();
+    void hide_holds();
     RigidProxy* living_proxy(const pli_rigid& rigid) const;
     void pin_held();
     void look_for_new_pinned();
@@ -163,6 +168,7 @@ private:
     bool collects_pairs_ = false;     ///< from the prediction to the contacts
     bool has_unused_proxies_ = false; ///< their last pair went away inside a step
     bool has_pinned_ = false;         ///< of proxies, or had in the last step
+    bool has_holds_ = false;          ///< of proxies, in the last step
     bool has_let_go_ = false;         ///< of proxies, which the end of the step takes away
     bool prepares_ahead_ = true;
     bool is_restoring_ = false;
@@ -189,6 +195,8 @@ private:
     std::vector<pli_body_pair> body_pairs_;   ///< scratch
     std::vector<int> places_;                 ///< of their bodies in the Bullet world
     std::vector<RigidProxy*> touched_;        ///< proxies that take part in this step's solve
+    std::vector<RigidProxy*> held_;           ///< in the step, those whose holds Bullet's solver sees
+    std::vector<bool> loaded_;                ///< objects with contacts or joints of Bullet
     std::mutex mutex_;                        ///< guards proxies_, replaced_ and pairs_ during Bullet's dispatch
 };
 

@@ -329,6 +329,9 @@ void Bridge::Impl::make_room() {
     places_.reserve(pairs);
     body_pairs_.reserve(pairs);
     touched_.reserve(proxies_.size());
+    held_.reserve(proxies_.size());
+    loaded_.reserve(static_cast<std::size_t>(bullet_world_->getNumCollisionObjects()));
+    ConstraintList::of(*bullet_world_).reserve(bullet_world_->getNumConstraints() + static_cast<int>(proxies_.size()));
 }
 
 } // namespace pliant

@@ -109,6 +109,7 @@ void Bridge::Impl::begin_step(btScalar dt) {
         wake_met(dt);
     }
     follow_kinematic();
+    show_holds();
     ++step_;
     note(pli_world_predict(world, to_float(dt)));
     collects_pairs_ = is_stepping();
@@ -144,6 +145,7 @@ void Bridge::Impl::reach_ahead(btVector3& low, btVector3& high) const {
 
 void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
     bullet_world.getDispatchInfo().m_timeStep = 0;
+    hide_holds();
     // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
     if (!is_stepping()) { begin_step(dt); }
     if (is_stepping()) {
@@ -275,7 +277,7 @@ void Bridge::Impl::finish_step() {
     note(pli_world_solve(world));
     let_go_of_removed(); // the solve calls joint controllers and the profile
     for (RigidProxy* proxy : touched_) {
-        if (!proxy->is_let_go) { proxy->write_back(mode == CollisionMode::reference); }
+        if (!proxy->is_let_go && proxy->write_back(step_, followed_dt_)) { has_holds_ = true; }
     }
     touched_.clear();
     for (RigidProxy* proxy : kinematic_) {
@@ -288,6 +290,62 @@ void Bridge::Impl::finish_step() {
     offer_sleep();
     finish_let_go();
     sweep_proxies();
+}
+
+// ---------------------------------------------------------------------------------------------------------- holds
+
+void Bridge::Impl::find_loaded() {
+    loaded_.assign(static_cast<std::size_t>(bullet_world_->getNumCollisionObjects()), false);
+    const auto note_load = [this](const btCollisionObject& object) {
+        const int place = object.getWorldArrayIndex(); // Bullet's fixed body has none
+        if (place >= 0) { loaded_[static_cast<std::size_t>(place)] = true; }
+    };
+    btDispatcher& dispatcher = *bullet_world_->getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        if (manifold.getNumContacts() == 0) { continue; }
+        note_load(*manifold.getBody0());
+        note_load(*manifold.getBody1());
+    }
+    for (int i = 0; i < bullet_world_->getNumConstraints(); ++i) {
+        const btTypedConstraint& joint = *bullet_world_->getConstraint(i);
+        note_load(joint.getRigidBodyA());
+        note_load(joint.getRigidBodyB());
+    }
+}
+
+// Of the step that has ended, in Bullet's order of objects.
+void Bridge::Impl::show_holds() {
+    if (!has_holds_) { return; }
+    has_holds_ = false;
+    find_loaded();
+    const btCollisionObjectArray& objects = bullet_world_->getCollisionObjectArray();
+    for (const auto& entry : proxies_) {
+        RigidProxy& proxy = *entry.second;
+        if (proxy.hold_of(step_) == nullptr || proxy.is_let_go) { continue; }
+        if (proxy.find_in(objects) != RigidProxy::Place::here || proxy.object()->isStaticOrKinematicObject()) {
+            continue;
+        }
+        if (loaded_[static_cast<std::size_t>(proxy.object()->getWorldArrayIndex())]) { held_.push_back(&proxy); }
+    }
+    std::sort(held_.begin(), held_.end(), [](const RigidProxy* a, const RigidProxy* b) {
+        return a->object()->getWorldArrayIndex() < b->object()->getWorldArrayIndex();
+    });
+    for (RigidProxy* proxy : held_) {
+        HoldConstraint* hold = proxy->hold_of(step_);
+        hold->begin_step();
+        ConstraintList::of(*bullet_world_).push_back(hold);
+    }
+}
+
+void Bridge::Impl::hide_holds() {
+    const btCollisionObjectArray& objects = bullet_world_->getCollisionObjectArray();
+    for (RigidProxy* proxy : held_) {
+        ConstraintList::of(*bullet_world_).remove(proxy->hold_of(step_ - 1));
+        const bool is_here = !proxy->is_let_go && proxy->find_in(objects) == RigidProxy::Place::here;
+        if (is_here) { proxy->take_back_hold(); }
+    }
+    held_.clear();
 }
 
 // ---------------------------------------------------------------------------------------------------------- sleep

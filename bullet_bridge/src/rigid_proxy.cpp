@@ -380,8 +380,8 @@ bool RigidProxy::comes_on(btScalar dt, btVector3& low, btVector3& high) const {
     return true;
 }
 
-void RigidProxy::write_back(bool always_activates) {
-    if (kind_ != PLI_RIGID_DYNAMIC || !pli_rigid_was_touched(rigid_)) { return; }
+bool RigidProxy::write_back(unsigned step, btScalar dt) {
+    if (kind_ != PLI_RIGID_DYNAMIC || !pli_rigid_was_touched(rigid_)) { return false; }
     // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
     auto* body = const_cast<btRigidBody*>(body_);
     const pli_rigid_state after = pli_rigid_get_state(rigid_);
@@ -389,19 +389,42 @@ void RigidProxy::write_back(bool always_activates) {
     const btVector3 spin = with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity);
     const btScalar speed_limit = body->getLinearSleepingThreshold(), spin_limit = body->getAngularSleepingThreshold();
     const bool is_slow =
-        velocity.length2() < speed_limit * speed_limit && spin.length2() < spin_limit * spin_limit && !always_activates;
+        velocity.length2() < speed_limit * speed_limit && spin.length2() < spin_limit * spin_limit && dt > 0;
     // What has just fallen asleep with the soft body, which does so in the next step, has no weight any more.
     if (is_slow && pair_count > 0 && !body->isActive()) {
         (void)set_present_state();
-        return;
+        return false;
     }
     if (!same_bits(after.linear_velocity, present_.linear_velocity)) { body->setLinearVelocity(velocity); }
     if (!same_bits(after.angular_velocity, present_.angular_velocity)) { body->setAngularVelocity(spin); }
     pli_vec3 shift, rotation;
-    if (pli_rigid_get_shift(rigid_, &shift, &rotation)) { move(*body, to_bullet(shift), to_bullet(rotation)); }
+    const bool is_shifted = pli_rigid_get_shift(rigid_, &shift, &rotation);
+    if (is_shifted) { move(*body, to_bullet(shift), to_bullet(rotation)); }
     // Bullet counts from here for how long a body has been slow. What a soft body touches is in its island, and wakes
     // with it; what it only holds by an anchor from afar is not.
     if (!is_slow || !body->isActive()) { body->activate(); }
+    // The position-based solver hands on what it does by velocities, which Bullet's solver finds in the next step.
+    if (!is_shifted || !(dt > 0)) { return false; }
+    if (!hold_) { hold_.emplace(*body); }
+    hold_->follow(present_, after, dt, hold_step_ + 1 == step);
+    hold_step_ = step;
+    return true;
+}
+
+void RigidProxy::set_hold(const Hold& hold, unsigned step) {
+    if (!hold_) { hold_.emplace(*const_cast<btRigidBody*>(body_)); }
+    hold_->hold = hold;
+    hold_step_ = step;
+}
+
+void RigidProxy::take_back_hold() {
+    btVector3 velocity, spin;
+    const btScalar dt = hold_->lent(velocity, spin);
+    if (dt == 0 || (velocity.isZero() && spin.isZero())) { return; }
+    auto* body = const_cast<btRigidBody*>(body_);
+    body->setLinearVelocity(body->getLinearVelocity() - velocity);
+    body->setAngularVelocity(body->getAngularVelocity() - spin);
+    move(*body, -velocity * dt, -spin * dt);
 }
 
 } // namespace pliant

@@ -10,6 +10,7 @@
 // find_in().
 
 #include "bridge_impl.h"
+#include "hold_constraint.h"
 #include "object_identity.h"
 #include "shapes/shapes.h"
 
@@ -66,8 +67,14 @@ public:
     /// Bounds of a kinematic body in the step, at whose end or further ahead Bullet has it; false: it does not come on.
     bool comes_on(btScalar dt, btVector3& low, btVector3& high) const;
     /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it
-    /// back, and wakes it if something acted on it.
-    void write_back(bool always_activates);
+    /// back, and wakes it if something acted on it. `dt`: s, 0 in reference mode, in which it always wakes. Returns
+    /// whether something held it, for Bullet's solver in the next step.
+    bool write_back(unsigned step, btScalar dt);
+    void set_hold(const Hold& hold, unsigned step);
+    /// Null: nothing held it in that step.
+    HoldConstraint* hold_of(unsigned step) { return hold_step_ == step && hold_ ? &*hold_ : nullptr; }
+    /// After Bullet's solver: what the hold has lent it there.
+    void take_back_hold();
     /// Destroys the core's body with its anchors; prepare() makes another one.
     void drop_rigid();
     /// False: the object is not (yet) in the world; anchors hold nothing.
@@ -138,6 +145,8 @@ private:
     pli_rigid_state captured_{};
     btTransform captured_pose_;
     pli_rigid_state present_{};
+    std::optional<HoldConstraint> hold_; ///< none: nothing ever held it
+    unsigned hold_step_ = 0;             ///< the last one in which something did
     std::optional<pli_sampled_mesh_def> sampled_mesh_;
     std::vector<ShapePart> parts_;
     bool has_slabs_ = false;

@@ -3,6 +3,8 @@
 #include "check.h"
 #include "test_bridge_world.h"
 
+#include "pliant_bullet/snapshot.h"
+
 #include <pliant/implicit.h>
 #include <pliant/tether.h>
 #include <pliant/xpbd.h>
@@ -216,6 +218,168 @@ void test_a_bridge_of_planks_bears_a_person(void**) {
     }
 }
 
+/// A seat on four ropes of 2 m and 0.25 kg in one body, with tethers, and a child of 30 kg who stands on it.
+struct Swing {
+    static constexpr int links = 10;
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    btRigidBody *seat = nullptr, *child = nullptr;
+    pli_body* ropes = nullptr;
+
+    /// Mass of the seat in kg, height in m from which the child comes.
+    Swing(Solver solver, float mass, float height = 0) {
+        stock.world->getDispatchInfo().m_deterministicOverlappingPairs = true;
+        seat = &stock.add_box(btVector3(0.3f, 0.03f, 0.15f), mass, btVector3(0, 1, 0));
+        child = &stock.add_body(new btCapsuleShape(0.15f, 0.6f), 30, btVector3(0, 1.48f + height, 0));
+        child->setAngularFactor(0);
+        pli_mesh* mesh = nullptr;
+        assert_int_equal(pli_mesh_create(bridge.context(), &mesh), PLI_OK);
+        for (int i = 0; i < 4 * (links + 1); ++i) {
+            const int rope = i / (links + 1), k = i % (links + 1);
+            const float share = float(k) / links, x = rope % 2 == 0 ? -0.3f : 0.3f, z = rope < 2 ? -0.12f : 0.12f;
+            const pli_vec3 place = pli_vec3_make(x, 3 - 2 * share, z * share);
+            assert_int_equal(pli_mesh_append_node(mesh, place, k == 0 ? 0 : 0.25f / links, nullptr), PLI_OK);
+            if (k > 0) { assert_int_equal(pli_mesh_append_link(mesh, i - 1, i, 0, nullptr), PLI_OK); }
+        }
+        pli_body_def def = pli_body_def_default();
+        def.solver.position_iterations = 10;
+        assert_int_equal(bridge.add_body(mesh, &def, &ropes), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(ropes, solver);
+        for (int rope = 0; rope < 4; ++rope) {
+            const int node = rope * (links + 1) + links;
+            assert_int_equal(pli_body_attach_nodes(ropes, &node, 1, bridge.rigid(*seat)), PLI_OK);
+        }
+        assert_int_equal(pli_body_enable_tethers(ropes, nullptr), PLI_OK);
+        for (btRigidBody* body : {seat, child}) {
+            body->setActivationState(DISABLE_DEACTIVATION);
+            assert_int_equal(pli_body_ignore_rigid(ropes, bridge.rigid(*body), true), PLI_OK);
+        }
+    }
+    /// m, of the child from the seat.
+    double gap() const {
+        return double((seat->getWorldTransform().inverse() * child->getWorldTransform().getOrigin()).y()) - 0.48;
+    }
+};
+
+/// Bullet's contacts know that ropes hold the seat: the child sinks in by what is gone after a step, and stays.
+void test_a_child_stands_on_a_swing(void**) {
+    for (int i = 0; i < 2 * 3; ++i) {
+        const Solver solver = i % 2 == 0 ? Solver::xpbd : Solver::implicit;
+        const int sub_steps = i < 2 ? 1 : 4;
+        const float mass = i < 2 ? 8 : 3, height = i < 4 ? 0 : 0.5f;
+        Swing swing(solver, mass, height);
+        double deepest = 0, highest = 0, fastest = 0;
+        for (int k = 0; k < 600 * sub_steps; ++k) {
+            swing.stock.step(1, btScalar(1) / btScalar(60 * sub_steps));
+            if (k < 60 * sub_steps) { continue; } // landing
+            deepest = std::min(deepest, swing.gap());
+            highest = std::max(highest, swing.gap());
+            if (k >= 480 * sub_steps) {
+                fastest = std::max(fastest, double(swing.child->getLinearVelocity().length()));
+            }
+        }
+        print_message("solver %d, seat of %.0f kg, %d sub-steps, from %.1f m: %.3f to %.3f m off, child %.3f m/s\n",
+                      int(solver), double(mass), sub_steps, double(height), deepest, highest, fastest);
+        check_at_most(-deepest, 0.01);
+        check_at_most(highest, 0.005);
+        check_at_most(fastest, 0.02);
+    }
+}
+
+/// Steps after a snapshot, and after a file, know what the ropes held in the one before.
+void test_a_swing_goes_on_from_a_snapshot(void**) {
+    Swing swing(Solver::xpbd, 8);
+    swing.stock.step(30);
+    pliant::BridgeSnapshot snapshot;
+    std::vector<unsigned char> file;
+    assert_int_equal(snapshot.save(swing.bridge), PLI_OK);
+    assert_int_equal(pliant::BridgeSnapshot::write_file(swing.bridge, file), PLI_OK);
+    std::array<btTransform, 4> ends;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        if (i == 1) { assert_int_equal(snapshot.restore(swing.bridge), PLI_OK); }
+        if (i == 2) { swing.stock.step(30); }
+        if (i >= 2) {
+            assert_int_equal(pliant::BridgeSnapshot::read_file(swing.bridge, file.data(), file.size()), PLI_OK);
+        }
+        swing.stock.step(30);
+        ends[i] = swing.seat->getWorldTransform();
+        assert_true(ends[i] == ends[0]);
+    }
+}
+
+/// Joints that leave everything free have Bullet's solver see what holds the planks, and take no part in it.
+void test_a_hold_alone_changes_nothing(void**) {
+    for (const Solver solver : {Solver::xpbd, Solver::implicit}) {
+        PlankBridge alone(solver), joined(solver);
+        std::vector<std::unique_ptr<btGeneric6DofConstraint>> joints;
+        for (btRigidBody* plank : joined.planks) {
+            const btTransform middle = btTransform::getIdentity();
+            joints.push_back(std::make_unique<btGeneric6DofConstraint>(*plank, middle, true));
+            for (int axis = 0; axis < 6; ++axis) {
+                joints.back()->setLimit(axis, 1, -1);
+            }
+            joined.stock.world->addConstraint(joints.back().get());
+        }
+        alone.stock.step(60);
+        joined.stock.step(60);
+        double off = 0;
+        for (std::size_t i = 0; i < alone.planks.size(); ++i) {
+            const btVector3 a = alone.planks[i]->getWorldTransform().getOrigin(),
+                            b = joined.planks[i]->getWorldTransform().getOrigin();
+            check_near((a - b).length(), 0, 0.02); // NaN too
+            off = std::max(off, double((a - b).length()));
+        }
+        print_message("solver %d: planks %.2g m off\n", int(solver), off);
+        for (const auto& joint : joints) {
+            joined.stock.world->removeConstraint(joint.get());
+        }
+    }
+}
+
+/// 50 kg on a point-to-point joint under a box of 5 kg at the end of a rope, as they swing.
+void test_a_joint_bears_what_a_rope_holds(void**) {
+    for (const Solver solver : {Solver::xpbd, Solver::implicit}) {
+        StockWorld stock;
+        btRigidBody &box = stock.add_box(btVector3(0.1f, 0.1f, 0.1f), 5, btVector3(0, 2, 0)),
+                    &weight = stock.add_box(btVector3(0.2f, 0.2f, 0.2f), 50, btVector3(0, 1.5f, 0));
+        btPoint2PointConstraint joint(box, weight, btVector3(0, -0.1f, 0), btVector3(0, 0.4f, 0));
+        stock.world->addConstraint(&joint, true);
+        weight.setLinearVelocity(btVector3(1, 0, 0));
+        pliant::Bridge bridge(*stock.world);
+        pli_mesh* mesh = nullptr;
+        pli_body* rope = nullptr;
+        const pli_vec3 from = pli_vec3_make(0, 4, 0), to = pli_vec3_make(0, 2.1f, 0);
+        assert_int_equal(pli_mesh_create_rope(bridge.context(), from, to, 9, PLI_ROPE_PIN_FIRST, &mesh), PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 0.5f), PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(rope, solver);
+        const int end = 10;
+        assert_int_equal(pli_body_attach_nodes(rope, &end, 1, bridge.rigid(box)), PLI_OK);
+        assert_int_equal(pli_body_enable_tethers(rope, nullptr), PLI_OK);
+        const auto energy = [&weight] {
+            return double(25 * weight.getLinearVelocity().length2() + 500 * weight.getWorldTransform().getOrigin().y());
+        };
+        const double start = energy();
+        double most = start, widest = 0;
+        for (int i = 0; i < 1200; ++i) {
+            box.activate();
+            stock.step(1);
+            most = std::max(most, energy());
+            const btVector3 off =
+                box.getWorldTransform() * btVector3(0, -0.1f, 0) - weight.getWorldTransform() * btVector3(0, 0.4f, 0);
+            if (i >= 60) { widest = std::max(widest, double(off.length())); }
+        }
+        print_message("solver %d: joint %.4f m off, energy at most %.2f J above the start\n", int(solver), widest,
+                      most - start);
+        check_at_most(widest, 0.02);
+        check_at_most(most, start + 1);
+        assert_int_equal(stock.world->getNumConstraints(), 1);
+        stock.world->removeConstraint(&joint);
+    }
+}
+
 /// A rope of 3 m and 3 kg between two cars of 1000 kg on little friction, the first pulled by 8 kN until it goes at 5
 /// m/s: the solvers that docs/manual/ropes.md advises stretch it by 3 to 5 %.
 void test_a_tow_rope_pulls_a_car(void**) {
@@ -416,6 +580,10 @@ int main() {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
         cmocka_unit_test(test_what_turns_on_a_hinge_gains_no_speed),
         cmocka_unit_test(test_a_bridge_of_planks_bears_a_person),
+        cmocka_unit_test(test_a_child_stands_on_a_swing),
+        cmocka_unit_test(test_a_swing_goes_on_from_a_snapshot),
+        cmocka_unit_test(test_a_hold_alone_changes_nothing),
+        cmocka_unit_test(test_a_joint_bears_what_a_rope_holds),
         cmocka_unit_test(test_a_tow_rope_pulls_a_car),
         cmocka_unit_test(test_a_node_is_where_a_fast_box_is),
         cmocka_unit_test(test_a_node_is_where_a_box_in_flight_is),

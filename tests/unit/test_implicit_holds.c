@@ -293,6 +293,79 @@ static void enable_contacts(pli_body* body, float friction) {
 }
 
 /* Two linked nodes on a plane; gravity is turned, not the plane. */
+/* A bridge of 6 m: two ropes of 2 kg in one body or in one each, with tethers; 20 planks of 5 kg, tied to each rope by
+   two nodes 0.2 m apart. */
+enum { PLANK_COUNT = 20, BRIDGE_NODES = 61 };
+
+static void make_bridge(bool is_split, const pli_implicit_def* def, pli_body* ropes[2],
+                        pli_rigid* planks[PLANK_COUNT]) {
+    for (int k = 0; k < (is_split ? 2 : 1); ++k) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(pli_mesh_create(context, &mesh));
+        for (int i = 0; i < (is_split ? 1 : 2) * BRIDGE_NODES; ++i) {
+            const int along = i % BRIDGE_NODES;
+            const bool is_end = along == 0 || along == BRIDGE_NODES - 1;
+            const float z = k + i / BRIDGE_NODES == 0 ? -0.5f : 0.5f;
+            const pli_vec3 place = pli_vec3_make(0.1f * (float)along - 3.0f, 2.0f, z);
+            CHECK_OK(pli_mesh_append_node(mesh, place, is_end ? 0.0f : 2.0f / BRIDGE_NODES, NULL));
+            if (along > 0) { CHECK_OK(pli_mesh_append_link(mesh, i - 1, i, 0, NULL)); }
+        }
+        ropes[k] = make_body(mesh, def, 0.05f);
+    }
+    for (int i = 0; i < PLANK_COUNT; ++i) {
+        const int node = 1 + 3 * i;
+        planks[i] = make_rigid(PLI_RIGID_DYNAMIC, NULL, pli_vec3_make(0.1f * (float)node - 2.9f, 2, 0), 5, 1);
+        pli_rigid_state state = pli_rigid_get_state(planks[i]);
+        state.inverse_inertia_world.rows[0].x = 1.0f / 0.418f; /* of 0.2 m by 0.06 m by 1 m */
+        state.inverse_inertia_world.rows[1].y = 1.0f / 0.433f;
+        state.inverse_inertia_world.rows[2].z = 1.0f / 0.018f;
+        CHECK_OK(pli_rigid_set_state(planks[i], &state));
+        for (int k = 0; k < 4; ++k) {
+            const int other = k < 2 || is_split ? 0 : BRIDGE_NODES;
+            add_anchor(ropes[is_split ? k / 2 : 0], other + node + 2 * (k % 2), planks[i], 1);
+        }
+    }
+    for (int k = 0; k < (is_split ? 2 : 1); ++k) {
+        CHECK_OK(pli_body_enable_tethers(ropes[k], NULL));
+    }
+}
+
+/* Taut ropes right a plank stiffly, by arms that turn within a step. */
+static void test_planks_rest_on_ropes(void** unused) {
+    (void)unused;
+    const pli_implicit_def gradient = gradient_def(1e5f);
+    pli_implicit_def sweeps = gradient;
+    sweeps.method = PLI_IMPLICIT_JACOBI;
+    sweeps.sweeps = 5;
+    sweeps.finishing_iterations = 50;
+    for (int n = 0; n < 4; ++n) {
+        const bool is_split = n >= 2;
+        pli_body* ropes[2];
+        pli_rigid* planks[PLANK_COUNT];
+        make_bridge(is_split, n % 2 == 0 ? &sweeps : &gradient, ropes, planks);
+        double fastest = 0.0, fastest_spin = 0.0;
+        for (int step = 0; step < 600; ++step) {
+            CHECK_OK(pli_world_step(world, dt));
+            for (int i = 0; i < PLANK_COUNT; ++i) {
+                CHECK_OK(pli_rigid_integrate(planks[i], pli_vec3_make(0, -10, 0), dt));
+                if (step < 480) { continue; }
+                const pli_rigid_state state = pli_rigid_get_state(planks[i]);
+                fastest = fmax(fastest, (double)pli_vec3_length(state.linear_velocity));
+                fastest_spin = fmax(fastest_spin, (double)pli_vec3_length(state.angular_velocity));
+            }
+        }
+        print_message("%s, ropes in %d: planks %.3g m/s, %.3g rad/s\n", n % 2 == 0 ? "sweeps" : "gradients",
+                      is_split ? 2 : 1, fastest, fastest_spin);
+        check_at_most(fastest, 0.2);
+        check_at_most(fastest_spin, 2);
+        for (int i = 0; i < PLANK_COUNT; ++i) {
+            pli_rigid_destroy(planks[i]);
+        }
+        pli_body_destroy(ropes[0]);
+        if (is_split) { pli_body_destroy(ropes[1]); }
+    }
+}
+
 static void test_friction_is_coulombs(void** unused) {
     (void)unused;
     const double slope = 0.5;
@@ -510,6 +583,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_box_hangs_where_the_springs_are_in_balance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_box_hangs_on_an_anchored_sheet, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_anchors_share_momentum, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_planks_rest_on_ropes, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_sheets_rest_without_sinking_or_creeping, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_share_momentum, setup_world, teardown_world),

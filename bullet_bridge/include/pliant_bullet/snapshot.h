@@ -12,7 +12,8 @@ namespace pliant {
 
 /// A moment between two steps of a Bullet world and of the bridge's world in it: what pli_world_save takes, with
 /// anchors and their ids, and of every collision object of the Bullet world pose, velocities, forces and activity,
-/// with the contact points that Bullet has between them, the seed of its solver and the time in its accumulator.
+/// with what soft bodies held it by and the contact points that Bullet has between them, the seed of its solver and the
+/// time in its accumulator.
 ///
 /// Frames after a restore equal those after the save bit for bit where Bullet takes pairs in an order that does not
 /// depend on what was before: `world.getDispatchInfo().m_deterministicOverlappingPairs = true`, set before the frames

@@ -19,7 +19,7 @@ struct Header {
     std::uint64_t checksum; ///< see checksum_of()
 };
 constexpr char file_magic[8] = {'P', 'L', 'I', 'B', 'R', 'I', 'D', 'G'};
-constexpr std::uint32_t file_version = 3;
+constexpr std::uint32_t file_version = 4;
 
 // Of what follows the core's file, which has its own.
 std::uint64_t checksum_of(const unsigned char* bytes, std::size_t size) {
@@ -166,6 +166,9 @@ pli_status BridgeSnapshot::write_file(const Bridge& bridge, std::vector<unsigned
         const unsigned char flags[3] = {activation.is_frozen_by_bridge, activation.wants_sleep, activation.is_asleep};
         writer.put(flags);
     }
+    for (const Hold& hold : moment.bridge.holds) {
+        writer.put(hold);
+    }
     const pli_vec3 none{0, 0, 0};
     writer.put(static_cast<unsigned char>(moment.bridge.followed_gravity.has_value()));
     writer.put(moment.bridge.followed_gravity.value_or(none));
@@ -238,6 +241,10 @@ const char* BridgeSnapshot::Moment::read(const btCollisionObjectArray& array, st
         unsigned char flags[3] = {};
         reader.get(flags);
         bridge.activations.push_back({flags[0] != 0, flags[1] != 0, flags[2] != 0});
+    }
+    bridge.holds.resize(objects.size());
+    for (Hold& hold : bridge.holds) {
+        reader.get(hold);
     }
     unsigned char has_gravity = 0;
     pli_vec3 followed{};

@@ -202,9 +202,10 @@ void BridgeSnapshot::restore_bullet(Bridge& bridge, btDiscreteDynamicsWorld& wor
 }
 
 std::size_t BridgeSnapshot::bytes() const {
-    return moment_->is_empty ? 0
-                             : moment_->soft.size() + moment_->objects.size() * sizeof(ObjectState) +
-                                   moment_->contacts.size() * sizeof(Points);
+    return moment_->is_empty
+               ? 0
+               : moment_->soft.size() + moment_->objects.size() * sizeof(ObjectState) +
+                     moment_->contacts.size() * sizeof(Points) + moment_->bridge.holds.size() * sizeof(Hold);
 }
 
 } // namespace pliant

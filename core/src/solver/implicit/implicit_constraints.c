@@ -13,9 +13,8 @@
 
 // ------------------------------------------------------------------------------------------------- rigid bodies
 
-/* Inverse of a symmetric 3x3 matrix that may have zero rows where axes are locked. */
-static void implicit_invert_inertia(double a[3][3], double inertia[3][3]) {
-    const double trace = a[0][0] + a[1][1] + a[2][2], least = trace > 0.0 ? 1e-12 * trace : 1.0 / IMPLICIT_IMMOVABLE;
+/* Inverse of a symmetric 3x3 matrix. */
+static void implicit_invert_inertia(double a[3][3], double least, double inertia[3][3]) {
     const double xx = a[0][0] + least, yy = a[1][1] + least, zz = a[2][2] + least;
     const double xy = 0.5 * (a[0][1] + a[1][0]), xz = 0.5 * (a[0][2] + a[2][0]), yz = 0.5 * (a[1][2] + a[2][1]);
     const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
@@ -29,7 +28,7 @@ static void implicit_invert_inertia(double a[3][3], double inertia[3][3]) {
 
 static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched, pli_rigid* rigid) {
     *touched = (plii_implicit_rigid){.rigid = rigid};
-    touched->is_dynamic = rigid->state.inverse_mass > 0.0f;
+    touched->is_dynamic = rigid->state.inverse_mass > 0.0f && !rigid->is_absent;
     if (!touched->is_dynamic) { return; }
     const float linear[3] = {rigid->linear_factor.x, rigid->linear_factor.y, rigid->linear_factor.z};
     const double factor[3] = {sqrt(fabs((double)rigid->angular_factor.x)), sqrt(fabs((double)rigid->angular_factor.y)),
@@ -42,7 +41,45 @@ static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched, pli
         touched->inverse_inertia[i][1] = (double)row.y * factor[i] * factor[1];
         touched->inverse_inertia[i][2] = (double)row.z * factor[i] * factor[2];
     }
-    implicit_invert_inertia(touched->inverse_inertia, touched->inertia);
+    double(*const a)[3] = touched->inverse_inertia, trace = a[0][0] + a[1][1] + a[2][2];
+    const double least = trace > 0.0 ? 1e-12 * trace : 1.0 / IMPLICIT_IMMOVABLE; /* rows of locked axes are zero */
+    implicit_invert_inertia(a, least, touched->inertia);
+}
+
+/* What pulls at an arm r by F rights the body as it turns, like a spring of F.r - r F: times h^2, kg m^2. Where that is
+   not positive definite, by as much more in all directions. */
+static void implicit_add_righting(const plii_implicit_constraints* constraints, int index, double h) {
+    plii_implicit_rigid* touched = &constraints->rigids[index];
+    double sum[3][3] = {0}, square = 0.0;
+    for (PLII_EACH(const plii_implicit_constraint, anchor, constraints->items, constraints->count)) {
+        if (anchor->rigid != index) { continue; }
+        const plii_dvec3 push = plii_dvec3_scale(anchor->impulse, h);
+        const double r[3] = {anchor->arm.x, anchor->arm.y, anchor->arm.z}, p[3] = {push.x, push.y, push.z};
+        for (int i = 0; i < 9; ++i) {
+            sum[i / 3][i % 3] += 0.5 * (r[i / 3] * p[i % 3] + p[i / 3] * r[i % 3]);
+            sum[i / 3][i % 3] -= i % 4 == 0 ? plii_dvec3_dot(push, anchor->arm) : 0.0;
+        }
+    }
+    const double mean = (sum[0][0] + sum[1][1] + sum[2][2]) / 3.0;
+    for (int i = 0; i < 9; ++i) {
+        const double off = sum[i / 3][i % 3] - (i % 4 == 0 ? mean : 0.0);
+        square += off * off;
+    }
+    const double more = fmax(2.0 * sqrt(square / 6.0) - mean, 0.0); /* no eigenvalue is below -more */
+    if (!(mean > 0.0)) { return; }
+    for (int i = 0; i < 9; ++i) {
+        touched->inertia[i / 3][i % 3] += sum[i / 3][i % 3] + (i % 4 == 0 ? more : 0.0);
+    }
+    implicit_invert_inertia(touched->inertia, 0.0, touched->inverse_inertia);
+}
+
+/* As their host has left them since the prediction. Arms do not turn with the solution: what its anchors have just
+   pulled by counts as inertia, or a body that they right stiffly would swing up. */
+static void implicit_prepare_again(const pli_body* body, plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        implicit_constraints_prepare_rigid(&constraints->rigids[i], constraints->rigids[i].rigid);
+        if (constraints->rigids[i].is_dynamic) { implicit_add_righting(constraints, i, (double)body->step.dt); }
+    }
 }
 
 /* PLI_NULL_INDEX without memory. */
@@ -191,8 +228,10 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
                : constraints->capacity / 2;
 }
 
-/* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet. */
-static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid* rigid, pli_vec3 local) {
+/* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet. `arm`:
+   of the point where that leads. */
+static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid* rigid, pli_vec3 local,
+                                          plii_dvec3* arm) {
     const float dt = body->host_dt, lead = body->interval.lead / dt;
     const pli_transform begin = rigid->path.begin;
     plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
@@ -201,8 +240,8 @@ static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid*
         velocity = plii_twist_add(velocity, plii_twist_scale(rigid->given, lead));
     }
     const pli_transform end = plii_rigid_advance(rigid->state.pose, velocity.linear, velocity.angular, dt);
-    const plii_dvec3 turned = plii_dvec3_sub(plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local)),
-                                             plii_dvec3_from(pli_mat3_mul_vec3(begin.rotation, local)));
+    *arm = plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local));
+    const plii_dvec3 turned = plii_dvec3_sub(*arm, plii_dvec3_from(pli_mat3_mul_vec3(begin.rotation, local)));
     plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(rigid->state.pose.origin), plii_dvec3_from(begin.origin));
     moved = plii_dvec3_add_scaled(moved, plii_dvec3_from(velocity.linear), (double)dt);
     return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)body->step.dt);
@@ -248,7 +287,7 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
         item->target = plii_dvec3_scale(item->normal, speed);
         if (speed > 0.0) { item->recovery = item->target; }
     }
-    item->surface_velocity = implicit_point_velocity(body, rigid, local);
+    item->surface_velocity = implicit_point_velocity(body, rigid, local, &item->arm);
     item->target = plii_dvec3_add(item->target, item->surface_velocity);
     item->goal_position = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
     item->target = plii_dvec3_sub(item->target, velocity);
@@ -256,8 +295,7 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
         item->fall = plii_dvec3_scale(plii_dvec3_from(body->world->def.gravity), (double)body->step.dt);
     }
     /* Contacts press where their normals were found: turned on with the body, the arm would spin a ball up. */
-    const pli_mat3 rotation = from->is_anchor ? rigid->state.pose.rotation : rigid->path.begin.rotation;
-    item->arm = plii_dvec3_from(pli_mat3_mul_vec3(rotation, local));
+    if (!from->is_anchor) { item->arm = plii_dvec3_from(pli_mat3_mul_vec3(rigid->path.begin.rotation, local)); }
 }
 
 /* Without memory for the rigid body it is left out, as where there is nothing to hold. */
@@ -407,7 +445,9 @@ static void implicit_squeeze_nodes(plii_implicit_constraints* constraints, doubl
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base) {
     const int listed = implicit_constraints_list(body, constraints, with_contacts);
-    constraints->count = constraints->node_bound_count = constraints->rigid_count = 0;
+    if (base == NULL) { constraints->rigid_count = 0; }
+    implicit_prepare_again(body, constraints);
+    constraints->count = constraints->node_bound_count = 0;
     constraints->blocks = blocks;
     for (int pass = 0; pass < 2; ++pass) {
         for (int i = 0; i < listed; ++i) {
