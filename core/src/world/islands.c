@@ -93,6 +93,9 @@ static void islands_solve(pli_body* first) {
             islands_run(first, solver->sweep);
             islands_run(first, solver->couple);
         }
+        for (int i = 0; i < plii_body_last_couples(first); ++i) {
+            islands_run(first, solver->couple);
+        }
         islands_run(first, islands_settle);
     }
     islands_run(first, solver->end);

@@ -153,6 +153,7 @@ const plii_solver_class plii_position_solver = {
     .sweep = plii_solver_sweep,
     .couple = plii_solver_couple,
     .end = solver_end,
+    .last_couples = 4,
 };
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
