@@ -9,8 +9,9 @@
 
 static const float dt = 1.0f / 60.0f;
 
-/* Few contacts, no more memory than after one second, stretch as wanted, nothing that slides off, and every layer above
-   the one that was below it, but for `most_below` of 3,380 nodes that are deeper than `depth`, m, in the next one. */
+/* Few contacts, no more memory than after one second, stretch as wanted, rest in the last second, nothing that slides
+   off, and every layer above the one that was below it, but for `most_below` of 3,380 nodes that are deeper than
+   `depth`, m, in the next one. */
 static void check_sheets(const fixture* f, pile_def def, int frames, double most_stretch, double most_speed,
                          float depth, int most_below) {
     pile sheets;
@@ -18,22 +19,23 @@ static void check_sheets(const fixture* f, pile_def def, int frames, double most
     def.damping = 0.01f;
     assert_int_equal(pile_make_sheets(f->world, &def, &sheets), PLI_OK);
     size_t bytes = 0;
-    double stretch = 0;
+    double stretch = 0, speed = 0;
     int contacts = 0;
     for (int frame = 0; frame < frames; ++frame) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        if (frame >= frames - 60) { speed += pile_rms_speed(&sheets) / 60; }
         const int found = pile_contacts(&sheets);
         contacts = found > contacts ? found : contacts;
         stretch = fmax(stretch, pile_stretch(&sheets));
         if (frame < 60) { bytes = pli_context_allocated_bytes(f->context); }
     }
-    print_message("%.2f contacts per node, stretch %.3f, speed %.4f m/s, %d nodes below, %.1f MB\n",
-                  (double)contacts / pile_nodes(&sheets), stretch, pile_rms_speed(&sheets),
+    print_message("%.2f contacts per node, stretch %.3f, speed %.4f and %.4f m/s, %d nodes below, %.1f MB\n",
+                  (double)contacts / pile_nodes(&sheets), stretch, speed, pile_rms_speed(&sheets),
                   pile_nodes_below(&sheets, depth), (double)bytes * 1e-6);
     check_at_most(pli_context_allocated_bytes(f->context), bytes);
     check_at_most(contacts, 4 * pile_nodes(&sheets));
     check_at_most(stretch, most_stretch);
-    check_at_most(pile_rms_speed(&sheets), most_speed);
+    check_at_most(fmax(speed, pile_rms_speed(&sheets)), most_speed);
     check_at_most(pile_nodes_below(&sheets, depth), most_below);
 }
 
@@ -42,6 +44,13 @@ static void test_sheets_lie_on_sheets_position_based(void** state) {
 }
 static void test_thick_sheets_lie_on_sheets_position_based(void** state) {
     check_sheets(*state, (pile_def){.margin = 0.05f, .iterations = 10, .colored = true}, 240, 0.03, 0.01, 0.005f, 0);
+}
+/* Before contacts had more sweeps at the end of the step: 4.25 contacts per node, 0.015 and 0.019 m/s. */
+static void test_sheets_lie_on_sheets_in_five_iterations(void** state) {
+    check_sheets(*state, (pile_def){.margin = 0.01f, .iterations = 5, .colored = true}, 360, 0.03, 0.012, 0.04f, 0);
+}
+static void test_thick_sheets_lie_on_sheets_in_five_iterations(void** state) {
+    check_sheets(*state, (pile_def){.margin = 0.02f, .iterations = 5, .colored = true}, 360, 0.03, 0.012, 0.005f, 0);
 }
 static void test_sheets_lie_on_sheets_implicit(void** state) {
     check_sheets(*state, (pile_def){.solver = PILE_IMPLICIT, .margin = 0.02f, .iterations = 10}, 360, 0.06, 0.01, 0.04f,
@@ -138,6 +147,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_balls_part_with_little_energy, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_sheets_lie_on_sheets_position_based, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_thick_sheets_lie_on_sheets_position_based, setup_fixture,
+                                        teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_sheets_lie_on_sheets_in_five_iterations, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_thick_sheets_lie_on_sheets_in_five_iterations, setup_fixture,
                                         teardown_fixture),
         cmocka_unit_test_setup_teardown(test_sheets_lie_on_sheets_implicit, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_sheets_lie_on_sheets_xpbd, setup_fixture, teardown_fixture),

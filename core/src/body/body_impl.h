@@ -25,6 +25,7 @@ typedef struct plii_solver_class {
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
     plii_solver_pace (*pace)(const pli_body* body);
     void (*solve)(pli_body* first); /* bodies that touch, side by side, see plii_solve_island */
+    int last_couples;               /* see plii_body_last_couples */
     bool has_substeps;              /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the margin: so much further out contacts with rigid bodies are looked for that sweeps do not solve. */
     float contact_reach;
@@ -224,6 +225,11 @@ plii_solver_pace plii_solver_iterations(const pli_body* body);
 /* POSITION, and COUPLE. */
 void plii_solver_sweep(pli_body* body);
 void plii_solver_couple(pli_body* body);
+/* How many more a body has after its iterations, if it touches others: what these leave of the contacts between soft
+   bodies makes piles tremble. With one or two nothing comes to rest anyway. */
+static inline int plii_body_last_couples(const pli_body* body) {
+    return body->island != NULL && body->solver.position_iterations > 2 ? body->solver_class->last_couples : 0;
+}
 /* Of one in which the world goes on by `dt`. */
 void plii_solver_set_step(pli_body* body, float dt);
 

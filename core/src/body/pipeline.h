@@ -105,6 +105,9 @@ static inline void plii_solve_island(pli_body* first, plii_solver_pace pace, pli
             plii_run_island(first, sweep);
             plii_run_island(first, couple);
         }
+        for (int i = 0; i < plii_body_last_couples(first); ++i) {
+            plii_run_island(first, couple);
+        }
         plii_run_island(first, plii_settle);
     }
     plii_run_island(first, end);

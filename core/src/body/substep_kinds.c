@@ -80,7 +80,8 @@ static void iterated_sweeps_iterate(pli_body* body, void* data) {
     iterated_sweeps* state = data;
     if (!body->has_swept_contacts || body->substep != NULL) { return; }
     state->substep.is_first_sweep = state->done == 0;
-    state->substep.is_last_sweep = ++state->done == body->solver.position_iterations;
+    const int count = body->solver.position_iterations + plii_body_last_couples(body);
+    state->substep.is_last_sweep = ++state->done == count;
     plii_substep_kinds_sweep(body, &state->kinds, &state->substep);
 }
 

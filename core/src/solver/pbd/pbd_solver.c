@@ -155,6 +155,7 @@ const plii_solver_class plii_position_solver = {
     .predict = solver_predict,
     .pace = plii_solver_iterations,
     .solve = solver_solve,
+    .last_couples = 4,
 };
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
