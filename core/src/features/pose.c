@@ -11,7 +11,7 @@
 typedef struct pose_state {
     float matching;
     pli_vec3* rest; /* [node_count] m, from the centre of mass */
-    float* weights; /* [node_count], sum 1, or 2 where a cut has parted the body, which a file shows by it */
+    float* weights; /* [node_count], sum 1 */
     int* parts;     /* [node_count] smallest node of each part */
     float* shares;  /* [node_count] weights of the part at hand, 0 elsewhere */
     bool is_parted; /* by a cut: parts have a pose each */
@@ -78,12 +78,11 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { total += pinned_mass; }
     }
-    if (pose->is_parted) { total *= 0.5f; }
     for (int i = 0; i < body->node_count; ++i) {
         const float inverse_mass = body->positions[i].w;
         pose->weights[i] = inverse_mass > 0.0f ? 1.0f / (inverse_mass * total) : pinned_mass / total;
         /* All nodes are pinned. */
-        if (!(total > 0.0f)) { pose->weights[i] = (pose->is_parted ? 2.0f : 1.0f) / (float)body->node_count; }
+        if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
     }
     pose_measure(body, pose, pose->weights);
 }
@@ -178,7 +177,6 @@ static void pose_on_restored(pli_body* body, void* state) {
     pose_state* pose = state;
     plii_body_find_parts(body, pose->parts);
     pose_measure(body, pose, pose->weights);
-    pose->is_parted = pose->weight > 1.5;
     pose->link_revision = body->link_revision - 1;
 }
 
@@ -188,7 +186,7 @@ const plii_feature_class plii_pose_class = {
     .state_size = sizeof(pose_state),
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(pose_state, matching, 0, 1)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(pose_state, matching, PLII_SAVED, "f"),
-                                    PLII_STATE(pose_state, is_parted, PLII_LEFT),
+                                    PLII_STATE_OF(pose_state, is_parted, PLII_SAVED, "B"),
                                     PLII_STATE_SPAN(pose_state, rotation, centre, PLII_SAVED, "12f"),
                                     PLII_STATE_SPAN(pose_state, rest_centre, link_revision, PLII_LEFT, NULL)),
     .on_restored = pose_on_restored,
