@@ -5,6 +5,7 @@
 #include "solver_choice.h"
 
 #include <string.h>
+#include <time.h>
 
 static const float dt = 1.0f / 60.0f;
 
@@ -365,6 +366,50 @@ static void test_parts_of_a_cut_body_have_a_pose_each(void** unused) {
     }
 }
 
+static float distance_along(pli_vec3 point, void* plane) {
+    const pli_vec4 normal = *(pli_vec4*)plane;
+    return pli_vec3_dot(pli_vec3_make(normal.x, normal.y, normal.z), point) - normal.w;
+}
+static double milliseconds_of_steps(int steps) {
+    const clock_t start = clock();
+    (void)hash_after(world, steps);
+    return (double)(clock() - start) * 1e3 / CLOCKS_PER_SEC;
+}
+
+/* A sheet that is cut into 256 tiles: a step looks at each node of each once, not at all nodes for each. */
+static void test_many_parts_cost_as_one(void** unused) {
+    (void)unused;
+    enum { TILES = 16 };
+    pli_patch_def def = pli_patch_def_default();
+    def.corner_00 = pli_vec3_make(-1, 0, -1);
+    def.corner_10 = pli_vec3_make(1, 0, -1);
+    def.corner_01 = pli_vec3_make(-1, 0, 1);
+    def.corner_11 = pli_vec3_make(1, 0, 1);
+    def.columns = def.rows = 41;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_patch(context, &def, &mesh), PLI_OK);
+    pli_body* body = make_body(mesh);
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.1f), PLI_OK);
+    for (int i = 0; i < 2 * (TILES - 1); ++i) {
+        const bool is_across = i % 2 == 0;
+        pli_vec4 plane = {is_across ? 1.0f : 0.0f, 0, is_across ? 0.0f : 1.0f, (float)(i / 2 + 1) * 2 / TILES - 0.997f};
+        pli_refine_def refine = pli_refine_def_default();
+        refine.surface = distance_along;
+        refine.user = &plane;
+        refine.cut = true;
+        assert_int_equal(pli_body_refine(body, &refine), PLI_OK);
+    }
+    int parts = 0;
+    assert_int_equal(pli_body_count_parts(body, &parts), PLI_OK);
+    assert_int_equal(parts, TILES * TILES);
+    const double with = milliseconds_of_steps(20);
+    assert_int_equal(pli_body_disable_pose_matching(body), PLI_OK);
+    const double without = milliseconds_of_steps(20);
+    print_message("20 steps: %.1f ms, without pose matching %.1f ms\n", with, without);
+    check_at_most(with, 10 * without);
+    pli_body_destroy(body);
+}
+
 static void test_enabling_again_takes_a_new_rest_shape(void** unused) {
     (void)unused;
     pli_body* body = make_ball(1);
@@ -467,6 +512,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_parts_of_a_cut_body_have_a_pose_each, setup_weightless_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_many_parts_cost_as_one, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_enabling_again_takes_a_new_rest_shape, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_memory_is_counted_and_given_back, setup_weightless_world, teardown_world),
