@@ -343,7 +343,7 @@ void Bridge::Impl::hide_holds() {
     for (RigidProxy* proxy : held_) {
         ConstraintList::of(*bullet_world_).remove(&proxy->hold());
         const bool is_here = !proxy->is_let_go && proxy->find_in(objects) == RigidProxy::Place::here;
-        if (is_here) { proxy->take_back_hold(); }
+        if (is_here && !proxy->object()->isStaticOrKinematicObject()) { proxy->take_back_hold(); }
     }
     held_.clear();
 }
