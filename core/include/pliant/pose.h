@@ -1,7 +1,8 @@
 #ifndef PLIANT_POSE_H
 #define PLIANT_POSE_H
 
-/// Pose matching: the whole body is pulled towards the rigid motion of its rest shape that fits best.
+/// Pose matching: a body, or each part into which it is cut, is pulled towards the rigid motion of its rest shape that
+/// fits best.
 
 #include "body.h"
 
