@@ -79,6 +79,7 @@ void Bridge::Impl::detach() {
 
 void Bridge::Impl::leave_world() {
     if (bullet_world_ == nullptr) { return; }
+    hide_holds();
     switch (bullet_world_state()) {
     case WorldState::alive:
         bullet_world_->removeAction(action_.get());

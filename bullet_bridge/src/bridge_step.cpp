@@ -62,6 +62,7 @@ bool Bridge::Impl::is_inside_step() const {
 void Bridge::Impl::predict_inside_step() {
     if (!collects_pairs_ && is_inside_step() && !is_stepping()) {
         begin_step(bullet_world_->getDispatchInfo().m_timeStep);
+        show_holds(); // Bullet's solver is still to come
     }
 }
 
@@ -109,7 +110,6 @@ void Bridge::Impl::begin_step(btScalar dt) {
         wake_met(dt);
     }
     follow_kinematic();
-    show_holds();
     ++step_;
     note(pli_world_predict(world, to_float(dt)));
     collects_pairs_ = is_stepping();
@@ -297,8 +297,8 @@ void Bridge::Impl::finish_step() {
 void Bridge::Impl::find_loaded() {
     loaded_.assign(static_cast<std::size_t>(bullet_world_->getNumCollisionObjects()), false);
     const auto note_load = [this](const btCollisionObject& object) {
-        const int place = object.getWorldArrayIndex(); // Bullet's fixed body has none
-        if (place >= 0) { loaded_[static_cast<std::size_t>(place)] = true; }
+        const auto place = static_cast<std::size_t>(object.getWorldArrayIndex());
+        if (place < loaded_.size()) { loaded_[place] = true; } // Bullet's fixed body, and other worlds' have none here
     };
     btDispatcher& dispatcher = *bullet_world_->getDispatcher();
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
@@ -322,7 +322,7 @@ void Bridge::Impl::show_holds() {
     const btCollisionObjectArray& objects = bullet_world_->getCollisionObjectArray();
     for (const auto& entry : proxies_) {
         RigidProxy& proxy = *entry.second;
-        if (proxy.hold_of(step_) == nullptr || proxy.is_let_go) { continue; }
+        if (proxy.hold_of(step_ - 1) == nullptr || proxy.is_let_go) { continue; }
         if (proxy.find_in(objects) != RigidProxy::Place::here || proxy.object()->isStaticOrKinematicObject()) {
             continue;
         }
@@ -332,18 +332,18 @@ void Bridge::Impl::show_holds() {
         return a->object()->getWorldArrayIndex() < b->object()->getWorldArrayIndex();
     });
     for (RigidProxy* proxy : held_) {
-        HoldConstraint* hold = proxy->hold_of(step_);
-        hold->begin_step();
-        ConstraintList::of(*bullet_world_).push_back(hold);
+        proxy->hold().begin_step();
+        ConstraintList::of(*bullet_world_).push_back(&proxy->hold());
     }
 }
 
 void Bridge::Impl::hide_holds() {
+    if (held_.empty()) { return; } // between steps the world may be gone
     const btCollisionObjectArray& objects = bullet_world_->getCollisionObjectArray();
     for (RigidProxy* proxy : held_) {
-        ConstraintList::of(*bullet_world_).remove(proxy->hold_of(step_ - 1));
+        ConstraintList::of(*bullet_world_).remove(&proxy->hold());
         const bool is_here = !proxy->is_let_go && proxy->find_in(objects) == RigidProxy::Place::here;
-        if (is_here) { proxy->take_back_hold(); }
+        if (is_here && !proxy->object()->isStaticOrKinematicObject()) { proxy->take_back_hold(); }
     }
     held_.clear();
 }

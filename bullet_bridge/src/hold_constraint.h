@@ -2,7 +2,7 @@
 #define PLIANT_BULLET_HOLD_CONSTRAINT_H
 
 // What soft bodies hold a rigid body with, as Bullet's solver sees it. The core holds the body after Bullet's solver,
-// for which it is free else: what stands on it or hangs from it by a joint would push it off anew in each step.
+// which would take it for a free one: what stands on it or hangs from it by a joint would push it off in each step.
 
 #include <BulletDynamics/ConstraintSolver/btTypedConstraint.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>

@@ -73,6 +73,7 @@ public:
     void set_hold(const Hold& hold, unsigned step);
     /// Null: nothing held it in that step.
     HoldConstraint* hold_of(unsigned step) { return hold_step_ == step && hold_ ? &*hold_ : nullptr; }
+    HoldConstraint& hold() { return *hold_; } ///< of one that has had some
     /// After Bullet's solver: what the hold has lent it there.
     void take_back_hold();
     /// Destroys the core's body with its anchors; prepare() makes another one.

@@ -1,7 +1,8 @@
 #ifndef PLIANT_POSE_H
 #define PLIANT_POSE_H
 
-/// Pose matching: the whole body is pulled towards the rigid motion of its rest shape that fits best.
+/// Pose matching: a body, or each part into which it is cut, is pulled towards the rigid motion of its rest shape that
+/// fits best.
 
 #include "body.h"
 
@@ -10,7 +11,8 @@ extern "C" {
 #endif
 
 /// Takes the present shape as the rest shape and pulls the body back to it. Enable, or change when enabled (the rest
-/// shape is taken anew). Parts into which the body is cut from then on have a pose each, and come apart.
+/// shape is taken anew). Parts into which the body is cut from then on have a pose each, and come apart; so do pieces
+/// that the pose alone held together. Enabled again they stay apart, disabled and enabled they have one pose.
 /// A pinned node weighs a thousand times the whole body. In reference mode (pli_world_def) the matched shape shrinks to
 /// a point then, as in Bullet, and when the body is smaller than about 3 cm, and grows without bound above about 90 m;
 /// masses count as they were when this was enabled, and parts stay together.

@@ -13,7 +13,7 @@ typedef struct pose_state {
     pli_vec3* rest; /* [node_count] m, from the centre of mass */
     float* weights; /* [node_count], sum 1 */
     int* parts;     /* [node_count] smallest node of each part */
-    float* shares;  /* [node_count] weights of the part at hand, 0 elsewhere */
+    int* next;      /* [node_count] another node of the part, from the smallest on; node_count: there is none */
     bool is_parted; /* by a cut: parts have a pose each */
     pli_mat3 rotation;
     pli_vec3 centre;        /* m */
@@ -30,23 +30,29 @@ static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
     return centre;
 }
 
+/* After a node of a part; without `next`, of the body. What calls it is in line, so that that is known there. */
+static inline int pose_after(const int* next, int node) {
+    return next != NULL ? next[node] : node + 1;
+}
+
 /* Mean of positions by the weights, m from the origin. In double and near the body: what a sum of floats is off by far
    from the origin would pull at the body in each step. */
-static pli_vec3 pose_offset(const pli_body* body, const pose_state* pose, const float* weights, pli_vec3 origin) {
+PLII_SIMD_INLINE pli_vec3 pose_offset(const pli_body* body, const pose_state* pose, const int* next, int first,
+                                      pli_vec3 origin) {
     plii_dvec3 sum = {0, 0, 0};
-    for (int i = 0; i < body->node_count; ++i) {
+    for (int i = first; i < body->node_count; i = pose_after(next, i)) {
         const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
-        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(arm), (double)weights[i]);
+        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(arm), (double)pose->weights[i]);
     }
     return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
 }
 
-static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, const float* weights, pli_vec3 origin,
-                                pli_mat3 covariance) {
+PLII_SIMD_INLINE pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, const int* next, int first,
+                                          pli_vec3 origin, pli_mat3 covariance) {
     const plii_float4 from = plii_lanes_from_vec3(&origin);
     plii_lanes_mat3 sums = plii_lanes_rows(&covariance);
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 now = (plii_float4_from(&body->positions[i]) - from) * weights[i];
+    for (int i = first; i < body->node_count; i = pose_after(next, i)) {
+        const plii_float4 now = (plii_float4_from(&body->positions[i]) - from) * pose->weights[i];
         const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
         sums.at[0] += rest * plii_lanes_all_x(now);
         sums.at[1] += rest * plii_lanes_all_y(now);
@@ -56,24 +62,23 @@ static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose, co
 }
 
 /* The sum of the weights, and the mean of the rest pose. */
-static void pose_measure(const pli_body* body, pose_state* pose, const float* weights) {
+static void pose_measure(const pli_body* body, pose_state* pose, const int* next, int first) {
     plii_dvec3 sum = {0, 0, 0};
     pose->weight = 0;
-    for (int i = 0; i < body->node_count; ++i) {
-        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(pose->rest[i]), (double)weights[i]);
-        pose->weight += (double)weights[i];
+    for (int i = first; i < body->node_count; i = pose_after(next, i)) {
+        sum = plii_dvec3_add_scaled(sum, plii_dvec3_from(pose->rest[i]), (double)pose->weights[i]);
+        pose->weight += (double)pose->weights[i];
     }
     pose->rest_centre = plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / pose->weight));
 }
 
-/* Shares of the total mass, where a pinned node counts a thousand times all others. */
+/* Shares of the total mass, where a pinned node counts a thousand times all others, or each as one if all are. */
 static void pose_update_weights(const pli_body* body, pose_state* pose) {
     float free_mass = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        const float inverse_mass = body->positions[i].w;
-        free_mass += inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
+        free_mass += body->positions[i].w > 0.0f ? 1.0f / body->positions[i].w : 0.0f;
     }
-    const float pinned_mass = free_mass * (float)body->node_count * 1000.0f;
+    const float pinned_mass = free_mass > 0.0f ? free_mass * (float)body->node_count * 1000.0f : 1.0f;
     float total = free_mass;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { total += pinned_mass; }
@@ -81,10 +86,8 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
     for (int i = 0; i < body->node_count; ++i) {
         const float inverse_mass = body->positions[i].w;
         pose->weights[i] = inverse_mass > 0.0f ? 1.0f / (inverse_mass * total) : pinned_mass / total;
-        /* All nodes are pinned. */
-        if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
     }
-    pose_measure(body, pose, pose->weights);
+    pose_measure(body, pose, NULL, 0);
 }
 
 static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
@@ -93,7 +96,7 @@ static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
     body->has_early_bounds = true;
     /* A small diagonal keeps a mesh in a coordinate plane from being singular. */
     const pli_mat3 small = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
-    pose->rotation = plii_polar_factor(pose_covariance(body, pose, pose->weights, pose->centre, small), pose->rotation);
+    pose->rotation = plii_polar_factor(pose_covariance(body, pose, NULL, 0, pose->centre, small), pose->rotation);
     const pli_transform frame = {pose->rotation, pose->centre};
     for (int i = 0; i < body->node_count && pose->matching > 0.0f; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
@@ -101,15 +104,14 @@ static void pose_run_as_in_bullet(pli_body* body, pose_state* pose) {
     }
 }
 
-/* Nodes without weight, as those of other parts, stay. `first`: a node with some, from which arms are taken. */
-static void pose_pull(pli_body* body, pose_state* pose, const float* weights, int first) {
-    const pli_vec3 origin = plii_xyz(body->positions[first]), offset = pose_offset(body, pose, weights, origin);
+PLII_SIMD_INLINE void pose_pull(pli_body* body, pose_state* pose, const int* next, int first) {
+    const pli_vec3 origin = plii_xyz(body->positions[first]), offset = pose_offset(body, pose, next, first, origin);
     pose->centre = pli_vec3_add(origin, offset);
     /* Of any size, pinned, flat or inverted; what the arms are off the centre by is taken off. */
     const pli_vec3 moved = pli_vec3_scale(offset, (float)-pose->weight), rest = pose->rest_centre;
     const pli_mat3 start_sum = {
         {pli_vec3_scale(rest, moved.x), pli_vec3_scale(rest, moved.y), pli_vec3_scale(rest, moved.z)}};
-    const pli_mat3 covariance = pose_covariance(body, pose, weights, origin, start_sum), *last = &pose->rotation;
+    const pli_mat3 covariance = pose_covariance(body, pose, next, first, origin, start_sum), *last = &pose->rotation;
     const float xx = last->rows[0].x, yy = last->rows[1].y, zz = last->rows[2].z;
     pli_quat turned = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
                        copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
@@ -121,8 +123,8 @@ static void pose_pull(pli_body* body, pose_state* pose, const float* weights, in
     const plii_float4 from = plii_lanes_from_vec3(&origin), frame_origin = plii_lanes_from_vec3(&start);
     const plii_lanes_mat3 columns = plii_lanes_columns(&pose->rotation);
     const float matching = pose->matching;
-    for (int i = 0; i < body->node_count && matching > 0.0f; ++i) {
-        if (!(body->positions[i].w * weights[i] > 0.0f)) { continue; } /* pinned nodes stay, too */
+    for (int i = matching > 0.0f ? first : body->node_count; i < body->node_count; i = pose_after(next, i)) {
+        if (!(body->positions[i].w > 0.0f)) { continue; } /* pinned nodes stay */
         const plii_float4 goal = plii_lanes_combine(columns, plii_lanes_from_vec3(&pose->rest[i])) + frame_origin;
         const plii_float4 arm = plii_float4_from(&body->positions[i]) - from;
         const pli_vec3 way = plii_lanes_vec3((goal - arm) * matching);
@@ -142,14 +144,19 @@ static void pose_run(pli_body* body, void* state) {
         pose->link_revision = body->link_revision;
         pose_update_weights(body, pose);
     }
-    if (!pose->is_parted) { pose_pull(body, pose, pose->weights, 0); }
+    if (!pose->is_parted) { pose_pull(body, pose, NULL, 0); }
     for (int part = body->node_count - 1; pose->is_parted && part >= 0; --part) {
         if (pose->parts[part] != part) { continue; }
-        for (int i = 0; i < body->node_count; ++i) {
-            pose->shares[i] = pose->parts[i] == part ? pose->weights[i] : 0.0f;
-        }
-        pose_measure(body, pose, pose->shares);
-        pose_pull(body, pose, pose->shares, part);
+        pose_measure(body, pose, pose->next, part);
+        pose_pull(body, pose, pose->next, part);
+    }
+}
+
+static void pose_find_parts(const pli_body* body, pose_state* pose) {
+    plii_body_find_parts(body, pose->parts);
+    for (int i = 0; i < body->node_count; ++i) {
+        pose->next[i] = pose->parts[i] != i ? pose->next[pose->parts[i]] : body->node_count;
+        if (pose->parts[i] != i) { pose->next[pose->parts[i]] = i; }
     }
 }
 
@@ -162,7 +169,7 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
         rest[i] = pli_vec3_lerp(rest[origin.a], rest[origin.b], origin.share);
     }
     const int* before = change->old_arrays[2];
-    plii_body_find_parts(body, pose->parts);
+    pose_find_parts(body, pose);
     for (int i = 0; i < change->old_node_count && !body->world->def.reference_mode; ++i) {
         pose->is_parted |= pose->parts[i] != pose->parts[before[i]];
     }
@@ -175,8 +182,8 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
 /* What follows from the rest pose, the weights and the topology is found anew. */
 static void pose_on_restored(pli_body* body, void* state) {
     pose_state* pose = state;
-    plii_body_find_parts(body, pose->parts);
-    pose_measure(body, pose, pose->weights);
+    pose_find_parts(body, pose);
+    pose_measure(body, pose, NULL, 0);
     pose->link_revision = body->link_revision - 1;
 }
 
@@ -194,7 +201,7 @@ const plii_feature_class plii_pose_class = {
     .arrays = PLII_ARRAYS({PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("3f")},
                           {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, PLII_SAVED_AS("f")},
                           {PLII_MEMBER(pose_state, parts), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(pose_state, shares), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+                          {PLII_MEMBER(pose_state, next), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .topology_commit = pose_topology_commit,
 };
 
@@ -203,15 +210,14 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_limits(body->context, &matching, &plii_pose_class.settings, __func__));
     pose_state* pose = NULL;
     PLII_TRY(plii_feature_enable_with(body, &plii_pose_class, &matching, sizeof matching, (void**)&pose));
-    const bool is_of_bullet = body->world->def.reference_mode;
     pli_vec3 origin = plii_xyz(body->positions[0]), offset = pli_vec3_make(0, 0, 0);
     pose->rotation = pli_mat3_identity();
-    plii_body_find_parts(body, pose->parts);
+    pose_find_parts(body, pose);
     pose_update_weights(body, pose);
-    if (is_of_bullet) {
+    if (body->world->def.reference_mode) {
         origin = pose_centre(body, pose);
     } else {
-        offset = pose_offset(body, pose, pose->weights, origin);
+        offset = pose_offset(body, pose, NULL, 0, origin);
     }
     pose->centre = pli_vec3_add(origin, offset);
     for (int i = 0; i < body->node_count; ++i) {
@@ -227,7 +233,6 @@ pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {
     if (transform == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "pose is null"); }
     const pose_state* pose = plii_feature_state(body, &plii_pose_class);
     if (pose == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "pose matching is not enabled"); }
-    transform->rotation = pose->rotation;
-    transform->origin = pose->centre;
+    *transform = (pli_transform){pose->rotation, pose->centre};
     return PLI_OK;
 }
