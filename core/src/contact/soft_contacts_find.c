@@ -137,6 +137,7 @@ enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
 #define SOFT_CONTACTS_ALIKE 0.7f
 /* Of the longest edge: a node that passes so close beside a face crosses it. */
 #define SOFT_CONTACTS_EDGE 1e-3f
+enum { SOFT_CONTACTS_ROUNDS = 8 }; /* to the time of a crossing */
 
 typedef struct soft_pick {
     int face;
@@ -185,17 +186,29 @@ static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const in
         pli_vec3_cross(pli_vec3_sub(before.at[1], before.at[0]), pli_vec3_sub(before.at[2], before.at[0]));
     const float volume = -pli_vec3_dot(before.at[0], cross); /* six times that of the face and the node */
     if (!((volume > 0.0f && to < 0.0f) || (volume < 0.0f && to > 0.0f))) { return false; }
-    const float from = volume / pli_vec3_length(cross);
-    pick->time = from / (from - to);
+    /* Faces turn on the way: the time by the heights at both ends is a guess, which false position (Illinois) mends. */
+    const float from = volume / pli_vec3_length(cross), edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
+    float times[2] = {0.0f, 1.0f}, heights[2] = {from, to};
     pli_vec3 met[3];
-    for (int k = 0; k < 3; ++k) {
-        met[k] = pli_vec3_add(pli_vec3_scale(before.at[k], 1.0f - pick->time), pli_vec3_scale(now->at[k], pick->time));
+    plii_triangle_size size_met = {0};
+    for (int round = 0, last = -1; round < SOFT_CONTACTS_ROUNDS; ++round) {
+        pick->time = times[0] + (times[1] - times[0]) * (heights[0] / (heights[0] - heights[1]));
+        for (int k = 0; k < 3; ++k) {
+            met[k] =
+                pli_vec3_add(pli_vec3_scale(before.at[k], 1.0f - pick->time), pli_vec3_scale(now->at[k], pick->time));
+        }
+        size_met = plii_measure_triangle(met[0], met[1], met[2]);
+        if (!size_met.is_usable) { return false; }
+        const float height = -pli_vec3_dot(met[0], size_met.normal);
+        if (height * height <= 0.25f * edge * size_met.longest_squared) { break; }
+        const int end = height * from > 0.0f ? 0 : 1;
+        if (end == last) { heights[1 - end] *= 0.5f; }
+        times[end] = pick->time;
+        heights[end] = height;
+        last = end;
     }
-    const plii_triangle_size size_met = plii_measure_triangle(met[0], met[1], met[2]);
-    if (!size_met.is_usable) { return false; }
     plii_closest_feature closest;
     const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
-    const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
     pick->weights = closest.weights;
     pick->normal = from > 0.0f ? normal : pli_vec3_neg(normal);

@@ -11,6 +11,9 @@
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
+/* s; in substeps it goes no faster than on a spring with a dashpot. Contacts of a pile push nodes beyond their tethers
+   in each, and what took them back at once would make them go to and fro for ever. */
+#define TETHER_RECOVERY_TIME 0.01f
 /* Stiffness of a tether under solvers that have it as a spring, in that of a link. */
 #define TETHER_FIRMNESS 100.0f
 /* How far these may give, times the length, before nodes are held after the solution, as in a fast turn. */
@@ -253,7 +256,9 @@ static void tether_hold(pli_body* body, int node, int origin, float longest, con
                                 ? pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node),
                                                                    plii_substep_motion(substep, origin)))
                                 : pli_vec3_sub(plii_xyz(body->previous[node]), plii_xyz(body->previous[origin]));
-    const float limit = tether_limit(longest, pli_vec3_length(before), substep != NULL ? substep->dt : body->step.dt);
+    const float was = pli_vec3_length(before), dt = substep != NULL ? substep->dt : body->step.dt;
+    const float slow = substep != NULL ? TETHER_RECOVERY_TIME / (dt + TETHER_RECOVERY_TIME) : 0.0f;
+    const float limit = plii_max(tether_limit(longest, was, dt), longest + (was - longest) * slow);
     if (!(distance > limit)) { return; }
     if (substep != NULL) {
         plii_substep_move(substep, node, apart, (limit - distance) / (distance * substep->displacements[node].w));
