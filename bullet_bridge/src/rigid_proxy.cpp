@@ -403,7 +403,7 @@ bool RigidProxy::write_back(unsigned step, btScalar dt) {
     // Bullet counts from here for how long a body has been slow. What a soft body touches is in its island, and wakes
     // with it; what it only holds by an anchor from afar is not.
     if (!is_slow || !body->isActive()) { body->activate(); }
-    // The position-based solver hands on what it does by velocities, which Bullet's solver finds in the next step.
+    // Position-based anchors hand on what they do by velocities, which Bullet's solver finds in the next step.
     if (!is_shifted || !(dt > 0)) { return false; }
     if (!hold_) { hold_.emplace(*body); }
     hold_->follow(present_, after, dt, hold_step_ + 1 == step);
