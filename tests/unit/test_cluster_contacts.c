@@ -208,7 +208,7 @@ static void test_faces_hold_fast_bodies(void** unused) {
         }
         print_message("           %s, %g m/s: lowest node at %.3g m\n", k % 2 == 0 ? "plate" : "triangles",
                       (double)speeds[k / 2], (double)lowest);
-        assert_true(lowest > -0.1f);
+        assert_true(lowest > (k % 2 == 0 ? 0.02f : -0.08f)); /* tops at 0, and from -0.1 to 0.05 */
         pli_body_destroy(body);
         pli_rigid_destroy(ground);
     }

@@ -5,8 +5,6 @@
 #include "body/node_constraint.h"
 #include "body/substep.h"
 
-#include <string.h>
-
 static int feature_find(const pli_body* body, const plii_feature_class* klass) {
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = 0; i < pipeline->feature_count; ++i) {

@@ -5,8 +5,6 @@
 #include "shape/shape_impl.h"
 #include "world/world_impl.h"
 
-#include <string.h>
-
 pli_status plii_check_world_idle(const pli_world* world, const char* function) {
     PLII_TRY(plii_check_world_change(world, function));
     if (!world->is_stepping) { return PLI_OK; }
