@@ -329,8 +329,11 @@ const struct {
 const struct {
     pli_simd simd;
     const char* name;
-} paths[] = {
-    {PLI_SIMD_PORTABLE, "portable"}, {PLI_SIMD_SSE2, "SSE2"}, {PLI_SIMD_AVX2, "AVX2"}, {PLI_SIMD_NEON, "NEON"}};
+} paths[] = {{PLI_SIMD_PORTABLE, "portable"},
+             {PLI_SIMD_SSE2, "SSE2"},
+             {PLI_SIMD_AVX2, "AVX2"},
+             {PLI_SIMD_AVX512, "AVX-512"},
+             {PLI_SIMD_NEON, "NEON"}};
 
 bool is_available(pli_simd simd) {
     pli_context_def def = pli_context_def_default();

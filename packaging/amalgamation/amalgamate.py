@@ -4,8 +4,8 @@
     amalgamate.py ROOT OUT
 
 Headers come first, each once, then the sources in the order of core/CMakeLists.txt. A name at file scope that is local
-to several sources gets the name of its source in front. Kernels that the library compiles with -mavx2 come last, with
-a suffix on all of their names, between pragmas that select the instruction set.
+to several sources gets the name of its source in front. Kernels that the library compiles for AVX2 and AVX-512 come last,
+with a suffix on all of their names, between pragmas that select the instruction set.
 """
 
 import pathlib
@@ -23,6 +23,10 @@ SWITCHES = {
     "src/base/threads.c": "PLIANT_FEATURES_THREADS",
     "src/geometry/convex_penetration.c": "PLIANT_WITH_CCD",
 }
+
+# What tells headers of vectors the instruction set, and the sets that a part of the file is for.
+SETS = {"avx2": "defined(__AVX2__)", "avx512": "defined(__AVX512F__)"}
+VECTORS = ("src/math/simd_float8.h", "src/math/simd_wide.h")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$', re.M)
 WORD = re.compile(r"\b[A-Za-z_]\w*\b")
@@ -133,6 +137,31 @@ def resolve(texts):
         texts[name] = rename(text, new_names)
 
 
+def with_sets(text, last):
+    """The text for processors that have the sets up to `last`, or none."""
+    has = last is not None
+    for instructions, condition in SETS.items():
+        text = text.replace(condition, "1" if has else "0")
+        has = has and instructions != last
+    return text
+
+
+def wide_kernels(core, names, instructions, once, gated):
+    """The kernels of an instruction set, behind the headers of vectors for it."""
+    text = "".join((core.folder / name).read_text().replace("#pragma once\n", "") for name in VECTORS)
+    text = "#undef PLII_SIMD_LARGE\n" + INCLUDE.sub("", with_sets(text, instructions))
+    suffixed = {n: f"{n}_{instructions}" for n in local_names(text) if not n.startswith("PLII_SIMD")}
+    suffixed.update({f"plii_float8_{n}": f"plii_float8_{n}_{instructions}" for n in
+                     re.findall(r"PLII_FLOAT8_(?:OPERATOR|UNARY|BINARY)\(([a-z]\w*),", text)})
+    result = f"\n#if PLIANT_SIMD_X86\nPLII_{instructions.upper()}_BEGIN\n"
+    result += rename(text.replace("plii_float8_##name", f"plii_float8_##name##_{instructions}"), suffixed)
+    for name in (n for n in names if n.endswith(f"_{instructions}.c")):
+        kernel = core.expand(core.folder / name, list(once))
+        own = {n: f"{pathlib.Path(name).stem}_{n}" for n in local_names(kernel)}
+        result += gated(name, rename(kernel, {**suffixed, **own}))
+    return result + f"\nPLII_{instructions.upper()}_END\n#endif\n"
+
+
 HEAD = """/* Pliant, soft-body dynamics, in one file. Made of core/ by packaging/amalgamation/amalgamate.py; see docs/building.md. */
 """
 
@@ -142,7 +171,7 @@ def main():
     core = Sources(root / "core")
     header, once = public_header(core)
     names = listed_sources(root / "core", "c")
-    plain = [n for n in names if not n.endswith("_avx2.c")]
+    plain = [n for n in names if not n.endswith(tuple(f"_{instructions}.c" for instructions in SETS))]
     texts, headers = {}, ""
     for name in plain:  # headers first: none may lie inside of a switch
         for included in INCLUDE.findall((core.folder / name).read_text()):
@@ -155,12 +184,6 @@ def main():
         texts[name] = core.expand(core.folder / name, once)
     resolve(texts)
 
-    wide = core.folder / "src/math/simd_float8.h"
-    kernels = {}
-    for name in (n for n in names if n.endswith("_avx2.c")):
-        kernels[name] = core.expand(core.folder / name, once)
-    wide_text = wide.read_text().replace("#pragma once\n", "").replace("defined(__AVX2__)", "1")
-    wide_text = "#undef PLII_SIMD_LARGE\n" + INCLUDE.sub("", wide_text)
     files = SWITCHES["src/file/"]
     features = " && ".join(each for folder, each in SWITCHES.items() if folder[-1] == "/" and each != files)
     defaults = {each: "1" for each in SWITCHES.values() if each != files}
@@ -168,7 +191,7 @@ def main():
     switches = "".join(f"#ifndef {each}\n#define {each} {value}\n#endif\n" for each, value in defaults.items())
     switches += f'#if {files} && !({features})\n#error "{files} needs all features but threads"\n#endif\n'
     result = HEAD + (root / "packaging/amalgamation/head.inc").read_text() + switches
-    result += '#include "pliant.h"\n' + headers.replace("defined(__AVX2__)", "0")
+    result += '#include "pliant.h"\n' + with_sets(headers, None)
 
     def gated(name, text):
         switch = switch_of(name)
@@ -176,16 +199,8 @@ def main():
 
     for name in plain:
         result += gated(name, texts[name])
-    result += "\n#if PLIANT_SIMD_X86\nPLII_AVX2_BEGIN\n"
-    suffixed = {n: f"{n}_avx2" for n in local_names(wide_text) if not n.startswith("PLII_SIMD")}
-    suffixed.update({f"plii_float8_{n}": f"plii_float8_{n}_avx2" for n in
-                     re.findall(r"PLII_FLOAT8_(?:OPERATOR|UNARY|BINARY)\(([a-z]\w*),", wide_text)})
-    wide_text = wide_text.replace("plii_float8_##name", "plii_float8_##name##_avx2")
-    result += rename(wide_text, suffixed)
-    for name, text in kernels.items():
-        own = {n: f"{pathlib.Path(name).stem}_{n}" for n in local_names(text)}
-        result += gated(name, rename(text, {**suffixed, **own}))
-    result += "\nPLII_AVX2_END\n#endif\n"
+    for instructions in SETS:
+        result += wide_kernels(core, names, instructions, once, gated)
     out.mkdir(parents=True, exist_ok=True)
     (out / "pliant.h").write_text(HEAD + header)
     (out / "pliant.c").write_text(result)

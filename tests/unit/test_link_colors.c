@@ -258,7 +258,7 @@ static void test_no_two_lanes_of_a_color_share_a_node(void** state) {
 static void test_many_links_of_a_node_wait(void** state) {
     (void)state;
     sample s;
-    assert_true(sample_create(&s, make_star, true, PLI_SIMD_BEST, NULL));
+    assert_true(sample_create(&s, make_star, true, PLI_SIMD_PORTABLE, NULL));
     const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
     int own_links = 0; /* of colours beyond the 64 that are shared, which took three or two links each */
     for (int c = 64; c < colors->color_count; ++c) {
@@ -274,7 +274,7 @@ static void test_meshes_become_quads_and_small_bodies_single_links(void** state)
     make_mesh_fn* const quads[] = {make_sheet, make_sphere};
     for (int m = 0; m < 2; ++m) {
         sample s;
-        assert_true(sample_create(&s, quads[m], true, PLI_SIMD_BEST, NULL));
+        assert_true(sample_create(&s, quads[m], true, PLI_SIMD_PORTABLE, NULL));
         const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
         assert_true(colors->color_count <= 64);
         assert_true(s.body->link_count > 8 * colors->row_count * 85 / 100); /* few lanes without a link */
@@ -382,7 +382,7 @@ static uint64_t hash_after_steps(make_mesh_fn* make_mesh, link_solver solver, pl
 }
 
 static int check_equal_results(make_mesh_fn* make_mesh, link_solver solver, bool is_cut) {
-    const pli_simd paths[] = {PLI_SIMD_BEST, PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_NEON};
+    const pli_simd paths[] = {PLI_SIMD_BEST, PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_AVX512, PLI_SIMD_NEON};
     const int parts[] = {1, 37};
     const uint64_t expected = hash_after_steps(make_mesh, solver, PLI_SIMD_PORTABLE, NULL, is_cut);
     int compared = 0;

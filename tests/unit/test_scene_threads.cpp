@@ -38,7 +38,7 @@ bool is_available(pli_simd simd) {
 void expect_equal_bits(const demos::Description& description, EngineOptions options, int frames) {
     options.simd = PLI_SIMD_PORTABLE;
     const uint64_t expected = hash_after(description, options, frames);
-    for (const pli_simd simd : {PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_NEON}) {
+    for (const pli_simd simd : {PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_AVX512, PLI_SIMD_NEON}) {
         if (!is_available(simd)) { continue; }
         options.simd = simd;
         assert_true(hash_after(description, options, frames) == expected);

@@ -239,7 +239,7 @@ static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, 
 
 /* The one of name_base and name_avx2 that the context runs. */
 #if defined(PLIANT_SIMD_X86) && PLIANT_SIMD_X86
-#define PLII_KERNEL(context, name) ((context)->def.simd == PLI_SIMD_AVX2 ? name##_avx2 : name##_base)
+#define PLII_KERNEL(context, name) ((context)->def.simd >= PLI_SIMD_AVX2 ? name##_avx2 : name##_base)
 #else
 #define PLII_KERNEL(context, name) ((void)(context), name##_base)
 #endif

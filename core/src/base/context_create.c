@@ -23,14 +23,18 @@ static void context_default_release(void* block, size_t size, void* user) {
 
 static bool context_has_simd(pli_simd simd) {
 #if PLIANT_SIMD_X86
-    if (simd == PLI_SIMD_AVX2) { return __builtin_cpu_supports("avx2") != 0; }
+    const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+    if (simd == PLI_SIMD_AVX2) { return has_avx2; }
+    if (simd == PLI_SIMD_AVX512) {
+        return has_avx2 && __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512vl") != 0;
+    }
 #endif
     return simd == PLI_SIMD_PORTABLE || (PLIANT_SIMD_X86 && simd == PLI_SIMD_SSE2) ||
            (PLIANT_SIMD_NEON && simd == PLI_SIMD_NEON);
 }
 
 static pli_simd context_best_simd(void) {
-    static const pli_simd best_first[] = {PLI_SIMD_AVX2, PLI_SIMD_SSE2, PLI_SIMD_NEON};
+    static const pli_simd best_first[] = {PLI_SIMD_AVX512, PLI_SIMD_AVX2, PLI_SIMD_SSE2, PLI_SIMD_NEON};
     for (size_t i = 0; i < sizeof best_first / sizeof *best_first; ++i) {
         if (context_has_simd(best_first[i])) { return best_first[i]; }
     }

@@ -145,6 +145,9 @@ static void link_colors_make_group(const link_colors_work* work, int first, int 
         pairs |= link_colors_pairs_at(work, work->order[i]);
     }
     pairs = link_colors_group_pairs(pairs, count);
+    made->linked_row_count += __builtin_popcount(pairs);
+    /* In vectors of two groups rows cost little, and two groups in a row are rarely of one kind. */
+    if (work->body->context->def.simd == PLI_SIMD_AVX512 && pairs != PLII_LINK_SINGLE) { pairs = PLII_LINK_ALL_PAIRS; }
     const int node_count = pairs == PLII_LINK_SINGLE ? 2 : 4;
     if (made->groups != NULL) {
         made->groups[made->group_count] = (plii_link_group){
@@ -228,6 +231,7 @@ static bool link_colors_fill(const link_colors_work* work, plii_link_colors* col
         return false;
     }
     colors->color_count = colors->group_count = colors->row_count = colors->scaled_index_count = colors->cut_count = 0;
+    colors->linked_row_count = 0;
     link_colors_make_groups(work, colors);
     const bool is_shared = context->def.parallel_for != NULL && work->body->link_count >= PLII_LINKS_SHARED;
     return !is_shared || link_colors_cut(work, colors);
@@ -266,7 +270,7 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
 const plii_feature_class plii_link_colors_class = {
     .name = "link colors",
     .state_size = sizeof(plii_link_colors),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(plii_link_colors, is_current, cut_count, PLII_LEFT, NULL)),
+    .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(plii_link_colors, is_current, linked_row_count, PLII_LEFT, NULL)),
     .arrays =
         PLII_ARRAYS({PLII_LIST_OF(plii_link_colors, colors, color_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .snapshot = PLII_LEFT},

@@ -35,6 +35,7 @@ typedef struct plii_link_cuts {
 typedef struct plii_link_colors {
     bool is_current; /* links are still those that were coloured */
     int color_count, group_count, row_count, scaled_index_count, cut_count;
+    int linked_row_count;                        /* with links, so the same for all instruction sets */
     plii_link_color* colors;                     /* [color_count] */
     plii_link_group* groups;                     /* [group_count] */
     uint32_t (*scaled_indices)[PLII_LINK_LANES]; /* [scaled_index_count] of a node in all lanes */

@@ -1,6 +1,6 @@
 #pragma once
 
-/* Lengths of links by colours, eight at a time, of the position-based solver and XPBD; links_kernel_base.c. */
+/* Lengths of links by colours, in vectors, of the position-based solver and XPBD; links_kernel_base.c. */
 
 #include "solver/coloring/link_coloring.h"
 
@@ -28,7 +28,7 @@ typedef struct plii_links_kernel {
     void (*gather_vectors)(const plii_links_task* task, int begin, int end); /* groups */
 } plii_links_kernel;
 
-extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;
+extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2, plii_links_kernel_avx512;
 
 /* All colours, with the threads of the context. */
 void plii_links_sweep_colors(const plii_links_task* task);

@@ -9,6 +9,16 @@ enum {
     LINKS_START_NS = 20 /* per group; no thread waits for another one before all are done */
 };
 
+/* Single links alone are not worth wider vectors: their bodies are small, or ropes. */
+static const plii_links_kernel* links_kernel(const plii_links_task* task) {
+    const pli_context* context = task->body->context;
+#if PLIANT_SIMD_X86
+    const bool has_quads = task->colors->row_count > task->colors->group_count;
+    if (context->def.simd == PLI_SIMD_AVX512 && has_quads) { return &plii_links_kernel_avx512; }
+#endif
+    return PLII_KERNEL(context, &plii_links_kernel);
+}
+
 typedef struct links_part {
     const plii_links_kernel* kernel;
     const plii_links_task* task;
@@ -30,7 +40,7 @@ static int links_grain(int group_count) {
 
 void plii_links_sweep_colors(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
-    links_part part = {PLII_KERNEL(task->body->context, &plii_links_kernel), task, NULL, NULL};
+    links_part part = {links_kernel(task), task, NULL, NULL};
     for (PLII_EACH(const plii_link_color, color, colors->colors, colors->color_count)) {
         if (colors->cut_count == 0 || color->group_count < LINKS_FEW) {
             part.kernel->groups(task, color->first_group, color->first_group + color->group_count);
@@ -48,7 +58,7 @@ static void links_start_range(int begin, int end, void* data) {
 }
 
 void plii_links_start_colors(const plii_links_task* task) {
-    links_part part = {PLII_KERNEL(task->body->context, &plii_links_kernel), task, NULL, NULL};
+    links_part part = {links_kernel(task), task, NULL, NULL};
     plii_parallel_for(task->body->context, links_start_range, &part, task->colors->group_count,
                       plii_grain(LINKS_START_NS));
 }

@@ -34,7 +34,7 @@ static bool colored_links_choose_sweep(pli_body* body, colored_links_state* stat
                           PLII_RESERVE(body->context, &state->rest_squared, &state->rest_capacity, slot_count) &&
                           PLII_RESERVE(body->context, &state->weights, &state->weight_capacity, slot_count);
     const bool is_worthwhile = is_ready && body->link_count >= COLORED_LINKS_FEWEST &&
-                               body->link_count >= COLORED_LINKS_LEAST * (int64_t)state->colors->row_count;
+                               body->link_count >= COLORED_LINKS_LEAST * (int64_t)state->colors->linked_row_count;
     body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
     body->sweep_links_state = is_worthwhile ? state : NULL;
     return is_ready;
