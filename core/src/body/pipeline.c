@@ -44,6 +44,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline_entry* entries = pipeline->entries;
     int count = 0;
     body->collides_with_bodies = body->solves_rigids = body->may_be_joined = false;
+    body->records_contacts = body->can_sleep = false;
     for (int stage = 0; stage < PLII_PASS_COUNT; ++stage) {
         pipeline->begin[stage] = count;
         for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
@@ -51,6 +52,8 @@ static void feature_rebuild_pipeline(pli_body* body) {
             body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
             body->solves_rigids = body->solves_rigids || (klass->collide_rigid != NULL && !klass->acts_with_joints);
             body->may_be_joined = body->may_be_joined || klass->visit_joined != NULL;
+            body->records_contacts = body->records_contacts || klass->records_contacts;
+            body->can_sleep = body->can_sleep || klass->lets_sleep;
             if (!feature_is_in(klass, stage)) { continue; }
             int at = count++;
             for (; at > pipeline->begin[stage] &&
