@@ -98,7 +98,7 @@ static inline void plii_rigid_place_shapes(pli_rigid* rigid) {
     if (!rigid->are_shapes_placed) { plii_rigid_find_places(rigid); }
 }
 /* Where velocities bring a body. */
-pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
+pli_transform plii_rigid_advance(pli_transform pose, plii_twist velocity, float dt);
 /* After the solve of a step: puts into the shift what else has changed its velocities. */
 void plii_rigid_end_path(pli_rigid* rigid, float dt);
 /* What moves it from its pose to where it ends up in the step, as far as that is known. */
