@@ -115,10 +115,10 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
             snprintf(name, sizeof name, "shape %d", i);
             return plii_handle_refuse(shapes[i], PLII_HANDLE_SHAPE, context, name, function);
         }
-        _Static_assert(offsetof(pli_rigid_state, pose) == 0, "a pose is where a state begins");
         if (poses == NULL) { continue; }
-        const pli_status status = plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function);
-        PLII_FAIL_IF(status != PLI_OK, context, status, function,
+        const pli_rigid_state placed = {.pose = poses[i]};
+        const pli_status status = plii_transform_is_finite(poses[i]) ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE;
+        PLII_FAIL_IF(!rigid_state_is_within(&placed), context, status, function,
                      "the pose of shape %d is beyond the limits or not finite", i);
         PLII_FAIL_IF(!plii_is_rotation(poses[i].rotation), context, PLI_ERROR_INVALID_VALUE, function,
                      "the pose of shape %d is scaled, sheared or mirrored", i);
