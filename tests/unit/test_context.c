@@ -118,6 +118,34 @@ static void test_context_keeps_and_logs_the_last_error(void** unused) {
     pli_context_destroy(context);
 }
 
+/* A shape's pose has the limits of that of its body, whose error it is not. */
+static void test_one_failure_is_logged_once(void** unused) {
+    (void)unused;
+    const float places[] = {1e9f, -INFINITY, NAN};
+    for (int i = 0; i < 3; ++i) {
+        counting c;
+        pli_context* context = counting_context(&c);
+        pli_world* world = NULL;
+        pli_shape* shape = NULL;
+        assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+        assert_int_equal(pli_shape_create_sphere(context, 1.0f, &shape), PLI_OK);
+        pli_transform pose = pli_transform_identity();
+        pose.origin.x = places[i];
+        pli_rigid_def def = pli_rigid_def_default();
+        def.shape_count = 1;
+        def.shapes = &shape;
+        def.shape_poses = &pose;
+        pli_rigid* rigid = NULL;
+        assert_int_equal(pli_rigid_create(world, &def, &rigid),
+                         i == 0 ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE);
+        assert_int_equal(c.log_calls, 1);
+        assert_string_equal(c.last_line, "pli_rigid_create: the pose of shape 0 is beyond the limits or not finite");
+        pli_shape_destroy(shape);
+        pli_world_destroy(world);
+        pli_context_destroy(context);
+    }
+}
+
 static void check_stays(pli_context* context, const char* message) {
     assert_int_equal(pli_context_destroy(context), PLI_ERROR_WRONG_STATE);
     assert_string_equal(pli_last_error(context), message);
@@ -214,6 +242,7 @@ int main(void) {
         cmocka_unit_test(test_context_returns_every_byte),
         cmocka_unit_test(test_context_steady_step_allocates_nothing),
         cmocka_unit_test(test_context_keeps_and_logs_the_last_error),
+        cmocka_unit_test(test_one_failure_is_logged_once),
         cmocka_unit_test(test_context_stays_while_something_of_it_lives),
         cmocka_unit_test(test_context_stays_while_triangles_are_held),
         cmocka_unit_test(test_context_needs_both_memory_hooks),

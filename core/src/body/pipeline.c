@@ -44,6 +44,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline_entry* entries = pipeline->entries;
     int count = 0;
     body->collides_with_bodies = body->solves_rigids = body->may_be_joined = false;
+    body->records_contacts = body->can_sleep = false;
     for (int stage = 0; stage < PLII_PASS_COUNT; ++stage) {
         pipeline->begin[stage] = count;
         for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
@@ -51,6 +52,8 @@ static void feature_rebuild_pipeline(pli_body* body) {
             body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
             body->solves_rigids = body->solves_rigids || (klass->collide_rigid != NULL && !klass->acts_with_joints);
             body->may_be_joined = body->may_be_joined || klass->visit_joined != NULL;
+            body->records_contacts = body->records_contacts || klass->records_contacts;
+            body->can_sleep = body->can_sleep || klass->lets_sleep;
             if (!feature_is_in(klass, stage)) { continue; }
             int at = count++;
             for (; at > pipeline->begin[stage] &&
@@ -270,22 +273,11 @@ int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* 
 
 void plii_run_stage_profiled(pli_body* body, plii_stage stage) {
     const plii_pipeline* pipeline = &body->pipeline;
-    static const char* const names[PLII_STAGE_COUNT] = {
-        [PLII_STAGE_FORCES] = "forces",
-        [PLII_STAGE_UPDATE] = "update",
-        [PLII_STAGE_JOINT_PREPARE] = "joint prepare",
-        [PLII_STAGE_JOINT_START] = "joint start",
-        [PLII_STAGE_JOINT_SOLVE] = "joint solve",
-        [PLII_STAGE_JOINT_FINISH] = "joint finish",
-        [PLII_STAGE_PREPARE] = "prepare",
-        [PLII_STAGE_VELOCITY] = "velocity",
-        [PLII_STAGE_POSITION] = "position",
-        [PLII_STAGE_COUPLE] = "couple",
-        [PLII_STAGE_SETTLE] = "settle",
-        [PLII_STAGE_DRIFT] = "drift",
-        [PLII_STAGE_FINISH] = "finish",
-        [PLII_STAGE_REFRESH] = "refresh",
-    };
+    /* In the order of the stages. */
+    static const char* const names[] = {"forces",       "update",  "joint prepare", "joint start", "joint solve",
+                                        "joint finish", "prepare", "velocity",      "position",    "couple",
+                                        "settle",       "drift",   "finish",        "refresh"};
+    _Static_assert(sizeof names / sizeof *names == PLII_STAGE_COUNT, "each stage has a name");
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
         const plii_pipeline_entry* entry = &pipeline->entries[i];
         plii_thread.pass.feature = entry->klass;

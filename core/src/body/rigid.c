@@ -115,10 +115,10 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
             snprintf(name, sizeof name, "shape %d", i);
             return plii_handle_refuse(shapes[i], PLII_HANDLE_SHAPE, context, name, function);
         }
-        _Static_assert(offsetof(pli_rigid_state, pose) == 0, "a pose is where a state begins");
         if (poses == NULL) { continue; }
-        const pli_status status = plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function);
-        PLII_FAIL_IF(status != PLI_OK, context, status, function,
+        const pli_rigid_state placed = {.pose = poses[i]};
+        const pli_status status = plii_transform_is_finite(poses[i]) ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE;
+        PLII_FAIL_IF(!rigid_state_is_within(&placed), context, status, function,
                      "the pose of shape %d is beyond the limits or not finite", i);
         PLII_FAIL_IF(!plii_is_rotation(poses[i].rotation), context, PLI_ERROR_INVALID_VALUE, function,
                      "the pose of shape %d is scaled, sheared or mirrored", i);
@@ -398,12 +398,10 @@ plii_twist plii_rigid_end_velocity(const pli_rigid* rigid, float dt) {
     return rigid_with_shift(&rigid->path, velocity, dt);
 }
 pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt) {
-    const plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
-    return plii_rigid_advance(rigid->state.pose, velocity.linear, velocity.angular, dt);
+    return plii_rigid_advance(rigid->state.pose, plii_rigid_end_velocity(rigid, dt), dt);
 }
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
-    const pli_rigid_state* state = &rigid->state;
-    const pli_transform end = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    const pli_transform end = plii_rigid_advance(rigid->state.pose, plii_rigid_velocity(rigid), dt);
     return plii_bounds_join(plii_rigid_bounds(rigid), rigid_bounds_at(rigid, end));
 }
 
@@ -423,13 +421,13 @@ static pli_mat3 rigid_turn(pli_mat3 matrix, pli_vec3 rotation) {
     return pli_mat3_transpose(matrix);
 }
 
-pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
-    const pli_mat3 turned = rigid_turn(pli_mat3_transpose(pose.rotation), pli_vec3_scale(angular_velocity, dt));
+pli_transform plii_rigid_advance(pli_transform pose, plii_twist velocity, float dt) {
+    const pli_mat3 turned = rigid_turn(pli_mat3_transpose(pose.rotation), pli_vec3_scale(velocity.angular, dt));
     /* Orthonormal rows closest to the first row, then the second. */
     const pli_vec3 x = plii_vec3_safe_normalize(turned.rows[0]), y = turned.rows[1];
     const pli_vec3 across = plii_vec3_safe_normalize(pli_vec3_sub(y, pli_vec3_scale(x, pli_vec3_dot(x, y))));
     return (pli_transform){{{x, across, pli_vec3_cross(x, across)}},
-                           pli_vec3_add(pose.origin, pli_vec3_scale(linear_velocity, dt))};
+                           pli_vec3_add(pose.origin, pli_vec3_scale(velocity.linear, dt))};
 }
 
 pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
@@ -446,7 +444,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     if (!waits) { state.linear_velocity = pli_vec3_add(state.linear_velocity, pull); }
     plii_twist velocity = {state.linear_velocity, state.angular_velocity};
     if (rigid->path.has_begun && ends_step) { velocity = rigid_with_shift(&rigid->path, velocity, dt); }
-    state.pose = plii_rigid_advance(state.pose, velocity.linear, velocity.angular, dt);
+    state.pose = plii_rigid_advance(state.pose, velocity, dt);
     const pli_vec3 rotation = pli_vec3_scale(velocity.angular, dt);
     state.inverse_inertia_world = rigid_turn(rigid_turn(state.inverse_inertia_world, rotation), rotation);
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, NULL, &state, __func__));

@@ -98,7 +98,7 @@ static inline void plii_rigid_place_shapes(pli_rigid* rigid) {
     if (!rigid->are_shapes_placed) { plii_rigid_find_places(rigid); }
 }
 /* Where velocities bring a body. */
-pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
+pli_transform plii_rigid_advance(pli_transform pose, plii_twist velocity, float dt);
 /* After the solve of a step: puts into the shift what else has changed its velocities. */
 void plii_rigid_end_path(pli_rigid* rigid, float dt);
 /* What moves it from its pose to where it ends up in the step, as far as that is known. */
@@ -184,7 +184,8 @@ static inline void plii_rigid_apply_along(pli_rigid* rigid, pli_vec3 direction, 
 /* Velocity at an offset from the centre of mass per impulse there: inverse_mass * I - [offset]x W [offset]x. */
 pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset);
 /* Impulse that changes the relative displacement of a point mass and a rigid body at `offset` by one unit per step:
-   (1/dt) * inverse(inverse_mass * I + inverse_mass_b * I - [offset]x W [offset]x). Bullet: ImpulseMatrix(dt, ...) */
+   (1/dt) * inverse((point_inverse_mass + rigid_inverse_mass) * I - [offset]x rigid_inverse_inertia [offset]x). Bullet:
+   ImpulseMatrix(dt, ...) */
 pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
                              pli_mat3 rigid_inverse_inertia, pli_vec3 offset);
 /* The same with the factors of a rigid body, which Bullet leaves out here: where they hold a light body, it would seem

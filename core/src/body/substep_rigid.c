@@ -44,8 +44,8 @@ void plii_substep_follow_rigid(pli_body* body, pli_rigid* rigid) {
 }
 
 void plii_substep_rigid_pivot_turn(plii_substep_rigid_pivot* pivot) {
-    const pli_vec3 none = pli_vec3_make(0, 0, 0), turn = pivot->point.rigid->path.moved.angular;
-    const pli_transform turned = plii_rigid_advance(pli_transform_identity(), none, turn, 1.0f);
+    const plii_twist turn = {{0, 0, 0}, pivot->point.rigid->path.moved.angular};
+    const pli_transform turned = plii_rigid_advance(pli_transform_identity(), turn, 1.0f);
     pivot->point.offset = pli_mat3_mul_vec3(turned.rotation, pivot->start_offset);
 }
 

@@ -25,7 +25,8 @@ PLII_SIMD_INLINE plii_float4 cluster_hull_along(const plii_cluster_hull* hull, i
 
 /* The first of the farthest members: each lane keeps the first of its farthest. Indices are counted in floats, and
    nothing branches: which lane has the farthest node is anybody's guess. */
-static int cluster_hull_farthest(const plii_cluster_hull* hull, pli_vec3 direction) {
+static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
+    const plii_cluster_hull* hull = user;
     const plii_vec3x4 along = plii_vec3x4_all(direction);
     plii_float4 index = plii_lanes_xyzw(0, 1, 2, 3), best = plii_float4_all(-INFINITY), found = index;
     for (int first = 0; first < hull->cluster->member_count; first += PLII_LANES) {
@@ -36,12 +37,7 @@ static int cluster_hull_farthest(const plii_cluster_hull* hull, pli_vec3 directi
     }
     const plii_float4 farthest = plii_float4_all(plii_lanes_largest(best));
     const int member = (int)plii_lanes_least(plii_lanes_select(best < farthest, plii_float4_all(INFINITY), found));
-    return hull->clusters->members[hull->cluster->first_member + member].node;
-}
-
-static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
-    const plii_cluster_hull* hull = user;
-    return pli_vec3_sub(plii_xyz(hull->body->positions[cluster_hull_farthest(hull, direction)]), hull->origin);
+    return pli_vec3_sub(plii_cluster_node(hull->body, hull->clusters, hull->cluster, member), hull->origin);
 }
 
 typedef struct rigid_hull {

@@ -41,9 +41,9 @@ static void joint_move_along(const pli_body* body, const pli_rigid* rigid, plii_
     const pli_vec3 arm = pli_vec3_sub(rigid->state.pose.origin, cluster->frame.origin);
     const pli_vec3 there = pli_vec3_add(plii_xyz(cluster->linear_velocity), pli_vec3_cross(turn, arm));
     const float share = cluster->inverse_mass / (cluster->inverse_mass + rigid->state.inverse_mass);
-    joint->sides[1].frame =
-        plii_rigid_advance(rigid->state.pose, pli_vec3_lerp(there, rigid->state.linear_velocity, share),
-                           pli_vec3_lerp(turn, rigid->state.angular_velocity, share), body->step.dt);
+    const plii_twist common = {pli_vec3_lerp(there, rigid->state.linear_velocity, share),
+                               pli_vec3_lerp(turn, rigid->state.angular_velocity, share)};
+    joint->sides[1].frame = plii_rigid_advance(rigid->state.pose, common, body->step.dt);
 }
 
 /* What is displaced apart from the rest of its body stretches links, which give energy for it. */

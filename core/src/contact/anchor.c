@@ -50,11 +50,11 @@ static bool anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
 
 /* Of a static or kinematic body: where its velocities lead, from where its host has put it since the prediction. */
 static pli_transform anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
-    const pli_rigid_state* state = &anchor->rigid->state;
+    const pli_rigid* rigid = anchor->rigid;
     float left = body->host_dt;
-    if (anchor->pose_version != anchor->rigid->pose_version) { left = body->interval.lead; }
-    if (anchor->rigid->kind == PLI_RIGID_STATIC || !(left > 0.0f)) { return state->pose; }
-    return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, left);
+    if (anchor->pose_version != rigid->pose_version) { left = body->interval.lead; }
+    if (rigid->kind == PLI_RIGID_STATIC || !(left > 0.0f)) { return rigid->state.pose; }
+    return plii_rigid_advance(rigid->state.pose, plii_rigid_velocity(rigid), left);
 }
 
 /* m/s, of dynamic bodies, as the load of a rope that was frozen. Anchors that yield are off by what pulls at them. */

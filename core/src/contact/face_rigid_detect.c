@@ -362,7 +362,8 @@ static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, const plii
     if (pass->triangle == NULL || moment->is_overlapping) { return false; }
     const plii_face_core* core = &pass->core;
     const pli_transform begin = {core->rotation, {0, 0, 0}};
-    const pli_transform turned = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->rotation_vector, moment->time);
+    const pli_transform turned =
+        plii_rigid_advance(begin, (plii_twist){{0, 0, 0}, core->rotation_vector}, moment->time);
     const pli_transform pose = pli_transform_mul(turned, core->pose);
     const pli_vec3 local = pli_transform_inverse_point(pose, rigid_faces_from_centre(sweep, moment->point));
     pli_vec3 local_normal;

@@ -17,7 +17,7 @@ typedef struct face_sweep_core {
 
 static face_sweep_core face_sweep_core_at(const plii_face_core* core, plii_dvec3 origin, float time) {
     const pli_transform begin = {core->rotation, {0, 0, 0}};
-    const pli_transform rotated = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->rotation_vector, time);
+    const pli_transform rotated = plii_rigid_advance(begin, (plii_twist){{0, 0, 0}, core->rotation_vector}, time);
     const pli_transform pose = pli_transform_mul(rotated, core->pose);
     return (face_sweep_core){core->shape, core->triangle, pose, plii_dvec3_sub(plii_dvec3_from(pose.origin), origin)};
 }

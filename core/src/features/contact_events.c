@@ -280,10 +280,6 @@ static void contact_events_reserve(pli_body* body, void* data) {
     (void)PLII_RESERVE(body->context, &state->events, &state->event_capacity, 2 * room);
 }
 
-static void contact_events_disable(pli_body* body, void* data) {
-    body->records_contacts = false;
-}
-
 enum { CONTACT_EVENTS_BEGIN_ORDER = 0, CONTACT_EVENTS_END_ORDER = 100 }; /* after normals */
 
 /* What has begun and ended was told already. */
@@ -317,7 +313,7 @@ const plii_feature_class plii_contact_events_class = {
                     {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_UPDATE] = {contact_events_begin, CONTACT_EVENTS_BEGIN_ORDER},
                [PLII_STAGE_REFRESH] = {contact_events_end, CONTACT_EVENTS_END_ORDER}},
-    .disable = contact_events_disable,
+    .records_contacts = true,
     .collide_rigid = contact_events_collide,
     .meets_sensors = true,
     .on_rigid_removed = contact_events_on_rigid_removed,
@@ -335,7 +331,6 @@ pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_even
     state->def = used;
     contact_list_clear(&state->present);
     memset(state->event_ends, 0, sizeof state->event_ends);
-    body->records_contacts = true;
     return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_DISABLE(pli_body_disable_contact_events, plii_check_body_idle, plii_contact_events_class)

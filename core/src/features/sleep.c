@@ -301,16 +301,11 @@ static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, s
 
 static pli_status sleep_enable(pli_body* body, void* data) {
     pli_world* world = body->world;
-    body->can_sleep = true;
     for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
         sleep_note_seen(world->rigids[i]);
     }
     world->sleep = &sleep_calls;
     return PLI_OK;
-}
-
-static void sleep_disable(pli_body* body, void* data) {
-    body->can_sleep = false;
 }
 
 static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
@@ -331,7 +326,7 @@ const plii_feature_class plii_sleep_class = {
     .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, SLEEP_ORDER}},
     .enable = sleep_enable,
     .build = sleep_take_places,
-    .disable = sleep_disable,
+    .lets_sleep = true,
     .on_rigid_removed = sleep_on_rigid_removed,
     .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(sleep_state, def, time, PLII_SAVED, "2fuf")),

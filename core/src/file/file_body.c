@@ -142,7 +142,7 @@ void plii_file_body_end(plii_file* file, pli_body* body) {
     if (has_intervals) { plii_world_use_update_intervals(body->world); }
 }
 
-void plii_file_ignored_rigids(plii_file* file, pli_body* body) {
+static void file_ignored_rigids(plii_file* file, pli_body* body) {
     const int count = plii_file_count(file, body->ignored_rigid_count, 4);
     if (file->mode == PLII_FILE_READ && file->status == PLI_OK) {
         if (!PLII_RESERVE(file->context, &body->ignored_rigids, &body->ignored_rigid_capacity, count)) {
@@ -319,6 +319,7 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
 }
 
 void plii_file_features(plii_file* file, pli_body* body) {
+    file_ignored_rigids(file, body);
     const int count = plii_file_count(file, body->pipeline.feature_count, FILE_NAME_SIZE + 1);
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {
         file->what = "features";

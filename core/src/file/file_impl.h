@@ -96,9 +96,8 @@ void plii_file_copy_rigid(pli_rigid* to, const pli_rigid* from);
 pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body);
 /* What of it comes after its features. */
 void plii_file_body_end(plii_file* file, pli_body* body);
-void plii_file_ignored_rigids(plii_file* file, pli_body* body);
 
-/* Its features: which ones, and what they hold. Reading enables them. */
+/* Rigid bodies that it ignores, and its features: which ones, and what they hold. Reading enables them. */
 void plii_file_features(plii_file* file, pli_body* body);
 /* After all bodies are read: what holds more than one number together. */
 void plii_file_settle_features(plii_file* file, pli_body* body);

@@ -143,7 +143,6 @@ static void file_bodies(file_walk* walk) {
     file_count_in(file, world);
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {
         file_begin_body(file, world->bodies[i], i);
-        plii_file_ignored_rigids(file, world->bodies[i]);
         plii_file_features(file, world->bodies[i]);
         plii_file_body_end(file, world->bodies[i]);
     }
@@ -350,7 +349,6 @@ static void file_commit(file_walk* walk) {
     for (int i = 0; i < target->body_count; ++i) {
         target->sweep[i] = target->bodies[made->sweep[i]->world_index];
         file_begin_body(file, target->bodies[i], i);
-        plii_file_ignored_rigids(file, target->bodies[i]);
         plii_file_features(file, target->bodies[i]);
         plii_file_take_over(target->bodies[i], made->bodies[i]);
     }

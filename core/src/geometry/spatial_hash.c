@@ -190,10 +190,11 @@ static bool spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, c
 }
 
 /* Of the bucket of a node, those of larger index. */
-static spatial_hash_run spatial_hash_run_after(const plii_spatial_hash* hash, int node, unsigned bucket,
-                                               uint64_t column) {
-    spatial_hash_run run = {hash->starts[bucket + 1], hash->starts[bucket + 1], column};
-    while (run.begin > hash->starts[bucket] && hash->nodes[run.begin - 1] > node) {
+static spatial_hash_run spatial_hash_run_after(const plii_spatial_hash* hash, int node) {
+    const plii_spatial_hash_cell cell = hash->cells[node];
+    const int* starts = &hash->starts[spatial_hash_bucket(hash, cell)];
+    spatial_hash_run run = {starts[1], starts[1], spatial_hash_column_name(cell.x, cell.y)};
+    while (run.begin > starts[0] && hash->nodes[run.begin - 1] > node) {
         --run.begin;
     }
     return run;
@@ -215,13 +216,9 @@ bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash,
                             float radius, plii_node_pairs* pairs) {
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
     static const int columns[4][2] = {{0, 1}, {1, -1}, {1, 0}, {1, 1}};
-    const int* starts = hash->starts;
     const plii_spatial_hash_cell cell = hash->cells[node];
-    const unsigned own = spatial_hash_bucket(hash, cell), above = (own + 1) & hash->mask;
-    const uint64_t name = spatial_hash_column_name(cell.x, cell.y);
-    spatial_hash_run runs[SPATIAL_HASH_MAX_RUNS] = {spatial_hash_run_after(hash, node, own, name),
-                                                    {starts[above], starts[above + 1], name}};
-    int run_count = 2;
+    spatial_hash_run runs[SPATIAL_HASH_MAX_RUNS] = {spatial_hash_run_after(hash, node)};
+    int run_count = 1 + spatial_hash_column_runs(hash, cell.x, cell.y, cell.z + 1, 1, &runs[1]);
     for (int c = 0; c < 4; ++c) {
         run_count += spatial_hash_column_runs(hash, cell.x + columns[c][0], cell.y + columns[c][1], cell.z - 1, 3,
                                               &runs[run_count]);
@@ -232,9 +229,7 @@ bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash,
 bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                                     float radius, plii_node_pairs* pairs) {
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
-    const plii_spatial_hash_cell cell = hash->cells[node];
-    const spatial_hash_run run =
-        spatial_hash_run_after(hash, node, spatial_hash_bucket(hash, cell), spatial_hash_column_name(cell.x, cell.y));
+    const spatial_hash_run run = spatial_hash_run_after(hash, node);
     return spatial_hash_append(&search, position, &run, 1);
 }
 

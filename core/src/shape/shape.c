@@ -104,6 +104,9 @@ float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norma
     return distance;
 }
 
+pli_bounds plii_shape_stored_bounds(const void* user) {
+    return *(const pli_bounds*)user;
+}
 pli_bounds pli_shape_bounds(const pli_shape* shape) {
     if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) { return (pli_bounds){0}; }
     ++plii_shape_queries;

@@ -16,10 +16,10 @@ typedef struct hull_plane {
 } hull_plane;
 
 typedef struct hull_data {
+    pli_bounds bounds; /* first, see plii_shape_stored_bounds */
     pli_context* context;
     float radius;
     float noise; /* m, rounding of a coordinate */
-    pli_bounds bounds;
     int point_count, triangle_count;
     pli_vec3* points; /* corners of the hull */
     int (*triangles)[3];
@@ -67,9 +67,6 @@ static void hull_distances(const void* user, int count, const pli_vec3* points, 
     }
 }
 
-static pli_bounds hull_bounds(const void* user) {
-    return ((const hull_data*)user)->bounds;
-}
 static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
     const hull_data* hull = user;
     return plii_vec3_farthest(hull->point_count, hull->points, direction);
@@ -154,7 +151,7 @@ pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, c
     } else {
         hull_measure_extent(&hull);
         const pli_shape_def def = {.distances = hull_distances,
-                                   .bounds = hull_bounds,
+                                   .bounds = plii_shape_stored_bounds,
                                    .support = hull_support,
                                    .radius = radius,
                                    .destroy = hull_destroy};

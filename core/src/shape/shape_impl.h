@@ -47,6 +47,8 @@ pli_status plii_shape_check_triangles(pli_context* context, int point_count, con
 void plii_shape_retain(pli_shape* shape);
 void plii_shape_release(pli_shape* shape);
 
+/* The function for bounds of a shape whose data begin with them. */
+pli_bounds plii_shape_stored_bounds(const void* user);
 /* pli_shape_distance of a shape that there is. */
 float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal);
 

@@ -13,12 +13,12 @@
 #define SAMPLED_MESH_MIN_GRADIENT 1e-3f
 
 typedef struct sampled_mesh {
+    pli_bounds bounds; /* of the solid; first, see plii_shape_stored_bounds */
     pli_context* context;
     pli_vec3 origin; /* of sample (0, 0, 0) */
     float cell_size, inverse_cell_size;
-    pli_bounds bounds; /* of the solid */
-    int counts[3];     /* of samples along each axis */
-    float* samples;    /* distances in cells, as plii_soup_sample gives them */
+    int counts[3];  /* of samples along each axis */
+    float* samples; /* distances in cells, as plii_soup_sample gives them */
 } sampled_mesh;
 
 PLII_DEFINE_DEFAULT(pli_sampled_mesh_def, .cookie = PLII_DEF_COOKIE)
@@ -69,10 +69,6 @@ static void sampled_mesh_distances(const void* user, int count, const pli_vec3* 
     for (int i = 0; i < count; ++i) {
         distances[i] = sampled_mesh_distance(user, points[i], &normals[i]);
     }
-}
-
-static pli_bounds sampled_mesh_bounds(const void* user) {
-    return ((const sampled_mesh*)user)->bounds;
 }
 
 static const plii_field sampled_mesh_fields[] = {
@@ -162,7 +158,7 @@ pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, 
     pli_status status = sampled_mesh_sample(&mesh, points, triangle_count, triangles, __func__);
     if (status == PLI_OK) {
         const pli_shape_def shape_def = {
-            .distances = sampled_mesh_distances, .bounds = sampled_mesh_bounds, .destroy = sampled_mesh_destroy};
+            .distances = sampled_mesh_distances, .bounds = plii_shape_stored_bounds, .destroy = sampled_mesh_destroy};
         status = plii_shape_create_owning(context, PLII_SHAPE_OTHER, &shape_def, &mesh, sizeof mesh, __func__, shape);
     }
     if (status != PLI_OK) { sampled_mesh_destroy(&mesh); }

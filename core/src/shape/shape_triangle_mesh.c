@@ -35,11 +35,11 @@ typedef struct surface_vertex {
 } surface_vertex;
 
 typedef struct surface_data {
+    pli_bounds bounds; /* first, see plii_shape_stored_bounds */
     pli_context* context;
     float thickness;
     float noise; /* m, rounding of a difference of coordinates: closer points have no direction of their own */
     bool has_closed_part, has_open_part;
-    pli_bounds bounds;
     int vertex_count, triangle_count;
     surface_vertex* vertices;
     surface_triangle* triangles;
@@ -179,10 +179,6 @@ static void surface_distances(const void* user, int count, const pli_vec3* point
                                 : plii_bvh_nearest(&surface->tree, p, reach * reach, surface_measure, surface);
         if (nearest != PLI_NULL_INDEX) { distances[i] = surface_distance(surface, p, nearest, &normals[i]); }
     }
-}
-
-static pli_bounds surface_bounds(const void* user) {
-    return ((const surface_data*)user)->bounds;
 }
 
 typedef struct surface_visit {
@@ -378,7 +374,7 @@ pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count,
         status = PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "none of the %d triangles has an area", triangle_count);
     } else {
         const pli_shape_def def = {
-            .distances = surface_distances, .bounds = surface_bounds, .destroy = surface_destroy};
+            .distances = surface_distances, .bounds = plii_shape_stored_bounds, .destroy = surface_destroy};
         status = plii_shape_create_owning(context, PLII_SHAPE_OTHER, &def, &surface, sizeof surface, __func__, shape);
         if (status == PLI_OK) { (*shape)->triangles = surface_triangles; }
     }

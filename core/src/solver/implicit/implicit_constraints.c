@@ -239,7 +239,7 @@ static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid*
     if (lead > 0.0f && plii_rigid_is_moved_by_host(rigid)) {
         velocity = plii_twist_add(velocity, plii_twist_scale(rigid->given, lead));
     }
-    const pli_transform end = plii_rigid_advance(rigid->state.pose, velocity.linear, velocity.angular, dt);
+    const pli_transform end = plii_rigid_advance(rigid->state.pose, velocity, dt);
     *arm = plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local));
     const plii_dvec3 turned = plii_dvec3_sub(*arm, plii_dvec3_from(pli_mat3_mul_vec3(begin.rotation, local)));
     plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(rigid->state.pose.origin), plii_dvec3_from(begin.origin));
