@@ -12,6 +12,7 @@
 #include <LinearMath/btIDebugDraw.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace pliant {
 
@@ -287,6 +288,9 @@ void Bridge::Impl::finish_step() {
         }
     }
     ahead_.clear();
+    for (pli_body* body : std::exchange(left_, {})) {
+        pli_body_destroy(body);
+    }
     offer_sleep();
     finish_let_go();
     sweep_proxies();

@@ -82,7 +82,8 @@ public:
 
     /// The collision object of a body; its user pointer and user indices are free for the game. It stays at the
     /// identity transform: the shape is in world space. A body whose object is inactive (DISABLE_SIMULATION,
-    /// ISLAND_SLEEPING) or not in the world does not move.
+    /// ISLAND_SLEEPING) or not in the world does not move. A game that deletes the object, after removing it from the
+    /// world and before the bridge ends, ends the body too: at once, or inside of a step at its end.
     btCollisionObject* object(const pli_body* body) const;
     /// The object of a proxy, as pli_contact_event::rigid names it; null when it is none of this bridge. Takes a search
     /// through all proxies; pli_contact_event::user_data is the same pointer.
