@@ -79,6 +79,8 @@ public:
     void refresh(const btCollisionObject& object);
     pli_status use_sampled_mesh(const btCollisionObject& object, const pli_sampled_mesh_def& def);
     void detach();
+    /// Whether the bridge is at work below, in code of the game that it has called: then it ends with its part.
+    bool end_later();
 
     // ---- BridgeSnapshot calls
     /// Null inside a step, and when it is not known to live: no body is in it.
@@ -175,6 +177,8 @@ private:
     bool prepares_ahead_ = true;
     bool is_restoring_ = false;
     bool detaches_after_step_ = false;
+    bool is_at_work_ = false;
+    bool ends_after_step_ = false;
     unsigned step_ = 0;
     btScalar followed_dt_ = 0; ///< s, of the step; 0 in reference mode, where kinematic bodies are met as by btSoftBody
     std::vector<std::unique_ptr<SoftObject>> objects_;

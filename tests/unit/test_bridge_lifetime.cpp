@@ -527,6 +527,47 @@ static void test_a_bridge_may_be_detached_inside_a_step(void**) {
     }
 }
 
+// In the bridge's hook, and in callbacks of the core within the solve and the prediction: with the end of its part.
+static void test_a_bridge_may_be_destroyed_by_what_it_calls(void**) {
+    for (int variant = 0; variant < 3; ++variant) {
+        StockWorld stock;
+        auto bridge = std::make_unique<pliant::Bridge>(*stock.world);
+        stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+        btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 1, 0));
+        pli_body* sheet = add_sheet(*bridge, 1, 2.1f, 5);
+        pli_anchor_def anchor = pli_anchor_def_default();
+        anchor.rigid = bridge->rigid(box);
+        assert_int_equal(pli_body_add_anchor(sheet, &anchor, nullptr), PLI_OK);
+        stock.step(3);
+        std::function<void()> end = [&] {
+            bridge.reset();
+            assert_int_equal(stock.world->getNumCollisionObjects(), 3);
+            assert_true(pli_body_get_view(sheet).node_count == 25);
+        };
+        const auto profile = [](const char* stage, const char*, bool begins, void* user) {
+            if (begins && std::strcmp(stage, "solve") == 0) { call_once(*static_cast<std::function<void()>*>(user)); }
+        };
+        const auto profile_any = [](const char*, const char*, bool, void* user) {
+            call_once(*static_cast<std::function<void()>*>(user));
+        };
+        if (variant == 0) {
+            bridge->set_before_solve([&] { call_once(end); });
+        } else {
+            pli_profile_fn* const chosen = variant == 1 ? +profile : +profile_any;
+            assert_int_equal(pli_world_set_profile(bridge->world(), chosen, &end), PLI_OK);
+        }
+        stock.step(1);
+        assert_true(bridge == nullptr);
+        assert_int_equal(stock.world->getNumCollisionObjects(), 2);
+        stock.step(3);
+        pliant::Bridge next(*stock.world);
+        sheet = add_sheet(next, 1, 2.3f, 5);
+        stock.step(30);
+        assert_int_equal(next.step_status(), PLI_OK);
+        check_near(lowest(sheet), 2.1, 0.02);
+    }
+}
+
 static void test_a_bullet_world_may_go_before_a_bridge_without_bodies(void**) {
     enum { none, removed_body, body_taken_out, detached, count };
     for (int variant = 0; variant < count; ++variant) {
@@ -615,6 +656,7 @@ int main() {
         cmocka_unit_test(test_soft_bodies_come_and_go_in_ticks_and_actions),
         cmocka_unit_test(test_a_game_may_delete_the_object_of_a_body),
         cmocka_unit_test(test_a_bridge_may_be_detached_inside_a_step),
+        cmocka_unit_test(test_a_bridge_may_be_destroyed_by_what_it_calls),
         cmocka_unit_test(test_a_bullet_world_may_go_before_a_bridge_without_bodies),
         cmocka_unit_test(test_a_bridge_without_bodies_may_go_before_its_bullet_world),
         cmocka_unit_test(test_a_bridge_whose_bullet_world_has_gone_answers_calls),

@@ -50,7 +50,8 @@ class PLI_API Bridge {
 public:
     /// Makes a world and hooks it into a Bullet world; status() tells whether that went well.
     explicit Bridge(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def = {});
-    /// As detach(); then destroys the world, and the context if the bridge has made it.
+    /// As detach(); then destroys the world, and the context if the bridge has made it. In the hook of
+    /// set_before_solve and in callbacks of the core, at the end of the bridge's part.
     ~Bridge();
     Bridge(const Bridge&) = delete;
     Bridge& operator=(const Bridge&) = delete;
