@@ -162,7 +162,8 @@ float Bridge::Impl::interpolation() const {
     if (bullet_world_ == nullptr || bullet_world_state() != WorldState::alive) { return 1; }
     const btScalar step = Accumulator::step(*bullet_world_);
     if (!(step > 0)) { return 1; }
-    const auto share = static_cast<float>(Accumulator::time(*bullet_world_) / step);
+    // Bullet goes outside after a negative or endless time to step.
+    const float share = std::min(1.0f, std::max(0.0f, to_float(Accumulator::time(*bullet_world_) / step)));
     return bullet_world_->getLatencyMotionStateInterpolation() ? share : 1 + share;
 }
 
