@@ -1,7 +1,7 @@
 #!/bin/sh
 # Looks for faults with libFuzzer for MINUTES, in two processes: random calls of the public interface in both, and for
-# half of the time the readers of OBJ and TetGen files and of files of worlds in one of them. Installs what is missing
-# (Debian, with apt) and builds first. Prints what was run; an input that finds something is kept in
+# half of the time the readers of OBJ and TetGen files and of files of worlds and bridges in one of them. Installs what
+# is missing (Debian, with apt) and builds first. Prints what was run; an input that finds something is kept in
 # build/fuzz/findings, and the exit status is 1 then. tests/fuzz/README.md says how to go on from there.
 #
 #   usage: sh tests/fuzz.sh MINUTES
@@ -25,7 +25,7 @@ build_preset fuzz fuzzers
 programs=build/fuzz/tests/fuzz
 findings=build/fuzz/findings
 mkdir -p "$findings"
-for name in api obj tetgen world; do
+for name in api obj tetgen world bridge; do
     if [ ! -d "build/fuzz/corpus/$name" ]; then
         mkdir -p "build/fuzz/corpus/$name"
         "$programs/replay_$name" --unpack "tests/fuzz/corpus/$name.pack" "build/fuzz/corpus/$name"
@@ -34,6 +34,7 @@ done
 
 # Files of the present format: those of the corpus may be of a former one.
 "$programs/make_worlds" build/fuzz/corpus/world
+"$programs/make_bridges" build/fuzz/corpus/bridge
 
 run() { # NAME LOG SECONDS MOST_BYTES [OPTION...]
     [ "$3" -gt 0 ] || return 0
@@ -44,15 +45,16 @@ run() { # NAME LOG SECONDS MOST_BYTES [OPTION...]
         >"build/fuzz/$log.log" 2>&1
 }
 readers() {
-    run obj obj $((seconds / 6)) 4096 && run tetgen tetgen $((seconds / 6)) 4096 &&
-        run world world $((seconds / 6)) 65536 -entropic=0 # which would take half of the time
+    run obj obj $((seconds / 8)) 4096 && run tetgen tetgen $((seconds / 8)) 4096 &&
+        run world world $((seconds / 8)) 65536 -entropic=0 && # which would take half of the time
+        run bridge bridge $((seconds / 8)) 16384 -entropic=0
 }
 
 say "fuzzing for $1 minutes"
 rm -f build/fuzz/*.log
 run api api-1 "$seconds" 1024 &
 first=$!
-(readers && run api api-2 $((seconds - seconds / 6 * 3)) 1024) &
+(readers && run api api-2 $((seconds - seconds / 8 * 4)) 1024) &
 second=$!
 trap 'kill $first $second 2>/dev/null || true' INT TERM
 status=0
@@ -67,7 +69,7 @@ sum_of() { # PATTERN FILE...: the sum of the numbers that the pattern of sed fin
 executions='^stat::number_of_executed_units: *\([0-9]*\)$'
 echo "api: $(sum_of "$executions" build/fuzz/api-*.log) executions," \
     "$(sum_of '^api: .* \([0-9]*\) of at least 20 calls.*$' build/fuzz/api-*.log) sequences of at least 20 calls"
-for name in obj tetgen world; do
+for name in obj tetgen world bridge; do
     echo "$name: $(sum_of "$executions" "build/fuzz/$name.log") executions"
 done
 if [ "$status" -ne 0 ]; then

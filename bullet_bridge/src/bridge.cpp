@@ -11,7 +11,9 @@ namespace pliant {
 Bridge::Bridge(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
     : impl_(std::make_unique<Impl>(bullet_world, def)) {}
 
-Bridge::~Bridge() = default;
+Bridge::~Bridge() {
+    if (impl_->end_later()) { (void)impl_.release(); }
+}
 
 pli_status Bridge::status() const {
     return impl_->status;

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <new>
 #include <string>
+#include <utility>
 
 namespace pliant {
 
@@ -53,7 +54,7 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
 
 Bridge::Impl::~Impl() {
     leave_world();
-    objects_.clear();
+    std::exchange(objects_, {}).clear();
     proxies_.clear();
     replaced_.clear();
     pli_world_destroy(world);
@@ -138,16 +139,31 @@ pli_status Bridge::Impl::remove_body(pli_body* body) {
     }
     const bool is_in_world = bullet_world_ != nullptr && (*place)->getBroadphaseHandle() != nullptr;
     if (is_in_world) { bullet_world_->removeCollisionObject(place->get()); }
+    const std::unique_ptr<SoftObject> object = std::move(*place); // which finds no body to end
     objects_.erase(place);
     pli_body_destroy(body);
     return PLI_OK;
+}
+
+void Bridge::Impl::end_body_of(const SoftObject& object) {
+    const auto place =
+        std::find_if(objects_.begin(), objects_.end(), [&](const auto& own) { return own.get() == &object; });
+    if (place == objects_.end()) { return; }
+    (void)place->release();
+    objects_.erase(place);
+    if (is_stepping()) {
+        left_.push_back(object.body());
+    } else {
+        pli_body_destroy(object.body());
+    }
 }
 
 float Bridge::Impl::interpolation() const {
     if (bullet_world_ == nullptr || bullet_world_state() != WorldState::alive) { return 1; }
     const btScalar step = Accumulator::step(*bullet_world_);
     if (!(step > 0)) { return 1; }
-    const auto share = static_cast<float>(Accumulator::time(*bullet_world_) / step);
+    // Bullet goes outside after a negative or endless time to step.
+    const float share = std::min(1.0f, std::max(0.0f, to_float(Accumulator::time(*bullet_world_) / step)));
     return bullet_world_->getLatencyMotionStateInterpolation() ? share : 1 + share;
 }
 

@@ -57,6 +57,8 @@ public:
     /// The object of a proxy, where the Bullet world has it now: it may have been deleted without notice. Null also for
     /// rigid bodies that the game has made in the core's world, with user data of its own.
     const btCollisionObject* living_object(const pli_rigid& rigid) const;
+    /// The game has deleted the object, as Bullet's own examples do with all that a world has at its end.
+    void end_body_of(const SoftObject& object);
 
     // ---- PairAlgorithm calls, from any thread of Bullet's dispatcher
     RigidProxy* acquire_proxy(const btCollisionObject& object);
@@ -77,6 +79,8 @@ public:
     void refresh(const btCollisionObject& object);
     pli_status use_sampled_mesh(const btCollisionObject& object, const pli_sampled_mesh_def& def);
     void detach();
+    /// Whether the bridge is at work below, in code of the game that it has called: then it ends with its part.
+    bool end_later();
 
     // ---- BridgeSnapshot calls
     /// Null inside a step, and when it is not known to live: no body is in it.
@@ -173,9 +177,12 @@ private:
     bool prepares_ahead_ = true;
     bool is_restoring_ = false;
     bool detaches_after_step_ = false;
+    bool is_at_work_ = false;
+    bool ends_after_step_ = false;
     unsigned step_ = 0;
     btScalar followed_dt_ = 0; ///< s, of the step; 0 in reference mode, where kinematic bodies are met as by btSoftBody
     std::vector<std::unique_ptr<SoftObject>> objects_;
+    std::vector<pli_body*> left_; ///< their objects were deleted inside a step
     std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;
     std::vector<std::unique_ptr<RigidProxy>> replaced_; ///< let go of, and another object is at the address
     std::vector<FollowedObject> followed_;              ///< what the Bullet world held when proxies were made ahead

@@ -226,7 +226,7 @@ void Bridge::Impl::look_for_pinned(btScalar dt) {
         // Anchors start from where the last step has left it. Bullet has moved kinematic bodies already; a game may
         // have put one elsewhere before the step.
         if (!proxy.is_dynamic() && !proxy.has_jumped(dt)) { continue; }
-        note(proxy.set_start_state(dt));
+        note(proxy.set_start_state(mode, dt));
     }
 }
 

@@ -12,6 +12,7 @@
 #include <LinearMath/btIDebugDraw.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace pliant {
 
@@ -52,6 +53,14 @@ void get_swept_aabb(const btRigidBody& body, btScalar dt, btVector3& aabb_min, b
     aabb_max += forth + turn;
 }
 
+struct Mark {
+    explicit Mark(bool& of) : flag(of) { flag = true; }
+    ~Mark() { flag = false; }
+    Mark(const Mark&) = delete;
+    Mark& operator=(const Mark&) = delete;
+    bool& flag;
+};
+
 } // namespace
 
 bool Bridge::Impl::is_inside_step() const {
@@ -61,6 +70,7 @@ bool Bridge::Impl::is_inside_step() const {
 
 void Bridge::Impl::predict_inside_step() {
     if (!collects_pairs_ && is_inside_step() && !is_stepping()) {
+        const Mark at_work(is_at_work_);
         begin_step(bullet_world_->getDispatchInfo().m_timeStep);
         show_holds(); // Bullet's solver is still to come
     }
@@ -144,15 +154,24 @@ void Bridge::Impl::reach_ahead(btVector3& low, btVector3& high) const {
 }
 
 void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
-    bullet_world.getDispatchInfo().m_timeStep = 0;
-    hide_holds();
-    // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
-    if (!is_stepping()) { begin_step(dt); }
-    if (is_stepping()) {
-        collide_pairs();
-        finish_step();
+    {
+        const Mark at_work(is_at_work_);
+        bullet_world.getDispatchInfo().m_timeStep = 0;
+        hide_holds();
+        // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
+        if (!is_stepping()) { begin_step(dt); }
+        if (is_stepping()) {
+            collide_pairs();
+            finish_step();
+        }
+        if (detaches_after_step_) { leave_world(); }
     }
-    if (detaches_after_step_) { leave_world(); }
+    if (ends_after_step_) { delete this; }
+}
+
+bool Bridge::Impl::end_later() {
+    ends_after_step_ = is_at_work_;
+    return is_at_work_;
 }
 
 // Threads took the pairs in any order, and where an order is wanted that of the broad phase depends on what was before;
@@ -287,6 +306,9 @@ void Bridge::Impl::finish_step() {
         }
     }
     ahead_.clear();
+    for (pli_body* body : std::exchange(left_, {})) {
+        pli_body_destroy(body);
+    }
     offer_sleep();
     finish_let_go();
     sweep_proxies();

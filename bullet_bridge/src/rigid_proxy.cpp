@@ -334,7 +334,10 @@ bool RigidProxy::has_jumped(btScalar dt) const {
            present.getRotation().angleShortestPath(led.getRotation()) > scale * jump_angle;
 }
 
-pli_status RigidProxy::set_start_state(btScalar dt) {
+pli_status RigidProxy::set_start_state(CollisionMode mode, btScalar dt) {
+    // The game may have made it static: the core takes no dynamic body without mass.
+    const pli_status status = kind(mode) != kind_ ? update_rigid(mode) : PLI_OK;
+    if (status != PLI_OK) { return status; }
     (void)read_start(present_, dt);
     return set_present_state();
 }

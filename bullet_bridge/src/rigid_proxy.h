@@ -56,7 +56,7 @@ public:
     /// One that is not dynamic is not where its velocity leads in the step from where the core's body is.
     bool has_jumped(btScalar dt) const;
     /// The core's body is where this step finds it, before the prediction.
-    pli_status set_start_state(btScalar dt);
+    pli_status set_start_state(CollisionMode mode, btScalar dt);
     /// From the captured state to the one after Bullet's solver, in two steps. `dt`: of the step that ends; 0: of none.
     void read_present_state(btScalar dt);
     pli_status set_present_state();

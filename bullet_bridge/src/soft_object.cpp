@@ -133,6 +133,10 @@ SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body)
     setCollisionShape(&shape_);
 }
 
+SoftObject::~SoftObject() {
+    bridge_.end_body_of(*this);
+}
+
 bool SoftObject::checkCollideWithOverride(const btCollisionObject* other) const {
     const SoftObject* soft = from(other);
     const bool may_meet =

@@ -66,6 +66,7 @@ public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
 
     SoftObject(Bridge::Impl & bridge, pli_body * body);
+    ~SoftObject() override;
 
     Bridge::Impl& bridge() const {
         return bridge_;

@@ -424,6 +424,49 @@ static void test_soft_bodies_come_and_go_in_ticks_and_actions(void**) {
     }
 }
 
+// As Bullet's examples do at the end with whatever is in the world. Inside of a step the body ends with that.
+static void test_a_game_may_delete_the_object_of_a_body(void**) {
+    enum { between, inside, at_the_end, moment_count };
+    for (int moment = 0; moment < moment_count; ++moment) {
+        StockWorld stock(btVector3(0, 0, 0));
+        Action early(stock);
+        pliant::BridgeDef def;
+        def.gravity = pli_vec3_make(0, -10, 0);
+        auto bridge = std::make_unique<pliant::Bridge>(*stock.world, def);
+        stock.add_box(btVector3(1, 1, 1), 0, btVector3(0, 0, 0));
+        pli_body* leaves = add_sheet(*bridge, 1, 1.1f, 4);
+        pli_body* kept = add_sheet(*bridge, 1, 5, 4);
+        stock.step(1);
+        const std::function<void()> end = [&] {
+            btCollisionObject* object = bridge->object(leaves);
+            stock.world->removeCollisionObject(object);
+            delete object;
+            assert_int_equal(pli_world_body_count(bridge->world()), moment == inside ? 2 : 1);
+            assert_int_equal(bridge->remove_body(leaves),
+                             moment == inside ? PLI_ERROR_WRONG_STATE : PLI_ERROR_INVALID_VALUE);
+        };
+        if (moment == inside) {
+            early.call = end;
+        } else {
+            end();
+        }
+        if (moment == at_the_end) {
+            btCollisionObject* object = bridge->object(kept);
+            stock.world->removeCollisionObject(object);
+            delete object;
+            assert_int_equal(pli_world_body_count(bridge->world()), 0);
+            bridge.reset();
+            stock.step(1);
+            continue;
+        }
+        stock.step(1);
+        assert_int_equal(bridge->step_status(), PLI_OK);
+        assert_int_equal(pli_world_body_count(bridge->world()), 1);
+        assert_int_equal(stock.world->getNumCollisionObjects(), 2);
+        check_near(falling_speed(kept), 2 * 10.0 / 60, 1e-3);
+    }
+}
+
 // ---------------------------------------------------------------------------------------------------- the Bullet world
 
 namespace {
@@ -481,6 +524,47 @@ static void test_a_bridge_may_be_detached_inside_a_step(void**) {
         assert_true(pli_body_state_hash(sheet) == hash);
         assert_int_equal(bridge.remove_body(sheet), PLI_OK);
         stock.world->removeAction(&action);
+    }
+}
+
+// In the bridge's hook, and in callbacks of the core within the solve and the prediction: with the end of its part.
+static void test_a_bridge_may_be_destroyed_by_what_it_calls(void**) {
+    for (int variant = 0; variant < 3; ++variant) {
+        StockWorld stock;
+        auto bridge = std::make_unique<pliant::Bridge>(*stock.world);
+        stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+        btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 1, 0));
+        pli_body* sheet = add_sheet(*bridge, 1, 2.1f, 5);
+        pli_anchor_def anchor = pli_anchor_def_default();
+        anchor.rigid = bridge->rigid(box);
+        assert_int_equal(pli_body_add_anchor(sheet, &anchor, nullptr), PLI_OK);
+        stock.step(3);
+        std::function<void()> end = [&] {
+            bridge.reset();
+            assert_int_equal(stock.world->getNumCollisionObjects(), 3);
+            assert_true(pli_body_get_view(sheet).node_count == 25);
+        };
+        const auto profile = [](const char* stage, const char*, bool begins, void* user) {
+            if (begins && std::strcmp(stage, "solve") == 0) { call_once(*static_cast<std::function<void()>*>(user)); }
+        };
+        const auto profile_any = [](const char*, const char*, bool, void* user) {
+            call_once(*static_cast<std::function<void()>*>(user));
+        };
+        if (variant == 0) {
+            bridge->set_before_solve([&] { call_once(end); });
+        } else {
+            pli_profile_fn* const chosen = variant == 1 ? +profile : +profile_any;
+            assert_int_equal(pli_world_set_profile(bridge->world(), chosen, &end), PLI_OK);
+        }
+        stock.step(1);
+        assert_true(bridge == nullptr);
+        assert_int_equal(stock.world->getNumCollisionObjects(), 2);
+        stock.step(3);
+        pliant::Bridge next(*stock.world);
+        sheet = add_sheet(next, 1, 2.3f, 5);
+        stock.step(30);
+        assert_int_equal(next.step_status(), PLI_OK);
+        check_near(lowest(sheet), 2.1, 0.02);
     }
 }
 
@@ -570,7 +654,9 @@ int main() {
         cmocka_unit_test(test_a_body_deleted_in_a_tick_callback_takes_its_anchors),
         cmocka_unit_test(test_a_body_and_its_shape_may_be_deleted_by_callbacks_of_the_bridge),
         cmocka_unit_test(test_soft_bodies_come_and_go_in_ticks_and_actions),
+        cmocka_unit_test(test_a_game_may_delete_the_object_of_a_body),
         cmocka_unit_test(test_a_bridge_may_be_detached_inside_a_step),
+        cmocka_unit_test(test_a_bridge_may_be_destroyed_by_what_it_calls),
         cmocka_unit_test(test_a_bullet_world_may_go_before_a_bridge_without_bodies),
         cmocka_unit_test(test_a_bridge_without_bodies_may_go_before_its_bullet_world),
         cmocka_unit_test(test_a_bridge_whose_bullet_world_has_gone_answers_calls),

@@ -598,6 +598,30 @@ static void test_a_body_may_change_its_kind(void**) {
     assert_false(pli_body_is_frozen(sheet));
 }
 
+// No step says that something is wrong.
+static void test_an_anchored_body_may_change_its_kind(void**) {
+    StockWorld stock;
+    btRigidBody& box = stock.add_box(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2)), 1, btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* rope = add_rope(bridge, pli_vec3_make(0, 2.2f, 0), pli_vec3_make(0, 0.2f, 0), PLI_ROPE_PIN_FIRST);
+    assert_int_equal(anchor(rope, 9, bridge.rigid(box)), PLI_OK);
+    for (int change = 0; change < 4; ++change) {
+        const bool is_dynamic = change % 2 == 1;
+        for (int i = 0; i < 30; ++i) {
+            stock.step(1);
+            assert_int_equal(bridge.step_status(), PLI_OK);
+        }
+        box.setMassProps(btScalar(is_dynamic ? 1 : 0), btVector3(1, 1, 1) * btScalar(is_dynamic ? 0.03 : 0));
+        box.setLinearVelocity(btVector3(0, 0, 0));
+        box.activate(true);
+        const btVector3 place = box.getWorldTransform().getOrigin();
+        stock.step(1);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        if (!is_dynamic) { assert_true(box.getWorldTransform().getOrigin() == place); }
+        assert_int_equal(pli_rigid_get_kind(bridge.rigid(box)), is_dynamic ? PLI_RIGID_DYNAMIC : PLI_RIGID_STATIC);
+    }
+}
+
 // Bullet does not move it, and impulses must not gather in its velocity.
 static void test_a_disabled_body_carries_as_a_static_one(void**) {
     StockWorld stock;
@@ -934,6 +958,7 @@ int main() {
         cmocka_unit_test(test_a_kinematic_box_drags_a_sheet_by_friction),
         cmocka_unit_test(test_a_sheet_bounces_off_a_box_as_both_allow),
         cmocka_unit_test(test_a_body_may_change_its_kind),
+        cmocka_unit_test(test_an_anchored_body_may_change_its_kind),
         cmocka_unit_test(test_a_disabled_body_carries_as_a_static_one),
         cmocka_unit_test(test_factors_hold),
         cmocka_unit_test(test_soft_bodies_meet_each_other),

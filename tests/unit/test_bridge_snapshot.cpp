@@ -8,6 +8,8 @@
 #include <pliant_bullet/snapshot.h>
 
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <string>
 
@@ -200,6 +202,41 @@ static void files_that_are_wrong_are_refused(void**) {
     scene.stock.world->addRigidBody(scene.boxes[5]);
 }
 
+// Of a file of a bridge, whose header ends with them: the checksum of what follows the core's file, of this size.
+static void seal(std::vector<unsigned char>& bytes) {
+    std::uint64_t core_size = 0, sum = 14695981039346656037u;
+    std::memcpy(&core_size, bytes.data() + 32, sizeof core_size);
+    for (std::size_t i = 48 + static_cast<std::size_t>(core_size); i < bytes.size(); ++i) {
+        sum = (sum ^ bytes[i]) * 1099511628211u;
+    }
+    std::memcpy(bytes.data() + 40, &sum, sizeof sum);
+}
+
+// Bullet would wait for ever until the time in its accumulator is one of a step again.
+static void a_file_with_an_endless_time_or_gravity_is_refused(void**) {
+    Scene scene;
+    scene.stock.step(30);
+    std::vector<unsigned char> bytes;
+    assert_int_equal(BridgeSnapshot::write_file(*scene.bridge, bytes), PLI_OK);
+    const Scene::State before = scene.state();
+    // From its end: the seed, the time, gravity.
+    const std::size_t time = bytes.size() - 8 - sizeof(btScalar), gravity = time - sizeof(btVector3);
+    for (const std::size_t at : {time, gravity}) {
+        for (const btScalar number : {btScalar(NAN), btScalar(INFINITY)}) {
+            std::vector<unsigned char> changed = bytes;
+            std::memcpy(changed.data() + at, &number, sizeof number);
+            seal(changed);
+            const pli_status status = BridgeSnapshot::read_file(*scene.bridge, changed.data(), changed.size());
+            assert_int_equal(status, PLI_ERROR_FILE_FORMAT);
+            expect_error(*scene.bridge, "read_file: its time or gravity is out of range");
+            assert_true(scene.state() == before);
+        }
+    }
+    std::vector<unsigned char> sealed = bytes;
+    seal(sealed);
+    assert_true(sealed == bytes);
+}
+
 // A game that turns a body by its transform alone leaves its inertia behind, until the next step.
 static void inertia_comes_back_as_it_was(void**) {
     bridge_test::StockWorld stock;
@@ -274,6 +311,7 @@ int main() {
         cmocka_unit_test(what_the_game_has_changed_comes_back),
         cmocka_unit_test(another_world_goes_on_from_a_file),
         cmocka_unit_test(files_that_are_wrong_are_refused),
+        cmocka_unit_test(a_file_with_an_endless_time_or_gravity_is_refused),
         cmocka_unit_test(inertia_comes_back_as_it_was),
         cmocka_unit_test(a_sensor_may_be_entered_in_between),
         cmocka_unit_test(other_objects_are_refused),

@@ -13,6 +13,7 @@
 #include <pliant_bullet/task_scheduler.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 
@@ -628,6 +629,12 @@ static void test_interpolated_bodies_fall_beside_motion_states(void**) {
             check_near(drawn[1], place.getOrigin().y(), 1e-5);
         }
         check_near(shares / 24, 0.45, 0.1);
+        // A clock that goes back, and one that is broken, take no step; what is drawn stays at its begin.
+        for (const btScalar broken : {btScalar(-0.1), btScalar(NAN)}) {
+            assert_int_equal(stock.world->stepSimulation(broken, 4, dt), 0);
+            check_near(bridge.interpolation(), is_late ? 0 : 1, 0);
+            assert_int_equal(pli_body_write_vertices(sheet, &buffer, bridge.interpolation()), PLI_OK);
+        }
     }
 }
 

@@ -45,7 +45,7 @@ public:
     }
 
     std::unique_ptr<btDefaultCollisionConfiguration> configuration =
-        std::make_unique<btDefaultCollisionConfiguration>();
+        std::make_unique<btDefaultCollisionConfiguration>(small_pools());
     std::unique_ptr<btCollisionDispatcher> dispatcher = std::make_unique<btCollisionDispatcher>(configuration.get());
     std::unique_ptr<btBroadphaseInterface> broadphase;
     std::unique_ptr<btSequentialImpulseConstraintSolver> solver =
@@ -55,6 +55,14 @@ public:
     std::vector<std::unique_ptr<btRigidBody>> bodies;
     std::unique_ptr<btDiscreteDynamicsWorld> world = std::make_unique<btDiscreteDynamicsWorld>(
         dispatcher.get(), broadphase.get(), solver.get(), configuration.get());
+
+private:
+    /// Bullet's own are of some megabytes, which a fuzzer would spend its time on.
+    static btDefaultCollisionConstructionInfo small_pools() {
+        btDefaultCollisionConstructionInfo info;
+        info.m_defaultMaxPersistentManifoldPoolSize = info.m_defaultMaxCollisionAlgorithmPoolSize = 64;
+        return info;
+    }
 };
 
 /// A horizontal square sheet of `size` m at height `y`, around `center`, with `resolution` nodes per side, 1 kg in all.

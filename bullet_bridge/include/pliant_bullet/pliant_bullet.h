@@ -50,7 +50,8 @@ class PLI_API Bridge {
 public:
     /// Makes a world and hooks it into a Bullet world; status() tells whether that went well.
     explicit Bridge(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def = {});
-    /// As detach(); then destroys the world, and the context if the bridge has made it.
+    /// As detach(); then destroys the world, and the context if the bridge has made it. In the hook of
+    /// set_before_solve and in callbacks of the core, at the end of the bridge's part.
     ~Bridge();
     Bridge(const Bridge&) = delete;
     Bridge& operator=(const Bridge&) = delete;
@@ -82,7 +83,8 @@ public:
 
     /// The collision object of a body; its user pointer and user indices are free for the game. It stays at the
     /// identity transform: the shape is in world space. A body whose object is inactive (DISABLE_SIMULATION,
-    /// ISLAND_SLEEPING) or not in the world does not move.
+    /// ISLAND_SLEEPING) or not in the world does not move. A game that deletes the object, after removing it from the
+    /// world and before the bridge ends, ends the body too: at once, or inside of a step at its end.
     btCollisionObject* object(const pli_body* body) const;
     /// The object of a proxy, as pli_contact_event::rigid names it; null when it is none of this bridge. Takes a search
     /// through all proxies; pli_contact_event::user_data is the same pointer.

@@ -2,8 +2,10 @@
 
 #include "bridge_moment.h"
 
+#include <pliant/limits.h>
 #include <pliant/world_file.h>
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -256,7 +258,10 @@ const char* BridgeSnapshot::Moment::read(const btCollisionObjectArray& array, st
     reader.get(read_seed);
     if (has_gravity != 0) { bridge.followed_gravity = followed; }
     this->seed = static_cast<unsigned long>(read_seed);
-    return reader.is_at_end() ? nullptr : fault_of_lists;
+    if (!reader.is_at_end()) { return fault_of_lists; }
+    // With an endless time in its accumulator Bullet would never step again.
+    const bool has_time = btFabs(accumulated_time) <= btScalar(PLI_MAX_TIME_STEP);
+    return has_time && std::isfinite(gravity.length2()) ? nullptr : "its time or gravity is out of range";
 }
 
 pli_status BridgeSnapshot::read_file(Bridge& bridge, const unsigned char* bytes, std::size_t size) {
