@@ -266,10 +266,15 @@ struct Swing {
 
 /// Bullet's contacts know that ropes hold the seat: the child sinks in by what is gone after a step, and stays.
 void test_a_child_stands_on_a_swing(void**) {
-    for (int i = 0; i < 2 * 3; ++i) {
-        const Solver solver = i % 2 == 0 ? Solver::xpbd : Solver::implicit;
-        const int sub_steps = i < 2 ? 1 : 4;
-        const float mass = i < 2 ? 8 : 3, height = i < 4 ? 0 : 0.5f;
+    struct Trial {
+        Solver solver;
+        float mass, height;
+        int sub_steps;
+    };
+    for (const auto& [solver, mass, height, sub_steps] :
+         {Trial{Solver::xpbd, 8, 0, 1}, Trial{Solver::implicit, 8, 0, 1}, Trial{Solver::xpbd, 3, 0, 4},
+          Trial{Solver::implicit, 3, 0, 4}, Trial{Solver::xpbd, 3, 0.5f, 4}, Trial{Solver::implicit, 3, 0.5f, 4},
+          Trial{Solver::xpbd, 6, 0.5f, 1}, Trial{Solver::position_based, 3, 0.5f, 1}}) {
         Swing swing(solver, mass, height);
         double deepest = 0, highest = 0, fastest = 0;
         for (int k = 0; k < 600 * sub_steps; ++k) {

@@ -9,6 +9,7 @@
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
 #define IMPLICIT_HOLD_RECOVERY 0.1   /* s, in which a body comes out of what holds it */
+#define IMPLICIT_TURN 0.1            /* rad, by which arms are off before they are taken anew */
 #define IMPLICIT_LEAST_RESPONSE 0.01 /* across, of that along a normal: locked axes have next to none */
 
 // ------------------------------------------------------------------------------------------------- rigid bodies
@@ -228,10 +229,13 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
                : constraints->capacity / 2;
 }
 
-/* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet. `arm`:
-   of the point where that leads. */
-static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid* rigid, pli_vec3 local,
+/* With which a point of the rigid body leaves where it was at the start of the step, as far as it is known yet: where
+   the solution leads, less what that adds along `arm`, of the point there. */
+static plii_dvec3 implicit_point_velocity(const pli_body* body, const plii_implicit_rigid* touched, pli_vec3 local,
                                           plii_dvec3* arm) {
+    const pli_rigid* rigid = touched->rigid;
+    const double* q = touched->change;
+    const plii_twist change = {{(float)q[0], (float)q[1], (float)q[2]}, {(float)q[3], (float)q[4], (float)q[5]}};
     const float dt = body->host_dt, lead = body->interval.lead / dt;
     const pli_transform begin = rigid->path.begin;
     plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
@@ -239,12 +243,14 @@ static plii_dvec3 implicit_point_velocity(const pli_body* body, const pli_rigid*
     if (lead > 0.0f && plii_rigid_is_moved_by_host(rigid)) {
         velocity = plii_twist_add(velocity, plii_twist_scale(rigid->given, lead));
     }
+    velocity = plii_twist_add(velocity, plii_twist_scale(change, 1.0f / body->rigid_pace));
     const pli_transform end = plii_rigid_advance(rigid->state.pose, velocity, dt);
     *arm = plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local));
     const plii_dvec3 turned = plii_dvec3_sub(*arm, plii_dvec3_from(pli_mat3_mul_vec3(begin.rotation, local)));
     plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(rigid->state.pose.origin), plii_dvec3_from(begin.origin));
     moved = plii_dvec3_add_scaled(moved, plii_dvec3_from(velocity.linear), (double)dt);
-    return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)body->step.dt);
+    moved = plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)body->step.dt);
+    return plii_dvec3_sub(moved, plii_implicit_point_change(q, *arm));
 }
 
 /* Those of a point of a face without the ones that have no weight. */
@@ -263,8 +269,9 @@ static void implicit_constraint_set_nodes(const pli_body* body, const plii_node_
 }
 
 /* `start` and `velocity`: of the point that is held, without what the solution adds. */
-static void implicit_constraint_set_target(const pli_body* body, const plii_node_constraint* from, plii_dvec3 start,
-                                           plii_dvec3 velocity, plii_implicit_constraint* item) {
+static void implicit_constraint_set_target(const pli_body* body, const plii_node_constraint* from,
+                                           const plii_implicit_rigid* touched, plii_dvec3 start, plii_dvec3 velocity,
+                                           plii_implicit_constraint* item) {
     const double inverse_dt = (double)body->step.inverse_dt, hardness = (double)from->hardness;
     const pli_rigid* rigid = from->rigid;
     pli_vec3 local = from->pivot;
@@ -287,7 +294,8 @@ static void implicit_constraint_set_target(const pli_body* body, const plii_node
         item->target = plii_dvec3_scale(item->normal, speed);
         if (speed > 0.0) { item->recovery = item->target; }
     }
-    item->surface_velocity = implicit_point_velocity(body, rigid, local, &item->arm);
+    item->surface_velocity = implicit_point_velocity(body, touched, local, &item->arm);
+    item->local = local;
     item->target = plii_dvec3_add(item->target, item->surface_velocity);
     item->goal_position = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
     item->target = plii_dvec3_sub(item->target, velocity);
@@ -319,7 +327,7 @@ static void implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
         start = plii_dvec3_add_scaled(start, plii_implicit_xyz(&x), item->weights[k]);
         velocity = plii_dvec3_add_scaled(velocity, v, item->weights[k]);
     }
-    implicit_constraint_set_target(body, from, start, velocity, item);
+    implicit_constraint_set_target(body, from, &constraints->rigids[item->rigid], start, velocity, item);
     const double inverse = (double)from->rigid->state.inverse_mass / IMPLICIT_PINNED_RATIO;
     item->block = item->is_pinned ? (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}}
                                   : constraints->blocks[item->nodes[0]];
@@ -467,8 +475,24 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
     plii_implicit_share_nodes(constraints);
 }
 
-void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released) {
+/* Of an anchor: a light body that is hit at its edge turns far in a step, and is righted from there. */
+static void implicit_constraint_turn(const pli_body* body, const plii_implicit_rigid* touched,
+                                     plii_implicit_constraint* anchor) {
+    plii_dvec3 arm;
+    const plii_dvec3 velocity = implicit_point_velocity(body, touched, anchor->local, &arm);
+    const plii_dvec3 off = plii_dvec3_sub(arm, anchor->arm);
+    if (!(plii_dvec3_dot(off, off) > IMPLICIT_TURN * IMPLICIT_TURN * plii_dvec3_dot(arm, arm))) { return; }
+    const plii_dvec3 more = plii_dvec3_sub(velocity, anchor->surface_velocity);
+    anchor->arm = arm;
+    anchor->surface_velocity = velocity;
+    anchor->target = plii_dvec3_add(anchor->target, more);
+    anchor->goal_position = plii_dvec3_add_scaled(anchor->goal_position, more, (double)body->step.dt);
+}
+
+void plii_implicit_constraints_update(const pli_body* body, plii_implicit_constraints* constraints, bool are_released) {
     for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
+        const plii_implicit_rigid* touched = &constraints->rigids[constraint->rigid];
+        if (constraint->is_anchor && touched->is_dynamic) { implicit_constraint_turn(body, touched, constraint); }
         if (!constraint->is_pinned) { constraint->block = constraints->blocks[constraint->nodes[0]]; }
         if (!are_released || constraint->is_anchor) { continue; }
         constraint->rows = 0;

@@ -69,6 +69,7 @@ typedef struct plii_implicit_constraint {
     double influence, friction;
     plii_dvec3 normal;
     plii_dvec3 arm;    /* from the centre of mass of the rigid body */
+    pli_vec3 local;    /* of an anchor, in the rigid body */
     plii_dvec3 target; /* m/s: change of the node's velocity that the condition asks for, but for the rigid's change */
     plii_dvec3 surface_velocity; /* m/s: of the target, what the rigid body does */
     double gap;                  /* m, of contacts */
@@ -104,8 +105,9 @@ typedef struct plii_implicit_constraints {
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base);
-/* After the blocks have changed; contacts that are released, as sweeps leave them sliding, are as before a solution. */
-void plii_implicit_constraints_update(plii_implicit_constraints* constraints, bool are_released);
+/* After the blocks have changed; arms of anchors go to where the solution leads. Contacts that are released, as sweeps
+   leave them sliding, are as before a solution. */
+void plii_implicit_constraints_update(const pli_body* body, plii_implicit_constraints* constraints, bool are_released);
 /* Hands the changes to the rigid bodies. */
 void plii_implicit_constraints_push_rigids(const pli_body* body, plii_implicit_constraints* constraints);
 /* Tells those that ask what the solution has pushed them by. */

@@ -313,7 +313,7 @@ static void implicit_linearise_again(const pli_body* body, implicit_state* state
     }
     system->leads = leads;
     state->report.collapsed_links = plii_implicit_assemble(system);
-    plii_implicit_constraints_update(&state->constraints, releases_contacts);
+    plii_implicit_constraints_update(body, &state->constraints, releases_contacts);
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
