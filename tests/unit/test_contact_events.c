@@ -115,7 +115,14 @@ static void a_sheet_takes_the_impulses_that_are_told(void** state) {
         }
         check_at_most(worst, 5e-5);
         check_near(mean, GRAVITY * STEP, 1e-4);
-        assert_int_equal(count_of(sheet, PLI_CONTACT_PERSIST), 1);
+        int count = 0;
+        const pli_contact_event* event = pli_body_get_contact_events(sheet, PLI_CONTACT_PERSIST, &count);
+        assert_int_equal(count, 1);
+        check_near(event->point.x, 0, 1e-3); /* it lies around the origin */
+        check_near(event->point.y, -0.2, 1e-5);
+        check_near(event->point.z, 0, 1e-3);
+        check_near(event->normal.y, 1, 1e-6);
+        assert_int_equal(event->contact_count, SHEET_NODES);
         pli_rigid_destroy(floor);
         pli_body_destroy(sheet);
     }
@@ -184,6 +191,7 @@ static void contacts_begin_persist_and_end(void** state) {
         assert_int_equal(gone, 1);
         assert_null(end->rigid);
         check_near(pli_vec3_length(end->impulse), 0, 0);
+        assert_int_equal(end->contact_count, 0);
         CHECK_OK(pli_world_step(world, STEP));
         assert_int_equal(count_of(sheet, PLI_CONTACT_END), 0);
         pli_body_destroy(sheet);
@@ -222,6 +230,14 @@ static void sensors_tell_and_do_not_push(void** state) {
         pli_rigid* ball = has_sensor != 0 ? make_ball(-1, 0) : NULL;
         int begun = 0, ended = 0;
         if (ball != NULL) {
+            pli_shape* shapes[2] = {NULL, NULL}; /* it meets the second one */
+            pli_transform poses[2] = {pli_transform_identity(), pli_transform_identity()};
+            poses[0].origin.y = -9;
+            CHECK_OK(pli_shape_create_sphere(context, 0.1f, &shapes[0]));
+            CHECK_OK(pli_shape_create_sphere(context, ball_radius, &shapes[1]));
+            CHECK_OK(pli_rigid_set_shapes(ball, 2, shapes, poses));
+            pli_shape_release(shapes[0]);
+            pli_shape_release(shapes[1]);
             CHECK_OK(pli_rigid_set_sensor(ball, true));
             assert_true(pli_rigid_is_sensor(ball));
         }
@@ -231,6 +247,7 @@ static void sensors_tell_and_do_not_push(void** state) {
             const pli_contact_event* begin = pli_body_get_contact_events(sheet, PLI_CONTACT_BEGIN, &count);
             if (count > 0) {
                 assert_true(begin->is_sensor);
+                assert_int_equal(begin->shape, 1);
                 check_near(pli_body_get_view(sheet).positions[begin->node].y, -1 + ball_radius + sheet_margin, 0.1);
             }
             begun += count;

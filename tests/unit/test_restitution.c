@@ -67,10 +67,9 @@ static float height_of(const pli_body* body) {
     return sum / (float)view.node_count;
 }
 
-/* How high it gets after the first impact, as a share of the fall; 0.5 m. */
-static float bounce(bool has_faces, solver which, float restitution, float of_floor) {
+/* How high it gets after the first impact on a floor, which goes with it, as a share of the fall; 0.5 m. */
+static float bounce_on(pli_rigid* floor_body, bool has_faces, solver which, float restitution) {
     const float start = 0.52f;
-    pli_rigid* floor_body = make_floor(of_floor);
     pli_body* body = make_patch(start, has_faces, which, restitution);
     float highest = 0;
     bool has_met = false;
@@ -84,6 +83,9 @@ static float bounce(bool has_faces, solver which, float restitution, float of_fl
     pli_body_destroy(body);
     pli_rigid_destroy(floor_body);
     return highest / (start - 0.02f);
+}
+static float bounce(bool has_faces, solver which, float restitution, float of_floor) {
+    return bounce_on(make_floor(of_floor), has_faces, which, restitution);
 }
 
 /* The height is that of the square of the speed. The position-based solver finds one point for a face that lies flat,
@@ -99,6 +101,16 @@ static void a_share_of_the_speed_comes_back(void** unused) {
         check_near(bounce(has_faces, which, 1, 1), loses ? 0.6 : 0.98, 0.03);
         check_at_most(bounce(has_faces, which, 1, 0), 0.05);
     }
+}
+
+static void the_restitution_of_a_rigid_body_can_change(void** unused) {
+    (void)unused;
+    pli_rigid* floor_body = make_floor(0);
+    CHECK_OK(pli_rigid_set_restitution(floor_body, 0.5f));
+    check_near(bounce_on(floor_body, false, XPBD, 1), 0.25, 0.02);
+    floor_body = make_floor(1);
+    CHECK_OK(pli_rigid_set_restitution(floor_body, 0));
+    check_at_most(bounce_on(floor_body, false, XPBD, 1), 0.05);
 }
 
 /* A ball of 1 kg that falls on the patch on the floor gets its share too, and the sum of both energies does not grow.
@@ -207,6 +219,7 @@ static void a_patch_bounces_off_a_lift_as_off_the_floor(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_share_of_the_speed_comes_back, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(the_restitution_of_a_rigid_body_can_change, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_body_bounces_off_what_lies, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_patch_bounces_off_a_lift_as_off_the_floor, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_cut_body_goes_on_bouncing, setup_world, teardown_world),

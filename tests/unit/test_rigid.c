@@ -2,10 +2,12 @@
 #include "check.h"
 
 #include "pliant/anchor.h"
+#include "pliant/contact.h"
 #include "pliant/generate.h"
 #include "pliant/rigid.h"
 #include "pliant/world.h"
 
+#include <math.h>
 #include <string.h>
 
 typedef struct scene {
@@ -144,6 +146,32 @@ static void test_shapes_may_change_and_anchors_stay(void** unused) {
     scene_destroy(&s);
 }
 
+/* A ball that has grown between two steps, without a word of where it is: the rope stays on what is there now. */
+static void test_new_shapes_count_from_the_next_step(void** unused) {
+    (void)unused;
+    scene s = scene_make();
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    pli_shape* large = NULL;
+    const pli_vec3 from = pli_vec3_make(-0.1f, 1.1f, 0), to = pli_vec3_make(0.1f, 1.1f, 0);
+    assert_int_equal(pli_mesh_create_rope(s.context, from, to, 3, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_body_create(s.world, mesh, NULL, &rope), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_enable_rigid_contacts(rope, NULL), PLI_OK);
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, &s.shape, NULL), PLI_OK);
+    assert_int_equal(pli_world_step(s.world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(pli_shape_create_sphere(s.context, 1, &large), PLI_OK);
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, &large, NULL), PLI_OK);
+    pli_shape_release(large);
+    float nearest = 2;
+    for (int i = 0; i < 30; ++i) {
+        assert_int_equal(pli_world_step(s.world, 1.0f / 60.0f), PLI_OK);
+        nearest = fminf(nearest, pli_body_get_view(rope).positions[1].y);
+    }
+    check_near(nearest, 1.0, 0.03);
+    scene_destroy(&s);
+}
+
 /* When turned in single precision the first spin takes 0.26 % onto the trace. */
 static void test_an_even_spin_keeps_the_inertia(void** unused) {
     (void)unused;
@@ -177,6 +205,7 @@ int main(void) {
         cmocka_unit_test(test_what_was_dynamic_does_not_fall),
         cmocka_unit_test(test_factors_may_change),
         cmocka_unit_test(test_shapes_may_change_and_anchors_stay),
+        cmocka_unit_test(test_new_shapes_count_from_the_next_step),
         cmocka_unit_test(test_an_even_spin_keeps_the_inertia),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -221,11 +221,17 @@ static void push_with_a_platform(resting_pair* pair) {
     CHECK_OK(pli_rigid_set_kind(platform, PLI_RIGID_KINEMATIC, &state));
 }
 
+/* It meets the box in this step; the two sheets do not collide. */
+static void drop_a_sheet_on_the_box(resting_pair* pair) {
+    (void)pair;
+    CHECK_OK(pli_body_add_velocity(make_sleeper(0.4f, POSITION), pli_vec3_make(0, -20, 0)));
+}
+
 static void test_what_wakes_a_body(void** unused) {
     (void)unused;
     void (*const wakes[])(resting_pair * pair) = {
-        force_a_node, change_gravity, take_the_ground,      move_the_ground,   take_the_ground_out,
-        take_the_box, throw_a_ball,   push_with_a_platform, smooth_the_ground, load_the_box};
+        force_a_node, change_gravity,       take_the_ground,   move_the_ground, take_the_ground_out,    take_the_box,
+        throw_a_ball, push_with_a_platform, smooth_the_ground, load_the_box,    drop_a_sheet_on_the_box};
     for (size_t i = 0; i < sizeof wakes / sizeof *wakes; ++i) {
         resting_pair pair = make_resting_pair();
         wakes[i](&pair);

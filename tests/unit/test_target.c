@@ -151,6 +151,37 @@ static void check_backstop(solver_choice which, float radius, float behind) {
     pli_body_destroy(cape);
 }
 
+/* Pushed aside and down, nodes go along the backstop until the ball around their targets ends: they come to lie on the
+   circle where both meet. */
+static void test_a_backstop_and_a_distance_hold_together(void** unused) {
+    (void)unused;
+    const double radius = 0.3, behind = 0.01, most = 0.1;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        pli_body* cape = make_cape(ROWS);
+        use_solver(cape, (solver_choice)which);
+        pli_targets_def def = targets_of(cape, MOST, (float)most);
+        for (int i = 0; i < MOST; ++i) {
+            targets[i].backstop_radius = (float)radius;
+            targets[i].backstop_distance = (float)behind;
+            normals[i] = pli_vec3_make(0, 1, 0);
+        }
+        def.normals = normals;
+        assert_int_equal(pli_body_enable_targets(cape, &def), PLI_OK);
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(10, -10, 0)), PLI_OK);
+        for (int frame = 0; frame < FRAMES; ++frame) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        const double height = behind + radius;
+        const double along = (radius * radius - height * height - most * most) / (2 * height);
+        for (int i = 0; i < MOST; ++i) {
+            const pli_vec3 apart = pli_vec3_sub(xyz(pli_body_get_view(cape).positions[i]), places[i]);
+            check_near(apart.y, along, 2e-4);
+            check_near(hypotf(apart.x, apart.z), sqrt(most * most - along * along), 2e-4);
+        }
+        pli_body_destroy(cape);
+    }
+}
+
 static void test_no_node_enters_its_backstop(void** unused) {
     (void)unused;
     for (int which = 0; which < SOLVER_COUNT; ++which) {
@@ -374,6 +405,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_nodes_are_at_their_targets_under_each_solver, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_no_node_is_further_than_its_distance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_no_node_enters_its_backstop, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_backstop_and_a_distance_hold_together, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_targets_that_stand_give_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_teleport_is_no_motion, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_cut_gives_new_nodes_the_targets_between, setup_world, teardown_world),

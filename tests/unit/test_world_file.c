@@ -398,6 +398,51 @@ static void clusters_of_a_body_that_touch_come_with_a_file(void** unused) {
     free(buffer);
 }
 
+static float count_speed(float present, void* user) {
+    ++*(int*)user;
+    return present;
+}
+static bool count_distance(const pli_body* body, pli_cluster_contact* contact, void* user) {
+    (void)body, (void)contact;
+    ++*(int*)user;
+    return false;
+}
+
+/* They are not in the file: those that the bodies of the world have stay. */
+static void callbacks_stay_when_a_world_goes_back(void** unused) {
+    (void)unused;
+    trial t = {0};
+    int speeds = 0, distances = 0;
+    pli_cluster_contacts_def contacts = pli_cluster_contacts_def_default();
+    contacts.distance = count_distance;
+    contacts.distance_user = &distances;
+    pli_angular_joint_def joint = pli_angular_joint_def_default();
+    joint.axis = pli_vec3_make(0, 1, 0);
+    joint.controller = (pli_joint_controller){NULL, count_speed, &speeds};
+    pli_world_def def = pli_world_def_default();
+    def.reference_mode = true;
+    assert_int_equal(pli_context_create(NULL, &t.context), PLI_OK);
+    assert_int_equal(pli_world_create(t.context, &def, &t.world), PLI_OK);
+    for (int i = 0; i < 2; ++i) {
+        pli_body* body = add_ball(&t, pli_vec3_make(0, 0.5f * (float)i, 0), POSITION);
+        assert_int_equal(pli_body_generate_clusters(body, 1, 100, NULL), PLI_OK);
+        assert_int_equal(pli_body_enable_cluster_contacts(body, &contacts), PLI_OK);
+        assert_int_equal(pli_body_add_angular_joint(body, &joint, NULL), PLI_OK);
+    }
+    size_t size = 0;
+    unsigned char* buffer = write_file(t.world, &size);
+    assert_int_equal(pli_world_step(t.world, 1.0f / 60.0f), PLI_OK);
+    const int speeds_before = speeds, distances_before = distances;
+    assert_true(speeds_before > 0 && distances_before > 0);
+    assert_int_equal(pli_world_file_restore(t.world, NULL, buffer, size), PLI_OK);
+    speeds = distances = 0;
+    assert_int_equal(pli_world_step(t.world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(speeds, speeds_before);
+    assert_int_equal(distances, distances_before);
+    free(buffer);
+    end(&t);
+}
+
 // ------------------------------------------------------------------------------- every member is described as it is
 
 static void every_field_has_the_size_of_its_member(void** unused) {
@@ -732,6 +777,7 @@ int main(void) {
         cmocka_unit_test(nothing_is_changed_while_a_file_is_written),
         cmocka_unit_test(what_is_wrong_is_refused),
         cmocka_unit_test(no_setting_is_out_of_range),
+        cmocka_unit_test(callbacks_stay_when_a_world_goes_back),
         cmocka_unit_test(every_definition_has_limits),
         cmocka_unit_test(the_world_and_its_bodies_have_limits),
         cmocka_unit_test(an_order_without_a_body_is_refused),
