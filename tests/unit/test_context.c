@@ -140,7 +140,7 @@ static void test_one_failure_is_logged_once(void** unused) {
                          i == 0 ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE);
         assert_int_equal(c.log_calls, 1);
         assert_string_equal(c.last_line, "pli_rigid_create: the pose of shape 0 is beyond the limits or not finite");
-        pli_shape_destroy(shape);
+        pli_shape_release(shape);
         pli_world_destroy(world);
         pli_context_destroy(context);
     }
