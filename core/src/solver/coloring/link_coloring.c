@@ -147,7 +147,9 @@ static void link_colors_make_group(const link_colors_work* work, int first, int 
     pairs = link_colors_group_pairs(pairs, count);
     made->linked_row_count += __builtin_popcount(pairs);
     /* In vectors of two groups rows cost little, and two groups in a row are rarely of one kind. */
-    if (work->body->context->def.simd == PLI_SIMD_AVX512 && pairs != PLII_LINK_SINGLE) { pairs = PLII_LINK_ALL_PAIRS; }
+    if (work->body->context->def.simd == PLI_SIMD_AVX512 && pairs != PLII_LINK_SINGLE) {
+        pairs = (pairs & ~PLII_LINK_PATH) == 0 ? PLII_LINK_PATH : PLII_LINK_ALL_PAIRS;
+    }
     const int node_count = pairs == PLII_LINK_SINGLE ? 2 : 4;
     if (made->groups != NULL) {
         made->groups[made->group_count] = (plii_link_group){

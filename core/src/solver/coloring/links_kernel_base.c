@@ -166,53 +166,53 @@ PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, cons
     }
 }
 
-/* Of vector `i` of groups with links between the same nodes, whose rows and indices follow each other; of an odd number
-   of groups both halves of the last one are alike. */
-PLII_SIMD_INLINE links_place links_place_at(const plii_links_task* task, const plii_link_group* groups, int count,
-                                            int pairs, int i) {
+PLII_SIMD_INLINE links_place links_start(const plii_links_task* task, const plii_link_group* group) {
+    const ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * group->first_row;
+    const uint32_t* nodes = task->colors->scaled_indices[group->first_scaled_index];
+    return (links_place){slot, slot, nodes, nodes};
+}
+/* Of vector `i` of `count` groups with links between the same nodes, whose rows and indices follow each other from
+   `start` on; of an odd number of groups both halves of the last one are alike. */
+PLII_SIMD_INLINE links_place links_place_of(links_place start, int count, int pairs, ptrdiff_t i) {
     const ptrdiff_t slots = PLII_LINK_LANES * links_before(pairs, PLII_LINK_PAIRS);
-    const int nodes = PLII_LINK_LANES * (pairs == PLII_LINK_SINGLE ? 2 : 4);
-    const ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * groups->first_row;
-    const uint32_t* indices = task->colors->scaled_indices[groups->first_scaled_index];
-    const int first = PLII_WIDE_GROUPS * i, second = first + 1 < count ? first + 1 : first;
-    return (links_place){slot + first * slots, slot + second * slots, indices + first * nodes,
-                         indices + second * nodes};
+    const ptrdiff_t nodes = PLII_LINK_LANES * (pairs == PLII_LINK_SINGLE ? 2 : 4);
+    const ptrdiff_t first = PLII_WIDE_GROUPS * i, second = first + 1 < count ? first + 1 : first;
+    return (links_place){start.first + first * slots, start.first + second * slots, start.first_nodes + first * nodes,
+                         start.first_nodes + second * nodes};
 }
 
 PLII_SIMD_INLINE void links_vectors(const plii_links_task* task, const plii_link_group* groups, int count, int vectors,
                                     int pairs, int kind) {
+    const links_place start = links_start(task, groups);
     links_quads quads[LINKS_BATCH];
     PLII_UNROLL(LINKS_UNROLLED)
     for (int i = 0; i < vectors; ++i) {
-        const links_place place = links_place_at(task, groups, count, pairs, i);
+        const links_place place = links_place_of(start, count, pairs, i);
         links_gather_all(&quads[i], task, place, pairs, kind);
         links_round(&quads[i], 0, pairs, task, kind, place);
     }
     PLII_UNROLL(LINKS_UNROLLED)
     for (int i = 0; i < vectors; ++i) {
-        links_round(&quads[i], 1, pairs, task, kind, links_place_at(task, groups, count, pairs, i));
+        links_round(&quads[i], 1, pairs, task, kind, links_place_of(start, count, pairs, i));
     }
     PLII_UNROLL(LINKS_UNROLLED)
     for (int i = 0; i < vectors; ++i) {
-        const links_place place = links_place_at(task, groups, count, pairs, i);
+        const links_place place = links_place_of(start, count, pairs, i);
         links_round(&quads[i], 2, pairs, task, kind, place);
         links_scatter_all(&quads[i], task, place, pairs);
     }
 }
 PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_group* groups, int count, int pairs,
                                   int kind) {
-    const int vectors = PLII_WIDE_GROUPS == 2 ? (count + 1) / 2 : count;
-    if (PLII_WIDE_GROUPS != 2) {
-        links_vectors(task, groups, count, vectors, pairs, kind);
-    } else if (vectors == 1) {
+    if (PLII_WIDE_GROUPS == 2 && count <= 2) {
         links_vectors(task, groups, count, 1, pairs, kind);
     } else {
-        links_vectors(task, groups, count, 2, pairs, kind);
+        links_vectors(task, groups, count, PLII_WIDE_GROUPS == 2 ? 2 : count, pairs, kind);
     }
 }
 
 PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_link_group* group, int kind) {
-    const links_place place = links_place_at(task, group, 1, group->pairs, 0);
+    const links_place place = links_start(task, group);
     links_quads quads;
     links_gather_all(&quads, task, place, group->pairs, kind);
     for (int k = 0, row = 0; k < PLII_LINK_PAIRS; ++k) {
@@ -224,8 +224,8 @@ PLII_SIMD_INLINE void links_one_by_one(const plii_links_task* task, const plii_l
     links_scatter_all(&quads, task, place, group->pairs);
 }
 
-/* What most quads are gets code of its own; it would only be large where nodes do not fit into registers. For vectors
-   of two groups quads have all pairs (link_coloring.c). */
+/* What most quads are gets code of its own; it would only be large where nodes do not fit into registers. In vectors
+   of two groups quads are paths or have all pairs (link_coloring.c). */
 PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const plii_link_group* groups, int count,
                                           int kind) {
     const int pairs = groups->pairs;
@@ -233,12 +233,12 @@ PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const pli
         links_one_by_one(task, groups, kind);
     } else if (pairs == PLII_LINK_SINGLE) {
         links_batch(task, groups, count, PLII_LINK_SINGLE, kind);
+    } else if (pairs == PLII_LINK_PATH) {
+        links_batch(task, groups, count, PLII_LINK_PATH, kind);
     } else if (PLII_WIDE_GROUPS == 2 || pairs == PLII_LINK_ALL_PAIRS) {
         links_batch(task, groups, count, PLII_LINK_ALL_PAIRS, kind);
     } else if (pairs == PLII_LINK_TWO_TRIANGLES) {
         links_batch(task, groups, count, PLII_LINK_TWO_TRIANGLES, kind);
-    } else if (pairs == PLII_LINK_PATH) {
-        links_batch(task, groups, count, PLII_LINK_PATH, kind);
     } else {
         links_batch(task, groups, count, pairs, kind);
     }
