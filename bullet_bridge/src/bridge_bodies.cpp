@@ -54,7 +54,7 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
 
 Bridge::Impl::~Impl() {
     leave_world();
-    std::exchange(objects_, {}).clear();
+    std::exchange(objects_, {}).clear(); // whose destructors look for themselves in the list
     proxies_.clear();
     replaced_.clear();
     pli_world_destroy(world);
@@ -152,7 +152,7 @@ void Bridge::Impl::end_body_of(const SoftObject& object) {
     (void)place->release();
     objects_.erase(place);
     if (is_stepping()) {
-        left_.push_back(object.body());
+        bodies_to_end_.push_back(object.body());
     } else {
         pli_body_destroy(object.body());
     }

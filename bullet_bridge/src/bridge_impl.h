@@ -182,7 +182,7 @@ private:
     unsigned step_ = 0;
     btScalar followed_dt_ = 0; ///< s, of the step; 0 in reference mode, where kinematic bodies are met as by btSoftBody
     std::vector<std::unique_ptr<SoftObject>> objects_;
-    std::vector<pli_body*> left_; ///< their objects were deleted inside a step
+    std::vector<pli_body*> bodies_to_end_; ///< their objects were deleted inside a step
     std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;
     std::vector<std::unique_ptr<RigidProxy>> replaced_; ///< let go of, and another object is at the address
     std::vector<FollowedObject> followed_;              ///< what the Bullet world held when proxies were made ahead

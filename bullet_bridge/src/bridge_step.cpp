@@ -53,11 +53,12 @@ void get_swept_aabb(const btRigidBody& body, btScalar dt, btVector3& aabb_min, b
     aabb_max += forth + turn;
 }
 
-struct Mark {
-    explicit Mark(bool& of) : flag(of) { flag = true; }
-    ~Mark() { flag = false; }
-    Mark(const Mark&) = delete;
-    Mark& operator=(const Mark&) = delete;
+/// True while in scope.
+struct ScopedFlag {
+    explicit ScopedFlag(bool& of) : flag(of) { flag = true; }
+    ~ScopedFlag() { flag = false; }
+    ScopedFlag(const ScopedFlag&) = delete;
+    ScopedFlag& operator=(const ScopedFlag&) = delete;
     bool& flag;
 };
 
@@ -70,7 +71,7 @@ bool Bridge::Impl::is_inside_step() const {
 
 void Bridge::Impl::predict_inside_step() {
     if (!collects_pairs_ && is_inside_step() && !is_stepping()) {
-        const Mark at_work(is_at_work_);
+        const ScopedFlag at_work(is_at_work_);
         begin_step(bullet_world_->getDispatchInfo().m_timeStep);
         show_holds(); // Bullet's solver is still to come
     }
@@ -155,7 +156,7 @@ void Bridge::Impl::reach_ahead(btVector3& low, btVector3& high) const {
 
 void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
     {
-        const Mark at_work(is_at_work_);
+        const ScopedFlag at_work(is_at_work_);
         bullet_world.getDispatchInfo().m_timeStep = 0;
         hide_holds();
         // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
@@ -306,7 +307,7 @@ void Bridge::Impl::finish_step() {
         }
     }
     ahead_.clear();
-    for (pli_body* body : std::exchange(left_, {})) {
+    for (pli_body* body : std::exchange(bodies_to_end_, {})) {
         pli_body_destroy(body);
     }
     offer_sleep();

@@ -23,10 +23,9 @@ static void context_default_release(void* block, size_t size, void* user) {
 
 static bool context_has_simd(pli_simd simd) {
 #if PLIANT_SIMD_X86
-    const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
-    if (simd == PLI_SIMD_AVX2) { return has_avx2; }
-    if (simd == PLI_SIMD_AVX512) {
-        return has_avx2 && __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512vl") != 0;
+    if (simd == PLI_SIMD_AVX2) { return __builtin_cpu_supports("avx2") != 0; }
+    if (simd == PLI_SIMD_AVX512) { /* both of which have F and AVX2 */
+        return __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512vl") != 0;
     }
 #endif
     return simd == PLI_SIMD_PORTABLE || (PLIANT_SIMD_X86 && simd == PLI_SIMD_SSE2) ||

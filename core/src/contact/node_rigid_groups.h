@@ -13,7 +13,7 @@ typedef struct plii_rigid_sum {
     float friction[3 * PLII_RIGID_GROUP_SIZE];
 } plii_rigid_sum;
 
-/* Of eight nodes, by components: all x, all y, all z. Contact k is in the lane of record k (plii_nodes8). A group
+/* Of eight nodes, by components: all x, all y, all z. Contact k is in the lane of record k (plii_simd_record). A group
    that is not full repeats its first contact: both get the same results. */
 typedef struct plii_rigid_group {
     float normal[3 * PLII_RIGID_GROUP_SIZE];

@@ -3,13 +3,14 @@
    max(gap, 0) + along: what was apart may come together, what was inside goes no deeper. */
 
 #include "contact/node_rigid_groups.h"
+#include "math/simd_wide.h"
 
 /* Components of vectors, one after the other. */
-PLII_SIMD_INLINE plii_vec3x8 groups_load(const float* components) {
-    return (plii_vec3x8){plii_float8_load(components), plii_float8_load(components + PLII_RIGID_GROUP_SIZE),
-                         plii_float8_load(components + 2 * PLII_RIGID_GROUP_SIZE)};
+PLII_SIMD_INLINE plii_wide_vec3 groups_load(const float* components) {
+    return (plii_wide_vec3){plii_float8_load(components), plii_float8_load(components + PLII_RIGID_GROUP_SIZE),
+                            plii_float8_load(components + 2 * PLII_RIGID_GROUP_SIZE)};
 }
-PLII_SIMD_INLINE void groups_store(float* components, plii_vec3x8 a) {
+PLII_SIMD_INLINE void groups_store(float* components, plii_wide_vec3 a) {
     plii_float8_store(components, a.x);
     plii_float8_store(components + PLII_RIGID_GROUP_SIZE, a.y);
     plii_float8_store(components + 2 * PLII_RIGID_GROUP_SIZE, a.z);
@@ -21,7 +22,7 @@ PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_
     return plii_float8_add(plii_simd_load_two(records, scaled_indices), by);
 }
 /* Stores come after all loads, as a node may be there more than once. */
-PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indices, plii_vec3x8 by) {
+PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indices, plii_wide_vec3 by) {
     plii_float8 r[4] = {by.x, by.y, by.z, plii_float8_all(0.0f)};
     plii_float8_transpose4(r);
     const plii_float8 moved[4] = {
@@ -38,40 +39,42 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     const plii_substep* substep = pass->substep;
     const bool is_first = substep->is_first_sweep;
     const plii_float8 zero = plii_float8_all(0.0f);
-    const plii_nodes8 start = plii_nodes8_gather(substep->start_displacements, group->scaled_indices);
-    const plii_nodes8 now = plii_nodes8_gather(substep->displacements, group->scaled_indices);
+    const plii_wide_nodes start =
+        plii_wide_gather(substep->start_displacements, group->scaled_indices, group->scaled_indices);
+    const plii_wide_nodes now = plii_wide_gather(substep->displacements, group->scaled_indices, group->scaled_indices);
     const plii_float8 weight = now.w;
-    const plii_vec3x8 normal = groups_load(group->normal);
+    const plii_wide_vec3 normal = groups_load(group->normal);
     if (is_first && substep->has_new_positions) {
         plii_float8 height = plii_float8_load(group->offset);
         if (!substep->is_absolute) {
-            const plii_nodes8 x = plii_nodes8_gather(pass->positions, group->scaled_indices);
-            height = plii_float8_add(plii_vec3x8_dot(normal, (plii_vec3x8){x.x, x.y, x.z}), height);
+            const plii_wide_nodes x = plii_wide_gather(pass->positions, group->scaled_indices, group->scaled_indices);
+            height = plii_float8_add(plii_wide_vec3_dot(normal, x.at), height);
         }
         plii_float8_store(group->height, height);
     }
-    plii_vec3x8 from = {start.x, start.y, start.z};
-    plii_vec3x8 motion = plii_vec3x8_sub((plii_vec3x8){now.x, now.y, now.z}, from);
+    plii_wide_vec3 from = start.at;
+    plii_wide_vec3 motion = plii_wide_vec3_sub(now.at, from);
     if (surface != NULL) {
-        const plii_vec3x8 velocity = groups_load(surface->velocity);
-        from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all((float)substep->index * substep->dt)));
-        motion = plii_vec3x8_sub(motion, plii_vec3x8_scale(velocity, plii_float8_all(substep->dt)));
+        const plii_wide_vec3 velocity = groups_load(surface->velocity);
+        from = plii_wide_vec3_sub(from,
+                                  plii_wide_vec3_scale(velocity, plii_float8_all((float)substep->index * substep->dt)));
+        motion = plii_wide_vec3_sub(motion, plii_wide_vec3_scale(velocity, plii_float8_all(substep->dt)));
     }
-    const plii_float8 gap = plii_float8_add(plii_vec3x8_dot(normal, from), plii_float8_load(group->height));
-    const plii_float8 along = plii_vec3x8_dot(normal, motion);
+    const plii_float8 gap = plii_float8_add(plii_wide_vec3_dot(normal, from), plii_float8_load(group->height));
+    const plii_float8 along = plii_wide_vec3_dot(normal, motion);
     const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
     const plii_float8 squeeze = plii_float8_load(group->squeeze);
     if (is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero) |
                      plii_float8_less_bits(zero, squeeze)) == 0) {
         if (pass->leaves_sums) {
             plii_float8_store(group->sum.push, zero);
-            groups_store(group->sum.friction, (plii_vec3x8){zero, zero, zero});
+            groups_store(group->sum.friction, (plii_wide_vec3){zero, zero, zero});
         }
         return;
     }
 
     plii_float8 pushed_before = zero;
-    plii_vec3x8 rubbed_before = {zero, zero, zero};
+    plii_wide_vec3 rubbed_before = {zero, zero, zero};
     if (!is_first) {
         pushed_before = plii_float8_load(group->sum.push);
         rubbed_before = groups_load(group->sum.friction);
@@ -86,27 +89,27 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     const plii_float8 pushed =
         plii_float8_where_greater(weight, zero, plii_float8_max(plii_float8_add(pushed_before, change), zero));
 
-    const plii_vec3x8 sliding = plii_vec3x8_sub(motion, plii_vec3x8_scale(normal, along));
-    plii_vec3x8 rubbed = plii_vec3x8_sub(rubbed_before, sliding);
-    const plii_float8 length = plii_float8_sqrt(plii_vec3x8_dot(rubbed, rubbed));
+    const plii_wide_vec3 sliding = plii_wide_vec3_sub(motion, plii_wide_vec3_scale(normal, along));
+    plii_wide_vec3 rubbed = plii_wide_vec3_sub(rubbed_before, sliding);
+    const plii_float8 length = plii_float8_sqrt(plii_wide_vec3_dot(rubbed, rubbed));
     const plii_float8 pressed = plii_float8_add(pushed, plii_float8_mul(squeeze, plii_float8_all(pass->share)));
     const plii_float8 limit = plii_float8_mul(plii_float8_load(group->friction), pressed);
-    rubbed = plii_vec3x8_scale(
+    rubbed = plii_wide_vec3_scale(
         rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
     if (pass->leaves_sums) {
         plii_float8_store(group->sum.push, pushed);
         groups_store(group->sum.friction, rubbed);
     }
 
-    plii_vec3x8 moves = plii_vec3x8_add(plii_vec3x8_scale(normal, plii_float8_sub(pushed, pushed_before)),
-                                        plii_vec3x8_sub(rubbed, rubbed_before));
+    plii_wide_vec3 moves = plii_wide_vec3_add(plii_wide_vec3_scale(normal, plii_float8_sub(pushed, pushed_before)),
+                                              plii_wide_vec3_sub(rubbed, rubbed_before));
     /* A penetration from before goes without leaving speed, as if the node had started there. */
     if (is_first && plii_float8_less_bits(gap, zero) != 0) {
         const plii_float8 depth = plii_float8_max(plii_float8_sub(zero, gap), zero);
         const plii_float8 recovered = plii_float8_min(depth, plii_float8_all(pass->recovery));
-        const plii_vec3x8 shift = plii_vec3x8_scale(normal, plii_float8_where_greater(weight, zero, recovered));
+        const plii_wide_vec3 shift = plii_wide_vec3_scale(normal, plii_float8_where_greater(weight, zero, recovered));
         groups_move(substep->start_displacements, group->scaled_indices, shift);
-        moves = plii_vec3x8_add(moves, shift);
+        moves = plii_wide_vec3_add(moves, shift);
     }
     groups_move(substep->displacements, group->scaled_indices, moves);
 }

@@ -40,7 +40,7 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
 
 // ----------------------------------------------------------------------------------------------------------- groups
 
-/* Lane of a record, see plii_nodes8. */
+/* Lane of a record, see plii_simd_record. */
 static int rigid_groups_lane(int record) {
     return record / 2 + 4 * (record % 2);
 }

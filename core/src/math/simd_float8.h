@@ -149,30 +149,8 @@ PLII_FLOAT8_UNARY(xyz, _mm256_blend_ps(a, _mm256_setzero_ps(), 0x88), plii_lanes
 #define PLII_SIMD_LARGE static
 #endif
 
-/* Eight vectors by components. */
-typedef struct plii_vec3x8 {
-    plii_float8 x, y, z;
-} plii_vec3x8;
-
-PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_add(plii_vec3x8 a, plii_vec3x8 b) {
-    return (plii_vec3x8){plii_float8_add(a.x, b.x), plii_float8_add(a.y, b.y), plii_float8_add(a.z, b.z)};
-}
-PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_sub(plii_vec3x8 a, plii_vec3x8 b) {
-    return (plii_vec3x8){plii_float8_sub(a.x, b.x), plii_float8_sub(a.y, b.y), plii_float8_sub(a.z, b.z)};
-}
-PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_scale(plii_vec3x8 a, plii_float8 s) {
-    return (plii_vec3x8){plii_float8_mul(a.x, s), plii_float8_mul(a.y, s), plii_float8_mul(a.z, s)};
-}
-PLII_SIMD_INLINE plii_float8 plii_vec3x8_dot(plii_vec3x8 a, plii_vec3x8 b) {
-    return plii_float8_add(plii_float8_add(plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y)),
-                           plii_float8_mul(a.z, b.z));
-}
-
-/* Eight records by components; lane k < 4 has record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register. */
-typedef struct plii_nodes8 {
-    plii_float8 x, y, z, w;
-} plii_nodes8;
-
+/* Of eight records by components lane k < 4 has record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register.
+ */
 static inline int plii_simd_record(int lane) {
     return lane < 4 ? 2 * lane : 2 * lane - 7;
 }
@@ -190,23 +168,6 @@ PLII_SIMD_INLINE plii_float8 plii_simd_load_two(const pli_vec4* records, const u
 PLII_SIMD_INLINE void plii_simd_store_two(pli_vec4* records, const uint32_t scaled_indices[2], plii_float8 a) {
     plii_float4_to((pli_vec4*)plii_simd_at(records, scaled_indices[0]), plii_float8_low(a));
     plii_float4_to((pli_vec4*)plii_simd_at(records, scaled_indices[1]), plii_float8_high(a));
-}
-
-PLII_SIMD_INLINE plii_nodes8 plii_nodes8_gather(const pli_vec4* records, const uint32_t* scaled_indices) {
-    plii_float8 r[4] = {plii_simd_load_two(records, scaled_indices), plii_simd_load_two(records, scaled_indices + 2),
-                        plii_simd_load_two(records, scaled_indices + 4),
-                        plii_simd_load_two(records, scaled_indices + 6)};
-    plii_float8_transpose4(r);
-    return (plii_nodes8){r[0], r[1], r[2], r[3]};
-}
-/* In the order of the records: of two with the same index the later one stays. */
-PLII_SIMD_INLINE void plii_nodes8_scatter(pli_vec4* records, const uint32_t* scaled_indices, plii_nodes8 a) {
-    plii_float8 r[4] = {a.x, a.y, a.z, a.w};
-    plii_float8_transpose4(r);
-    plii_simd_store_two(records, scaled_indices, r[0]);
-    plii_simd_store_two(records, scaled_indices + 2, r[1]);
-    plii_simd_store_two(records, scaled_indices + 4, r[2]);
-    plii_simd_store_two(records, scaled_indices + 6, r[3]);
 }
 
 /* Two records, or the last one alone. */

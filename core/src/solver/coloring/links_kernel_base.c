@@ -270,28 +270,27 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
     }
 }
 /* Of pair `pair` of the nodes, where they have links; returns where those of the next pair go. */
-PLII_SIMD_INLINE float* links_gather_row(float* vectors, const plii_nodes8 nodes[4], int pairs, int pair) {
+PLII_SIMD_INLINE float* links_gather_row(float* vectors, const plii_wide_nodes nodes[4], int pairs, int pair) {
     if ((pairs >> pair & 1) == 0) { return vectors; }
-    const plii_nodes8 *a = &nodes[plii_link_pair_nodes[pair][0]], *b = &nodes[plii_link_pair_nodes[pair][1]];
-    plii_float8_store(vectors, plii_float8_sub(b->x, a->x));
-    plii_float8_store(vectors + PLII_LINK_LANES, plii_float8_sub(b->y, a->y));
-    plii_float8_store(vectors + 2 * PLII_LINK_LANES, plii_float8_sub(b->z, a->z));
+    const uint8_t* ends = plii_link_pair_nodes[pair];
+    const plii_wide_vec3 delta = plii_wide_vec3_sub(nodes[ends[1]].at, nodes[ends[0]].at);
+    plii_wide_store(vectors, vectors, delta.x);
+    plii_wide_store(vectors + PLII_LINK_LANES, vectors + PLII_LINK_LANES, delta.y);
+    plii_wide_store(vectors + 2 * PLII_LINK_LANES, vectors + 2 * PLII_LINK_LANES, delta.z);
     return vectors + 3 * PLII_LINK_LANES;
 }
 
+/* One group at a time: in the width of two both halves are alike. */
 static void links_gather_vectors(const plii_links_task* task, int begin, int end) {
-    const plii_link_colors* colors = task->colors;
     const pli_vec4* positions = task->body->positions;
-    for (const plii_link_group* group = &colors->groups[begin]; group < &colors->groups[end]; ++group) {
-        uint32_t(*scaled_indices)[PLII_LINK_LANES] = &colors->scaled_indices[group->first_scaled_index];
-        float* vectors = task->vectors + (ptrdiff_t)3 * PLII_LINK_LANES * group->first_row;
-        plii_nodes8 nodes[4];
-        nodes[0] = plii_nodes8_gather(positions, scaled_indices[0]);
-        nodes[1] = plii_nodes8_gather(positions, scaled_indices[1]);
+    for (const plii_link_group* group = &task->colors->groups[begin]; group < &task->colors->groups[end]; ++group) {
+        const links_place place = links_start(task, group);
+        float* vectors = task->vectors + 3 * place.first;
+        plii_wide_nodes nodes[4] = {links_gather(positions, place, 0), links_gather(positions, place, 1)};
         vectors = links_gather_row(vectors, nodes, group->pairs, 0);
         if (group->pairs == PLII_LINK_SINGLE) { continue; }
-        nodes[2] = plii_nodes8_gather(positions, scaled_indices[2]);
-        nodes[3] = plii_nodes8_gather(positions, scaled_indices[3]);
+        nodes[2] = links_gather(positions, place, 2);
+        nodes[3] = links_gather(positions, place, 3);
         PLII_UNROLL(5)
         for (int k = 1; k < PLII_LINK_PAIRS; ++k) {
             vectors = links_gather_row(vectors, nodes, group->pairs, k);
