@@ -26,7 +26,7 @@ PLII_SIMD_INLINE plii_wide links_row(const float* numbers, links_place place, in
     numbers += row * PLII_LINK_LANES;
     return plii_wide_load(numbers + place.first, numbers + place.second);
 }
-PLII_SIMD_INLINE plii_wide_nodes links_gather(const pli_vec4* records, links_place place, int node) {
+PLII_SIMD_LARGE plii_wide_nodes links_gather(const pli_vec4* records, links_place place, int node) {
     return plii_wide_gather(records, place.first_nodes + node * PLII_LINK_LANES,
                             place.second_nodes + node * PLII_LINK_LANES);
 }
