@@ -187,6 +187,14 @@ PLII_SIMD_INLINE pli_vec3 plii_lanes_vec3(plii_float4 a) {
     return v;
 }
 
+PLII_SIMD_INLINE plii_float4 plii_lanes_abs(plii_float4 a) {
+    return (plii_float4)((plii_mask4)a & INT32_MAX);
+}
+/* copysignf */
+PLII_SIMD_INLINE plii_float4 plii_lanes_copy_sign(plii_float4 a, plii_float4 sign) {
+    return (plii_float4)(((plii_mask4)a & INT32_MAX) | ((plii_mask4)sign & INT32_MIN));
+}
+
 /* Of all lanes. */
 PLII_SIMD_INLINE float plii_lanes_least(plii_float4 a) {
     a = plii_lanes_min(a, plii_lanes_all_w(a));

@@ -1,30 +1,54 @@
 /* Box around the origin, with sharp edges. */
 
 #include "math/range.h"
+#include "math/simd_float4.h"
 #include "shape/shape_impl.h"
 
 /* The data of a box is a pli_vec3: its half extents. */
 
+typedef struct box_nearest {
+    plii_float4 distance;
+    plii_vec3x4 normal;
+} box_nearest;
+
 /* Outside: to the nearest point of the box. Inside: to the nearest side; between equally near ones x goes before y
    before z, and at coordinate 0 it is the positive one. */
+static inline box_nearest box_nearest_of_four(plii_vec3x4 h, plii_vec3x4 p) {
+    const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
+    const plii_vec3x4 q = {plii_lanes_abs(p.x) - h.x, plii_lanes_abs(p.y) - h.y, plii_lanes_abs(p.z) - h.z};
+    const plii_vec3x4 m = {plii_lanes_max(q.x, zero), plii_lanes_max(q.y, zero), plii_lanes_max(q.z, zero)};
+    const plii_float4 squared = plii_vec3x4_dot(m, m), length = plii_float4_sqrt(squared);
+    const plii_mask4 is_outside = squared >= PLII_SHAPE_TINY_SQUARED;
+    const plii_mask4 is_x = (q.x >= q.y) & (q.x >= q.z), is_y = ~is_x & (q.y >= q.z);
+    const plii_float4 to_side = plii_lanes_select(is_x, q.x, plii_lanes_select(is_y, q.y, q.z));
+    const plii_vec3x4 side = {plii_lanes_where(is_x, one), plii_lanes_where(is_y, one),
+                              plii_lanes_where(~(is_x | is_y), one)};
+    const plii_vec3x4 n = plii_vec3x4_select(is_outside, plii_vec3x4_scale(m, 1.0f / length), side);
+    return (box_nearest){
+        plii_lanes_select(is_outside, length, to_side),
+        {plii_lanes_copy_sign(n.x, p.x), plii_lanes_copy_sign(n.y, p.y), plii_lanes_copy_sign(n.z, p.z)}};
+}
+
 static void box_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                           pli_vec3* normals) {
-    const pli_vec3 h = *(const pli_vec3*)user;
-    for (int i = 0; i < count; ++i) {
-        const pli_vec3 p = points[i];
-        const pli_vec3 q = pli_vec3_make(fabsf(p.x) - h.x, fabsf(p.y) - h.y, fabsf(p.z) - h.z);
-        const pli_vec3 m = plii_vec3_max(q, pli_vec3_make(0, 0, 0));
-        const float squared = pli_vec3_length_squared(m);
-        pli_vec3 normal;
-        if (squared >= PLII_SHAPE_TINY_SQUARED) {
-            distances[i] = sqrtf(squared);
-            normal = plii_vec3_divide(m, distances[i]);
-        } else {
-            const bool is_x = q.x >= q.y && q.x >= q.z, is_y = !is_x && q.y >= q.z;
-            distances[i] = is_x ? q.x : is_y ? q.y : q.z;
-            normal = pli_vec3_make(is_x, is_y, !is_x && !is_y);
-        }
-        normals[i] = pli_vec3_make(copysignf(normal.x, p.x), copysignf(normal.y, p.y), copysignf(normal.z, p.z));
+    const plii_vec3x4 h = plii_vec3x4_all(*(const pli_vec3*)user);
+    int i = 0;
+    for (; i <= count - PLII_LANES; i += PLII_LANES) {
+        const box_nearest nearest = box_nearest_of_four(h, plii_vec3x4_from(&points[i]));
+        plii_float4_store(&distances[i], nearest.distance);
+        plii_vec3x4_to(&normals[i], nearest.normal);
+    }
+    if (i == count) { return; }
+    plii_float4 rows[PLII_LANES];
+    for (int k = 0; k < PLII_LANES; ++k) {
+        rows[k] = plii_lanes_from_vec3(&points[i + k < count ? i + k : i]);
+    }
+    const box_nearest nearest = box_nearest_of_four(h, plii_vec3x4_of(rows[0], rows[1], rows[2], rows[3]));
+    plii_float4 last[PLII_LANES] = {nearest.normal.x, nearest.normal.y, nearest.normal.z, nearest.distance};
+    plii_float4_transpose(last);
+    for (int k = 0; i + k < count; ++k) {
+        plii_lanes_to_vec3(&normals[i + k], last[k]);
+        distances[i + k] = last[k][3];
     }
 }
 
