@@ -1,6 +1,8 @@
 /* Heavy rigid bodies on light cloth under the implicit solver: contacts of nodes, of faces and of both hold what
    statics holds, add no energy and rest. */
 
+#include "sample_mesh.h"
+
 #include "heavy_bodies.h"
 
 static const float dt = 1.0f / 60.0f;
@@ -156,23 +158,9 @@ static void test_a_box_on_cloth_stays(void** unused) {
     }
 }
 
-/* 1 m by 0.4 m by 1 m, 1 kg: cubes of six tetrahedra, whose links are askew in one direction. */
 static pli_body* make_slab(pli_implicit_method method) {
-    enum { X = 6, Y = 4, NODES = X * Y * X, TETRAS = (X - 1) * (Y - 1) * (X - 1) * 6 };
-    static const int corners[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7},
-                                      {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
-    pli_vec3 points[NODES];
-    int tetras[4 * TETRAS], count = 0;
-    for (int n = 0; n < NODES; ++n) {
-        const int x = n / (Y * X), y = n / X % Y, z = n % X;
-        points[n] = pli_vec3_make((float)x / 5 - 0.5f, 0.4f * (float)y / 3, (float)z / 5 - 0.5f);
-        for (int k = 0; x + 1 < X && y + 1 < Y && z + 1 < X && k < 24; ++k) {
-            const int c = corners[k / 4][k % 4];
-            tetras[count++] = n + (c & 1) * Y * X + (c >> 1 & 1) * X + (c >> 2);
-        }
-    }
     pli_mesh* mesh = NULL;
-    CHECK_OK(pli_mesh_create_from_tetras(context, NODES, points, TETRAS, tetras, &mesh));
+    CHECK_OK(sample_create_slab(context, &mesh));
     CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
     pli_body_def def = pli_body_def_default();
     def.collision_margin = sheet_margin;
