@@ -51,6 +51,23 @@ static inline pli_status sample_create_ellipsoid(pli_context* context, pli_vec3 
     return pli_mesh_create_from_triangles(context, SAMPLE_SPHERE_NODES, points, count, triangles, false, mesh);
 }
 
+/* 1 m by 0.4 m by 1 m on the plane y = 0: cubes of six tetrahedra, whose links are askew in one direction. */
+static inline pli_status sample_create_slab(pli_context* context, pli_mesh** mesh) {
+    enum { SIDE = 6, LAYERS = 4, NODES = SIDE * LAYERS * SIDE, CUBES = (SIDE - 1) * (LAYERS - 1) * (SIDE - 1) };
+    static const int corners[24] = {0, 1, 3, 7, 0, 3, 2, 7, 0, 2, 6, 7, 0, 6, 4, 7, 0, 4, 5, 7, 0, 5, 1, 7};
+    pli_vec3 points[NODES];
+    int tetras[24 * CUBES], count = 0;
+    for (int n = 0; n < NODES; ++n) {
+        const int x = n / (LAYERS * SIDE), y = n / SIDE % LAYERS, z = n % SIDE;
+        points[n] = pli_vec3_make((float)x / 5.0f - 0.5f, 0.4f * (float)y / 3.0f, (float)z / 5.0f - 0.5f);
+        for (int k = 0; x + 1 < SIDE && y + 1 < LAYERS && z + 1 < SIDE && k < 24; ++k) {
+            const int c = corners[k];
+            tetras[count++] = n + (c & 1) * LAYERS * SIDE + (c >> 1 & 1) * SIDE + (c >> 2);
+        }
+    }
+    return pli_mesh_create_from_tetras(context, NODES, points, 6 * CUBES, tetras, mesh);
+}
+
 /* A sheet of `nodes` x `nodes` nodes and 0.5 m cells at height `y`, with diagonals. */
 static inline pli_status sample_create_sheet(pli_context* context, int nodes, float y, int pins, pli_mesh** mesh) {
     const float half = 0.25f * (float)(nodes - 1);

@@ -135,6 +135,46 @@ void test_what_turns_on_a_hinge_gains_no_speed(void**) {
     }
 }
 
+/// Motors of Bullet turn two leaves of 5 kg apart, which a rope of 0.1 kg ties at their tips.
+void test_leaves_that_a_rope_ties_stand_still(void**) {
+    for (const Solver solver : {Solver::xpbd, Solver::implicit}) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        pli_mesh* mesh = nullptr;
+        pli_body* rope = nullptr;
+        assert_int_equal(
+            pli_mesh_create_rope(bridge.context(), pli_vec3_make(-0.1f, 1, 0), pli_vec3_make(0.1f, 1, 0), 6, 0, &mesh),
+            PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 0.1f), PLI_OK);
+        assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        use_solver(rope, solver);
+        std::vector<btHingeConstraint> hinges;
+        hinges.reserve(2);
+        for (const float side : {-1.0f, 1.0f}) {
+            btRigidBody& leaf = stock.add_box(btVector3(0.4f, 0.8f, 0.03f), 5, btVector3(0.5f * side, 1, 0));
+            leaf.setActivationState(DISABLE_DEACTIVATION);
+            hinges.emplace_back(leaf, btVector3(0.4f * side, 0, 0), btVector3(0, 1, 0));
+            hinges.back().enableAngularMotor(true, -side, 0.05f);
+            stock.world->addConstraint(&hinges.back());
+            const int end = side < 0 ? 0 : 7;
+            assert_int_equal(pli_body_attach_nodes(rope, &end, 1, bridge.rigid(leaf)), PLI_OK);
+        }
+        stock.step(600);
+        double least = 9, most = -9;
+        for (int k = 0; k < 300; ++k) {
+            stock.step(1);
+            least = std::min(least, double(hinges[0].getHingeAngle()));
+            most = std::max(most, double(hinges[0].getHingeAngle()));
+        }
+        print_message("solver %d: leaves turned by %.4f to %.4f rad\n", int(solver), least, most);
+        assert_true(least > 0.15 && most < 0.35);
+        check_at_most(most - least, 0.002);
+        stock.world->removeConstraint(&hinges[0]);
+        stock.world->removeConstraint(&hinges[1]);
+    }
+}
+
 /// Both ropes of a bridge of 6 m, 2 kg each, in one body, with tethers; 20 planks of 5 kg, each held at two nodes of
 /// each.
 struct PlankBridge {
@@ -662,6 +702,7 @@ int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
         cmocka_unit_test(test_what_turns_on_a_hinge_gains_no_speed),
+        cmocka_unit_test(test_leaves_that_a_rope_ties_stand_still),
         cmocka_unit_test(test_a_bridge_of_planks_bears_a_person),
         cmocka_unit_test(test_a_child_stands_on_a_swing),
         cmocka_unit_test(test_a_swing_goes_on_from_a_snapshot),

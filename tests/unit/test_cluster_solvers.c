@@ -1,6 +1,7 @@
 /* Bodies of clusters under each solver: they lie on what they touch, also where that moves, and hang from their
    joints. */
 
+#include "sample_mesh.h"
 #include "solver_choice.h"
 
 #include <math.h>
@@ -154,6 +155,34 @@ static void a_cushion_of_clusters_rides_at_any_speed(void** unused) {
     }
 }
 
+/* Clusters that lie on others give way: a crate of the slab's weight went 0.4 m deep. Contacts of nodes carry it. */
+static void a_slab_of_clusters_carries_a_crate(void** unused) {
+    (void)unused;
+    for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(sample_create_slab(context, &mesh));
+        CHECK_OK(pli_mesh_translate(mesh, pli_vec3_make(0, 0.2f, 0)));
+        pli_rigid* floor = make_box(3, 0, 0, pli_vec3_make(0, 0, 0));
+        pli_rigid* crate = make_box(0.3f, 0.8f, 1, pli_vec3_make(0, 0, 0));
+        pli_body* slab = make_body(mesh, (solver_choice)solver, 8, 0.01f);
+        CHECK_OK(pli_body_enable_cluster_contacts(slab, NULL));
+        CHECK_OK(pli_body_enable_rigid_contacts(slab, NULL));
+        float lowest = 1;
+        for (int i = 0; i < 240; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(crate, pli_world_get_gravity(world), dt));
+            lowest = fminf(lowest, pli_rigid_get_state(crate).pose.origin.y - 0.3f);
+        }
+        print_message("solver %d: the crate is %.3f m above the floor, was %.3f m\n", solver,
+                      (double)pli_rigid_get_state(crate).pose.origin.y - 0.3, (double)lowest);
+        assert_true(lowest > 0.4f);
+        check_near(pli_rigid_get_state(crate).pose.origin.y - 0.3f, 0.44, 0.03);
+        pli_body_destroy(slab);
+        pli_rigid_destroy(crate);
+        pli_rigid_destroy(floor);
+    }
+}
+
 static void a_ball_of_clusters_hangs_from_a_joint(void** unused) {
     (void)unused;
     for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
@@ -253,6 +282,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_ball_of_clusters_lies_on_a_box, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_cushion_of_clusters_rides_at_any_speed, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_slab_of_clusters_carries_a_crate, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_ball_of_clusters_hangs_from_a_joint, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(damped_clusters_fall_with_g, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_ball_of_one_cluster_stops_rolling, setup_world, teardown_world),

@@ -54,8 +54,8 @@ PLI_API pli_xpbd_links_def pli_xpbd_links_def_default(void);
 
 /// Keeps links at their rest lengths, or changes how. Links of a closed surface of triangles with none or few others
 /// inside take half of their error in a sweep at most, with some more inside two thirds, as such a surface would get
-/// energy from sweeps; so do links of bodies in which the masses of many neighbours differ by more than 1 to 10
-/// (docs/solvers.md).
+/// energy from sweeps; so do the parts of one that is cut, and links of bodies in which the masses of many neighbours
+/// differ by more than 1 to 10 (docs/solvers.md).
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def);

@@ -152,6 +152,18 @@ static void implicit_slide_groups(const plii_implicit_system* system, plii_dvec3
     }
 }
 
+/* The part of such a motion that a rigid body on the group has: all where it sticks; where it slides what its contacts
+   push, or friction that is not its own would drive it. */
+static plii_dvec3 implicit_carried(const plii_implicit_constraints* constraints, int rigid, plii_dvec3 motion) {
+    plii_dvec3 left = motion;
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
+        if (constraint->rigid != rigid || constraint->rows == 0) { continue; }
+        if (constraint->rows == 3) { return motion; }
+        left = plii_dvec3_across(left, constraint->normal);
+    }
+    return plii_dvec3_sub(motion, left);
+}
+
 /* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that hold them. Unfinished
    sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. What
    holds nodes from outside moves it, by what it gives to the nodes as they then are. */
@@ -203,11 +215,14 @@ static void implicit_keep_momentum(plii_implicit_system* system) {
         const int group = implicit_group_of(system, i);
         system->solution[i] = plii_dvec3_add(system->solution[i], momenta[group]);
     }
-    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
+    for (int r = 0; r < constraints->rigid_count; ++r) {
+        plii_implicit_rigid* rigid = &constraints->rigids[r];
         if (rigid->group == PLI_NULL_INDEX) { continue; }
-        rigid->change[0] += momenta[rigid->group].x;
-        rigid->change[1] += momenta[rigid->group].y;
-        rigid->change[2] += momenta[rigid->group].z;
+        plii_dvec3 more = momenta[rigid->group];
+        if (has_sliding && masses[rigid->group].y > 0.0) { more = implicit_carried(constraints, r, more); }
+        rigid->change[0] += more.x;
+        rigid->change[1] += more.y;
+        rigid->change[2] += more.z;
     }
 }
 

@@ -7,6 +7,7 @@ typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
     float* numbers; /* arrays of the task, one after the other */
     int capacity;
+    bool was_closed;        /* the halves of a ball would get energy as the ball would */
     float softening;        /* see plii_links_task */
     uint32_t link_revision; /* of the numbers of links */
     plii_links_task task;   /* without colors where there was no memory for them */
@@ -77,7 +78,8 @@ static void xpbd_links_begin(pli_body* body, void* data) {
         compliances[i] = is_link ? compliance / plii_link_stiffness(body, link) : 0.0f;
         if (is_damped) { dampings[i] = compliance * def->damping; }
     }
-    state->softening = xpbd_links_softening(body);
+    state->softening = state->was_closed ? 1.0f : xpbd_links_softening(body);
+    state->was_closed = state->softening == 1.0f;
     state->link_revision = body->link_revision;
 }
 
@@ -122,6 +124,7 @@ const plii_feature_class plii_xpbd_links_class = {
                                PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
                                PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(xpbd_links_state, def, PLII_SAVED, "3fu"),
+                                    PLII_STATE_OF(xpbd_links_state, was_closed, PLII_SAVED, "B"),
                                     PLII_STATE_SPAN(xpbd_links_state, softening, task, PLII_LEFT, NULL)),
     .needs = PLII_NEEDS(&plii_link_colors_class),
     .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_links_state, numbers, capacity), .is_kept = true, .snapshot = PLII_LEFT}),
