@@ -87,6 +87,7 @@ Recording Recording::from_bytes(const std::string& bytes, const std::string& nam
 }
 
 Recording Recording::read(const std::filesystem::path& path) {
+    if (std::filesystem::is_directory(path)) { throw Error("cannot read " + path.string() + ": it is a folder"); }
     std::ifstream file(path, std::ios::binary);
     if (!file) { throw Error("cannot read " + path.string()); }
     const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -123,6 +123,7 @@ static void what_is_wrong_is_told(void** unused) {
     cli::write_file(scratch("cut"), bytes.substr(0, bytes.size() / 2));
     expect_error("replay " + scratch("cut"), "is no recording, or it is damaged");
     expect_error("replay " + scratch("none"), "cannot read");
+    expect_error("diverge " + scratch("") + " " + path, ": it is a folder");
     expect_error("replay " + path + " --from 6", "--from 6 is after the last frame, 5");
     expect_error("run Cloth --frames 1 --engine bullet --record " + scratch("x"), "--record is of scenes on Pliant");
     std::string damaged = bytes;

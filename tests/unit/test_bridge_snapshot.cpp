@@ -289,10 +289,16 @@ static void other_objects_are_refused(void**) {
     scene.stock.step(10);
     BridgeSnapshot snapshot;
     assert_int_equal(snapshot.save(*scene.bridge), PLI_OK);
+    std::vector<unsigned char> file;
+    assert_int_equal(BridgeSnapshot::write_file(*scene.bridge, file), PLI_OK);
+    assert_int_equal(BridgeSnapshot::read_file(*scene.bridge, file.data(), file.size()), PLI_OK);
+    assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);
+    expect_error(*scene.bridge, "restore: the Bullet world has other objects, or has read a file since");
+    assert_int_equal(snapshot.save(*scene.bridge), PLI_OK);
     scene.stock.world->removeRigidBody(scene.boxes[5]);
     const Scene::State before = scene.state();
     assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);
-    expect_error(*scene.bridge, "restore: the Bullet world has other objects");
+    expect_error(*scene.bridge, "restore: the Bullet world has other objects, or has read a file since");
     assert_true(scene.state() == before);
     scene.stock.world->addRigidBody(scene.boxes[5]); // another to the broad phase
     assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);

@@ -121,10 +121,66 @@ static void a_sheet_in_flight_holds_a_ball(void** unused) {
     }
 }
 
+typedef enum filling { GAS, SPRING, VOLUME } filling;
+
+/* Volume that is left of the balloon of docs/manual/balloons.md, 0.3 kg, under a plate that does not tip over. */
+static float volume_under(filling what, float mass, float step) {
+    pli_mesh* mesh;
+    pli_body* balloon;
+    CHECK_OK(
+        pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 0.32f, 0), pli_vec3_make(0.3f, 0.3f, 0.3f), 400, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 0.3f));
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = sheet_margin;
+    def.solver.position_iterations = 10;
+    def.solver.velocity_damping = 0.005f;
+    CHECK_OK(pli_body_create(world, mesh, &def, &balloon));
+    pli_mesh_destroy(mesh);
+    if (what == VOLUME) {
+        pli_xpbd_links_def links = pli_xpbd_links_def_default();
+        links.compliance = 1e-3f;
+        CHECK_OK(pli_body_enable_xpbd(balloon, NULL));
+        CHECK_OK(pli_body_enable_xpbd_links(balloon, &links));
+        CHECK_OK(pli_body_enable_xpbd_volume(balloon, NULL));
+    } else {
+        CHECK_OK(pli_body_enable_colored_links(balloon));
+        CHECK_OK(what == GAS ? pli_body_enable_pressure(balloon, 30)
+                             : pli_body_enable_volume_conservation(balloon, 1e5f));
+    }
+    CHECK_OK(pli_body_enable_rigid_contacts(balloon, NULL));
+    pli_shape *ground, *slab;
+    CHECK_OK(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &ground));
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(2, 0.5f, 2), &slab));
+    pli_rigid *floor = make_rigid(ground, 0, 0), *plate = make_rigid(slab, 1.2f, mass);
+    CHECK_OK(pli_rigid_set_factors(plate, pli_vec3_make(0, 1, 0), pli_vec3_make(0, 0, 0)));
+    const float volume = pli_body_volume(balloon);
+    for (int i = 0; (float)i * step < 6; ++i) {
+        CHECK_OK(pli_world_step(world, step));
+        CHECK_OK(pli_rigid_integrate(plate, pli_vec3_make(0, -10, 0), step));
+    }
+    const float left = pli_body_volume(balloon) / volume;
+    pli_body_destroy(balloon);
+    pli_rigid_destroy(plate);
+    pli_rigid_destroy(floor);
+    return left;
+}
+
+static void a_balloon_bears_what_the_manual_says(void** unused) {
+    (void)unused;
+    check_near(volume_under(GAS, 0.3f, dt), 0.06, 0.03);
+    check_near(volume_under(GAS, 0.3f, dt / 4), 1.11, 0.03);
+    check_near(volume_under(GAS, 1, dt), 0, 0.02);
+    check_near(volume_under(SPRING, 0.3f, dt), 0.89, 0.03);
+    check_near(volume_under(SPRING, 1, dt), 0.26, 0.05);
+    check_near(volume_under(VOLUME, 1, dt), 0.99, 0.01);
+    check_near(volume_under(VOLUME, 20, dt), 0.95, 0.01);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(heavy_balls_do_not_pass, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_sheet_in_flight_holds_a_ball, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(a_balloon_bears_what_the_manual_says, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -19,8 +19,9 @@ namespace pliant {
 /// depend on what was before: `world.getDispatchInfo().m_deterministicOverlappingPairs = true`, set before the frames
 /// that are to be repeated; and where rigid bodies may sleep a broad phase of axes (btAxisSweep3), since what sleeps
 /// together depends on pairs that btDbvtBroadphase keeps by their past. It fits as long as both worlds have the same
-/// objects; without BridgeDef::prepares_rigids_ahead, as long as the same bounds have overlapped. Not in it:
-/// constraints, vehicles and controllers of the game, masses, damping, friction, shapes and filters of its objects.
+/// objects and have read no file; without BridgeDef::prepares_rigids_ahead, as long as the same bounds have overlapped.
+/// Not in it: constraints, vehicles and controllers of the game, masses, damping, friction, shapes and filters of its
+/// objects.
 class PLI_API BridgeSnapshot {
 public:
     /// Empty.
@@ -33,8 +34,7 @@ public:
 
     /// Takes the state of now. Memory is kept: a snapshot that is used again allocates only where there is more to
     /// keep.
-    /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and while no soft body is in the Bullet world,
-    /// which
+    /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and with no soft body in the Bullet world, which
     ///         may have gone then; the snapshot is empty after an error
     pli_status save(const Bridge& bridge);
     /// Goes back. On an error both worlds stay as they are.

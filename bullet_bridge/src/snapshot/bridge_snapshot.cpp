@@ -184,7 +184,8 @@ pli_status BridgeSnapshot::restore(Bridge& bridge) const {
     if (bullet_world == nullptr) { return bridge.impl_->fail_between_steps(function); }
     if (moment_->is_empty) { return bridge.impl_->fail(PLI_ERROR_INVALID_VALUE, function, "the snapshot is empty"); }
     if (!moment_->fits(*bullet_world)) {
-        return bridge.impl_->fail(PLI_ERROR_INVALID_VALUE, function, "the Bullet world has other objects");
+        return bridge.impl_->fail(PLI_ERROR_INVALID_VALUE, function,
+                                  "the Bullet world has other objects, or has read a file since");
     }
     const pli_status status = pli_world_restore(bridge.world(), moment_->soft.data(), moment_->soft.size());
     if (status != PLI_OK) { return status; }

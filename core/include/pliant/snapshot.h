@@ -6,11 +6,11 @@
 ///
 /// A snapshot is of one world of one process, and holds copies of its memory: what steps, forces and settings change.
 /// It fits as long as no body, no rigid body and no feature of a body has come or gone, also to be there again, and
-/// nobody cut a body, changed its rest lengths (pli_body_set_rest_length), or gave lists less memory than they had.
-/// Forces, anchors, drags and moved nodes may come and go. Anything else is refused with a message that names the body
-/// and what is different. Ids of anchors and joints are those of the moment, pointers stay valid. Contacts of the last
-/// step are not in a snapshot: lists of them are empty until the next one. Not in it either: user data, callbacks, the
-/// shapes of rigid bodies.
+/// nobody cut a body, changed its rest lengths (pli_body_set_rest_length), read a file into the world
+/// (pli_world_file_restore), or gave lists less memory than they had. Forces, anchors, drags and moved nodes may come
+/// and go. Anything else is refused with a message that names the body and what is different. Ids of anchors and joints
+/// are those of the moment, pointers stay valid. Contacts of the last step are not in a snapshot: lists of them are
+/// empty until the next one. Not in it either: user data, callbacks, the shapes of rigid bodies.
 ///
 /// A buffer needs no alignment, and is the caller's; one on a multiple of 64 bytes is the fastest. Save and restore
 /// allocate nothing. docs/state.md has a loop.

@@ -17,8 +17,14 @@ static inline plii_dvec3 plii_dvec3_make(double x, double y, double z) {
 static inline plii_dvec3 plii_dvec3_from(pli_vec3 v) {
     return plii_dvec3_make((double)v.x, (double)v.y, (double)v.z);
 }
+/* Rounded, whatever follows: where pairs of components become vectors (-mavx), GCC 12 takes the doubles of before for
+   what is widened again. */
 static inline pli_vec3 plii_dvec3_to_float(plii_dvec3 v) {
-    return pli_vec3_make((float)v.x, (float)v.y, (float)v.z);
+    pli_vec3 rounded = pli_vec3_make((float)v.x, (float)v.y, (float)v.z);
+#if defined(__GNUC__) && defined(__x86_64__)
+    __asm__("" : "+x"(rounded.x), "+x"(rounded.y), "+x"(rounded.z));
+#endif
+    return rounded;
 }
 static inline plii_dvec3 plii_dvec3_add(plii_dvec3 a, plii_dvec3 b) {
     return plii_dvec3_make(a.x + b.x, a.y + b.y, a.z + b.z);

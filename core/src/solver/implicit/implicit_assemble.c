@@ -137,7 +137,6 @@ PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, 
     const plii_link_graph* graph = system->graph;
     const double mass = 1.0 / (double)body->positions[node].w;
     double d[6] = {mass, 0.0, 0.0, mass, 0.0, mass}; /* xx, xy, xz, yy, yz, zz */
-    /* Before the springs: after them GCC 12 gives other bits with -ftree-slp-vectorize than without. */
     *hold = implicit_add_held(system->holds, *hold, node, d);
     plii_dvec3 rhs = system->rhs[node];
     const plii_dvec3 velocity = implicit_lead(body, leads, node);
