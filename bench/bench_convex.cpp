@@ -54,7 +54,8 @@ const char* const method_names[method_count] = {"libccd MPR, plain", "libccd EPA
 
 plii_convex_result run(const Pair& pair, plii_penetration_fn* penetration, plii_convex_cache* cache) {
     const plii_convex a = pair.a.convex(), b = pair.b.convex();
-    plii_convex_options options = plii_convex_options_default();
+    plii_convex_options options{};
+    options.max_distance = INFINITY;
     options.penetration = penetration;
     plii_convex_result result;
     plii_convex_distance(&a, &b, &options, cache, &result);

@@ -17,7 +17,8 @@ static const double margin = 0.1;
 
 static plii_convex_result run(const Pair& pair, plii_penetration_fn* penetration) {
     const plii_convex a = pair.a.convex(), b = pair.b.convex();
-    plii_convex_options options = plii_convex_options_default();
+    plii_convex_options options{};
+    options.max_distance = INFINITY;
     options.penetration = penetration;
     plii_convex_result result;
     plii_convex_distance(&a, &b, &options, nullptr, &result);

@@ -2,6 +2,7 @@
 
 /* Heavy rigid bodies on light cloth: the sheet and the ball that tests of each solver begin with. */
 
+#include "level_sheet.h"
 #include "test_world.h"
 
 #define CHECK_OK(call) assert_int_equal(call, PLI_OK)
@@ -21,13 +22,7 @@ static inline bool sheet_is_pinned(sheet_pins pins, int node) {
 /* 2 m by 2 m, level at the height 0; 1 kg before nodes are pinned. With contacts of a friction of 1. */
 static inline pli_body* make_sheet(sheet_pins pins, const pli_solver_settings* settings, bool has_nodes,
                                    bool has_faces) {
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-1, 0, -1);
-    patch.corner_10 = pli_vec3_make(1, 0, -1);
-    patch.corner_01 = pli_vec3_make(-1, 0, 1);
-    patch.corner_11 = pli_vec3_make(1, 0, 1);
-    patch.columns = patch.rows = SHEET_SIDE;
-    patch.diagonals = true;
+    pli_patch_def patch = level_sheet(1, 0, SHEET_SIDE);
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
     CHECK_OK(pli_mesh_set_total_mass(mesh, 1));

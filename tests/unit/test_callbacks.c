@@ -2,6 +2,7 @@
 
 #include "all_calls.h"
 #include "check.h"
+#include "level_sheet.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -189,12 +190,7 @@ static pli_rigid* make_rigid(pli_world* world, pli_shape* shape, float height) {
 }
 
 static pli_mesh* make_sheet_mesh(pli_context* context) {
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-1, 0, -1);
-    patch.corner_10 = pli_vec3_make(1, 0, -1);
-    patch.corner_01 = pli_vec3_make(-1, 0, 1);
-    patch.corner_11 = pli_vec3_make(1, 0, 1);
-    patch.columns = patch.rows = SIDE;
+    pli_patch_def patch = level_sheet(1, 0, SIDE);
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create_patch(context, &patch, &mesh), PLI_OK);
     return mesh;

@@ -1,6 +1,7 @@
 /* A crate on cloth that is on the move: on a rug that is pulled over the floor, on a tarpaulin that is carried by its
    rim, on a rug on a platform. It goes along, and stays on it. And cloth on a body that moves. */
 
+#include "level_sheet.h"
 #include "solver_choice.h"
 
 #include <math.h>
@@ -21,13 +22,7 @@ static const float dt = 1.0f / 60.0f, margin = 0.03f, half_crate = 0.15f;
 /* Level, at the height of the margin, with its lower side at 0; 0.5 kg. */
 static pli_body* make_cloth(solver_choice solver, bool has_faces, float size) {
     const float h = 0.5f * size;
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-h, margin, -h);
-    patch.corner_10 = pli_vec3_make(h, margin, -h);
-    patch.corner_01 = pli_vec3_make(-h, margin, h);
-    patch.corner_11 = pli_vec3_make(h, margin, h);
-    patch.columns = patch.rows = SIDE;
-    patch.diagonals = true;
+    pli_patch_def patch = level_sheet(h, margin, SIDE);
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
     CHECK_OK(pli_mesh_set_total_mass(mesh, 0.5f));

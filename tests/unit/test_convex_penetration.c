@@ -10,7 +10,7 @@ static plii_penetration_fn* const methods[2] = {NULL, plii_penetration_epa};
 static plii_convex_result run(const sample_hull* a, const sample_hull* b, plii_penetration_fn* method,
                               plii_convex_cache* cache) {
     const plii_convex convex_a = sample_convex(a), convex_b = sample_convex(b);
-    plii_convex_options options = plii_convex_options_default();
+    plii_convex_options options = {.max_distance = INFINITY};
     options.penetration = method;
     plii_convex_result result;
     plii_convex_distance(&convex_a, &convex_b, &options, cache, &result);
@@ -68,8 +68,7 @@ static void test_apart_and_beyond(void** state) {
     check_near(r.normal.y, 1.0, 1e-6);
 
     const plii_convex convex_a = sample_convex(&a), convex_b = sample_convex(&b);
-    plii_convex_options options = plii_convex_options_default();
-    options.max_distance = 0.25f;
+    const plii_convex_options options = {.max_distance = 0.25f};
     plii_convex_result far;
     plii_convex_distance(&convex_a, &convex_b, &options, NULL, &far);
     assert_int_equal(far.relation, PLII_CONVEX_BEYOND);
@@ -139,13 +138,14 @@ static void run_hostile(uint64_t seed, int count) {
         sample_hull a, b;
         sample_hostile_pair(&seed, &a, &b);
         const plii_convex convex_a = sample_convex(&a), convex_b = sample_convex(&b);
-        plii_convex_options options = plii_convex_options_default();
-        if (i % 2 == 1) { options.max_support_calls = PLII_CONVEX_MIN_SUPPORT_CALLS + i % 128; }
+        plii_convex_options options = {.max_distance = INFINITY};
+        const int budget = i % 2 == 1 ? PLII_CONVEX_MIN_SUPPORT_CALLS + i % 128 : PLII_CONVEX_MAX_SUPPORT_CALLS;
+        if (i % 2 == 1) { options.max_support_calls = budget; }
         for (int k = 0; k < 2; ++k) {
             options.penetration = methods[k];
             plii_convex_result r;
             plii_convex_distance(&convex_a, &convex_b, &options, i % 3 == 0 ? &shared : NULL, &r);
-            check_result(&a, &b, &r, options.max_support_calls);
+            check_result(&a, &b, &r, budget);
             a.calls = b.calls = 0;
             overlapping += k == 0 && r.relation == PLII_CONVEX_OVERLAPPING;
         }
@@ -208,7 +208,7 @@ static void test_support_that_stops_being_finite(void** state) {
             broken_set broken = {.good_calls = good};
             const plii_convex convex_a = {.support = broken_support, .user = &broken};
             const plii_convex convex_b = sample_convex(&b);
-            plii_convex_options options = plii_convex_options_default();
+            plii_convex_options options = {.max_distance = INFINITY};
             options.penetration = methods[k];
             plii_convex_result r;
             plii_convex_distance(&convex_a, &convex_b, &options, NULL, &r);

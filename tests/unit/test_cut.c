@@ -3,6 +3,7 @@
 
 #include "check.h"
 #include "failing_allocator.h"
+#include "level_sheet.h"
 #include "sample_mesh.h"
 #include "world_fixture.h"
 
@@ -943,13 +944,7 @@ static void test_other_bodies_of_the_mesh_stay(void** state) {
 
 static void test_large_sheet(void** state) {
     const fixture* f = *state;
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-1, 0, -1);
-    def.corner_10 = pli_vec3_make(1, 0, -1);
-    def.corner_01 = pli_vec3_make(-1, 0, 1);
-    def.corner_11 = pli_vec3_make(1, 0, 1);
-    def.columns = def.rows = 256;
-    def.diagonals = true;
+    pli_patch_def def = level_sheet(1, 0, 256);
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create_patch(f->context, &def, &mesh), PLI_OK);
     pli_body* body = take_mesh(f, mesh);

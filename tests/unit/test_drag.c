@@ -2,6 +2,7 @@
 
 #include "failing_allocator.h"
 #include "hanging_cape.h"
+#include "level_sheet.h"
 
 static const float gravity = 10;
 
@@ -25,14 +26,7 @@ static void step(int frames, float seconds) {
 
 /* A small sheet, which the iterations of each solver can hold. */
 static pli_body* make_sheet(solver_choice which) {
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-0.2f, 0, -0.2f);
-    def.corner_10 = pli_vec3_make(0.2f, 0, -0.2f);
-    def.corner_01 = pli_vec3_make(-0.2f, 0, 0.2f);
-    def.corner_11 = pli_vec3_make(0.2f, 0, 0.2f);
-    def.columns = 9;
-    def.rows = 9;
-    def.diagonals = true;
+    pli_patch_def def = level_sheet(0.2f, 0, 9);
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create_patch(context, &def, &mesh), PLI_OK);
     assert_int_equal(pli_mesh_set_total_mass(mesh, 0.5f), PLI_OK);

@@ -1,17 +1,12 @@
 /* Normals, vertices between two steps, and what cuts have made of nodes and faces. */
 
+#include "level_sheet.h"
 #include "test_world.h"
 
 #include <stdlib.h>
 
 static pli_body* make_sheet(int count) {
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-1, 0, -1);
-    def.corner_10 = pli_vec3_make(1, 0, -1);
-    def.corner_01 = pli_vec3_make(-1, 0, 1);
-    def.corner_11 = pli_vec3_make(1, 0, 1);
-    def.columns = def.rows = count;
-    def.diagonals = true;
+    pli_patch_def def = level_sheet(1, 0, count);
     pli_mesh* mesh = NULL;
     pli_body* body = NULL;
     assert_int_equal(pli_mesh_create_patch(context, &def, &mesh), PLI_OK);

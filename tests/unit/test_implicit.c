@@ -2,6 +2,7 @@
    extreme stiffness, masses and steps; its work with forces, anchors, contacts and cuts; misuse. */
 
 #include "failing_allocator.h"
+#include "level_sheet.h"
 #include "sample_mesh.h"
 #include "test_world.h"
 
@@ -304,13 +305,7 @@ static void test_filter_compression_acts_across(void** unused) {
 /* A sheet of 1 m and 144 nodes of 10 g that swings from two corners: springs so stiff that what buckles would burst. */
 static void test_filter_compression_keeps_stiff_sheets_calm(void** unused) {
     (void)unused;
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
-    patch.corner_10 = pli_vec3_make(0.5f, 0, -0.5f);
-    patch.corner_01 = pli_vec3_make(-0.5f, 0, 0.5f);
-    patch.corner_11 = pli_vec3_make(0.5f, 0, 0.5f);
-    patch.columns = patch.rows = 12;
-    patch.diagonals = true;
+    pli_patch_def patch = level_sheet(0.5f, 0, 12);
     patch.pins = PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10;
     for (int is_exact = 0; is_exact < 2; ++is_exact) {
         pli_implicit_def def = pli_implicit_def_default();

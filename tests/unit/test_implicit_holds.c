@@ -1,6 +1,7 @@
 /* Anchors and contacts in the system of the implicit solver: what hangs and what lies stays where statics wants it,
    momentum is shared with rigid bodies, friction is Coulomb's. */
 
+#include "level_sheet.h"
 #include "sample_mesh.h"
 #include "test_world.h"
 
@@ -43,14 +44,7 @@ static pli_mesh* make_rope_mesh(pli_vec3 from, pli_vec3 to, int inner_nodes, int
 /* A sheet of `nodes` x `nodes` nodes, `size` m wide, `mass` kg in all, at height `y`. */
 static pli_mesh* make_sheet_mesh(int nodes, float size, float mass, float y) {
     const float half = 0.5f * size;
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-half, y, -half);
-    def.corner_10 = pli_vec3_make(half, y, -half);
-    def.corner_01 = pli_vec3_make(-half, y, half);
-    def.corner_11 = pli_vec3_make(half, y, half);
-    def.columns = nodes;
-    def.rows = nodes;
-    def.diagonals = true;
+    pli_patch_def def = level_sheet(half, y, nodes);
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_patch(context, &def, &mesh));
     CHECK_OK(pli_mesh_set_total_mass(mesh, mass));

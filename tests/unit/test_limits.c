@@ -1,6 +1,7 @@
 /* The limits of limits.h: just beyond them a call is refused and says so, on them it is accepted and steps lead to
    states that are finite. */
 
+#include "level_sheet.h"
 #include "test_world.h"
 
 #include <float.h>
@@ -19,12 +20,7 @@ static void check_out_of_limits(pli_status status, const char* words) {
 #define CHECK_OK(expression) assert_int_equal(expression, PLI_OK)
 
 static pli_mesh* make_sheet(float size) {
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-size, 0, -size);
-    def.corner_10 = pli_vec3_make(size, 0, -size);
-    def.corner_01 = pli_vec3_make(-size, 0, size);
-    def.corner_11 = pli_vec3_make(size, 0, size);
-    def.columns = def.rows = 4;
+    pli_patch_def def = level_sheet(size, 0, 4);
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_patch(context, &def, &mesh));
     return mesh;

@@ -1,6 +1,7 @@
 /* Restitution of contacts with rigid bodies: what share of the speed comes back, with each solver. */
 
 #include "heavy_bodies.h"
+#include "level_sheet.h"
 
 #include <pliant/cut.h>
 
@@ -34,12 +35,7 @@ static pli_rigid* make_floor(float restitution) {
 
 /* A level patch of 5 x 5 nodes, whose nodes all meet the floor in the same step. */
 static pli_body* make_patch(float height, bool has_faces, solver which, float restitution) {
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-0.5f, height, -0.5f);
-    patch.corner_10 = pli_vec3_make(0.5f, height, -0.5f);
-    patch.corner_01 = pli_vec3_make(-0.5f, height, 0.5f);
-    patch.corner_11 = pli_vec3_make(0.5f, height, 0.5f);
-    patch.columns = patch.rows = 5;
+    pli_patch_def patch = level_sheet(0.5f, height, 5);
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
     CHECK_OK(pli_mesh_set_total_mass(mesh, 1));

@@ -3,6 +3,7 @@
 
 #include "check.h"
 
+#include "level_sheet.h"
 #include "pierced.h"
 #include "world_fixture.h"
 
@@ -21,13 +22,7 @@ static const pli_vec3 gravity = {0, -10, 0};
 /* 1 m x 1 m in cells of 10 cm, 0.2 kg, at y = 0. */
 static pli_body* make_cloth(pli_world* world, int pins, float margin, int iterations) {
     pli_context* context = pli_world_get_context(world);
-    pli_patch_def sheet = pli_patch_def_default();
-    sheet.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
-    sheet.corner_10 = pli_vec3_make(0.5f, 0, -0.5f);
-    sheet.corner_01 = pli_vec3_make(-0.5f, 0, 0.5f);
-    sheet.corner_11 = pli_vec3_make(0.5f, 0, 0.5f);
-    sheet.columns = sheet.rows = 11;
-    sheet.diagonals = true;
+    pli_patch_def sheet = level_sheet(0.5f, 0, 11);
     sheet.pins = pins;
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create_patch(context, &sheet, &mesh), PLI_OK);

@@ -4,6 +4,7 @@
 #include "failing_allocator.h"
 
 #include "context_fixture.h"
+#include "level_sheet.h"
 
 #include <pliant/pliant.h>
 
@@ -515,13 +516,7 @@ static void test_cloth_stays_on_a_sampled_bunny(void** state) {
     pli_world* world = NULL;
     assert_int_equal(pli_world_create(context, &world_def, &world), PLI_OK);
 
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-0.7f, 0.9f, -0.7f);
-    patch.corner_10 = pli_vec3_make(0.7f, 0.9f, -0.7f);
-    patch.corner_01 = pli_vec3_make(-0.7f, 0.9f, 0.7f);
-    patch.corner_11 = pli_vec3_make(0.7f, 0.9f, 0.7f);
-    patch.columns = patch.rows = 24;
-    patch.diagonals = true;
+    pli_patch_def patch = level_sheet(0.7f, 0.9f, 24);
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create_patch(context, &patch, &mesh), PLI_OK);
     assert_int_equal(pli_mesh_set_total_mass(mesh, 0.5f), PLI_OK);

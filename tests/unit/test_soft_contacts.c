@@ -2,6 +2,7 @@
    life of contacts, errors. */
 
 #include "check.h"
+#include "level_sheet.h"
 #include "sample_mesh.h"
 #include "world_fixture.h"
 
@@ -555,14 +556,8 @@ static void test_soft_contacts_refuse_bad_input(void** state) {
 
 /* A level sheet of 1 m, held at its corners, whose free nodes have 10 g each. */
 static pli_body* make_sheet(const fixture* f, int columns) {
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
-    def.corner_10 = pli_vec3_make(0.5f, 0, -0.5f);
-    def.corner_01 = pli_vec3_make(-0.5f, 0, 0.5f);
-    def.corner_11 = pli_vec3_make(0.5f, 0, 0.5f);
-    def.columns = def.rows = columns;
+    pli_patch_def def = level_sheet(0.5f, 0, columns);
     def.pins = PLI_PATCH_PIN_CORNERS;
-    def.diagonals = true;
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create_patch(f->context, &def, &mesh), PLI_OK);
     assert_int_equal(pli_mesh_set_total_mass(mesh, 0.01f * (float)(columns * columns - 4)), PLI_OK);
@@ -721,12 +716,7 @@ static void test_soft_contacts_of_different_time_scales(void** state) {
         pli_body* bodies[2];
         for (int i = 0; i < 2; ++i) {
             const float half = i == 0 ? 0.5f : 0.3f, height = 0.2f * (float)i;
-            pli_patch_def sheet = pli_patch_def_default();
-            sheet.corner_00 = pli_vec3_make(-half, height, -half);
-            sheet.corner_10 = pli_vec3_make(half, height, -half);
-            sheet.corner_01 = pli_vec3_make(-half, height, half);
-            sheet.corner_11 = pli_vec3_make(half, height, half);
-            sheet.columns = sheet.rows = i == 0 ? 11 : 9;
+            pli_patch_def sheet = level_sheet(half, height, i == 0 ? 11 : 9);
             sheet.pins = i == 0 ? PLI_PATCH_PIN_CORNERS : 0;
             pli_mesh* mesh = NULL;
             assert_int_equal(pli_mesh_create_patch(f->context, &sheet, &mesh), PLI_OK);

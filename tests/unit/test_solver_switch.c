@@ -1,6 +1,7 @@
 /* Contacts and anchors are enabled once and hold under each solver, whichever was enabled first and however often a
    body goes from one to the other. */
 
+#include "level_sheet.h"
 #include "test_world.h"
 
 #define CHECK_OK(expression) assert_int_equal(expression, PLI_OK)
@@ -59,14 +60,8 @@ static pli_body* make_body(pli_mesh* mesh) {
 }
 
 static pli_body* make_sheet(float height, float width, int nodes) {
-    pli_patch_def patch = pli_patch_def_default();
     const float half = 0.5f * width;
-    patch.corner_00 = pli_vec3_make(-half, height, -half);
-    patch.corner_10 = pli_vec3_make(half, height, -half);
-    patch.corner_01 = pli_vec3_make(-half, height, half);
-    patch.corner_11 = pli_vec3_make(half, height, half);
-    patch.columns = patch.rows = nodes;
-    patch.diagonals = true;
+    pli_patch_def patch = level_sheet(half, height, nodes);
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
     CHECK_OK(pli_mesh_set_total_mass(mesh, 0.5f));

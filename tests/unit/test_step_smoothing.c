@@ -1,19 +1,14 @@
 /* Step smoothing: nothing while steps are equal, free flight untouched, energy under steps that change by 16, cuts, bad
    input. */
 
+#include "level_sheet.h"
 #include "loaded_rope.h"
 
 static const float long_dt = 1.0f / 15.0f, short_dt = 1.0f / 240.0f;
 
 static pli_body* make_sheet(int pins) {
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
-    def.corner_10 = pli_vec3_make(0.5f, 0, -0.5f);
-    def.corner_01 = pli_vec3_make(-0.5f, 0, 0.5f);
-    def.corner_11 = pli_vec3_make(0.5f, 0, 0.5f);
-    def.columns = def.rows = 12;
+    pli_patch_def def = level_sheet(0.5f, 0, 12);
     def.pins = pins;
-    def.diagonals = true;
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create_patch(context, &def, &mesh), PLI_OK);
     assert_int_equal(pli_mesh_set_total_mass(mesh, 1.44f), PLI_OK);

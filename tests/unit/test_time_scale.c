@@ -1,5 +1,6 @@
 /* Bodies whose time goes slower or faster than that of their world, and rigid bodies, which keep the world's. */
 
+#include "level_sheet.h"
 #include "solver_choice.h"
 
 #include <math.h>
@@ -22,12 +23,7 @@ static void use_time(pli_body* body, solver_choice solver, float scale) {
 /* A sheet of 1 kg around the origin at a height. */
 static pli_body* make_sheet(float height, solver_choice solver, float scale, int contacts) {
     pli_mesh* mesh;
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-0.5f, height, -0.5f);
-    patch.corner_10 = pli_vec3_make(0.5f, height, -0.5f);
-    patch.corner_01 = pli_vec3_make(-0.5f, height, 0.5f);
-    patch.corner_11 = pli_vec3_make(0.5f, height, 0.5f);
-    patch.columns = patch.rows = SHEET_SIDE;
+    pli_patch_def patch = level_sheet(0.5f, height, SHEET_SIDE);
     assert_int_equal(pli_mesh_create_patch(context, &patch, &mesh), PLI_OK);
     assert_int_equal(pli_mesh_set_total_mass(mesh, 1), PLI_OK);
     pli_body_def def = pli_body_def_default();

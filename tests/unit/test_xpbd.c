@@ -2,6 +2,7 @@
    anchors, Coulomb friction; stiff sheets; conservation of momentum; misuse. */
 
 #include "failing_allocator.h"
+#include "level_sheet.h"
 #include "sample_mesh.h"
 #include "test_world.h"
 
@@ -438,12 +439,7 @@ static void test_damping_slows_compliant_links(void** unused) {
 
 /* A sheet of 4 m x 4 m with both diagonals. */
 static pli_body* make_stiff_sheet(int nodes, int pins, int substeps, int sweeps) {
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-2, 0, -2);
-    def.corner_10 = pli_vec3_make(2, 0, -2);
-    def.corner_01 = pli_vec3_make(-2, 0, 2);
-    def.corner_11 = pli_vec3_make(2, 0, 2);
-    def.columns = def.rows = nodes;
+    pli_patch_def def = level_sheet(2, 0, nodes);
     def.pins = pins;
     pli_mesh* mesh = NULL;
     CHECK_OK(pli_mesh_create_patch(context, &def, &mesh));

@@ -77,8 +77,7 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
 static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
                                      pli_vec3 origin, plii_convex_cache* cache, float max_distance,
                                      pli_cluster_contact* info) {
-    plii_convex_options options = plii_convex_options_default();
-    options.max_distance = max_distance;
+    plii_convex_options options = {.max_distance = max_distance};
     if (!state->def.disable_contact_cache) {
         options.gap = CLUSTER_CONTACTS_GAP;
         options.uses_cached_axis = true;

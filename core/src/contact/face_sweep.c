@@ -88,8 +88,7 @@ static bool face_sweep_measure(const face_sweep_core* core, const pli_vec3* corn
                                .user = core,
                                .centre = plii_dvec3_to_float(face_sweep_core_point(core, middle))};
     const plii_convex face = {.support = face_sweep_support, .user = corners, .centre = face_sweep_middle(corners)};
-    plii_convex_options options = plii_convex_options_default();
-    options.max_distance = max_distance;
+    const plii_convex_options options = {.max_distance = max_distance};
     plii_convex_distance(&face, &rigid, &options, cache, result);
     return result->relation == PLII_CONVEX_SEPARATED || result->relation == PLII_CONVEX_OVERLAPPING;
 }

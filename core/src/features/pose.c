@@ -111,12 +111,8 @@ PLII_SIMD_INLINE void pose_pull(pli_body* body, pose_state* pose, const int* nex
     const pli_vec3 moved = pli_vec3_scale(offset, (float)-pose->weight), rest = pose->rest_centre;
     const pli_mat3 start_sum = {
         {pli_vec3_scale(rest, moved.x), pli_vec3_scale(rest, moved.y), pli_vec3_scale(rest, moved.z)}};
-    const pli_mat3 covariance = pose_covariance(body, pose, next, first, origin, start_sum), *last = &pose->rotation;
-    const float xx = last->rows[0].x, yy = last->rows[1].y, zz = last->rows[2].z;
-    pli_quat turned = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), last->rows[2].y - last->rows[1].z),
-                       copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), last->rows[0].z - last->rows[2].x),
-                       copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), last->rows[1].x - last->rows[0].y),
-                       sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
+    const pli_mat3 covariance = pose_covariance(body, pose, next, first, origin, start_sum);
+    pli_quat turned = plii_quat_near(&pose->rotation);
     pose->rotation = covariance;
     plii_rotations_fit_warm(1, &pose->rotation, &(pli_quat*){&turned});
     const pli_vec3 start = pli_vec3_sub(offset, pli_mat3_mul_vec3(pose->rotation, pose->rest_centre));

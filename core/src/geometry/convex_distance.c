@@ -38,10 +38,6 @@ typedef struct convex_search {
     bool is_finite;
 } convex_search;
 
-plii_convex_options plii_convex_options_default(void) {
-    return (plii_convex_options){.max_distance = HUGE_VALF, .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
-}
-
 /* d(normal). False when no calls are left or a support point is not finite. */
 static bool convex_measure(convex_search* search, pli_vec3 normal, convex_axis* axis) {
     if (search->support_calls + 2 > search->max_support_calls) { return false; }
@@ -212,9 +208,8 @@ static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, co
 
 void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii_convex_options* options,
                           plii_convex_cache* cache, plii_convex_result* result) {
-    const int max_support_calls = options->max_support_calls > PLII_CONVEX_MIN_SUPPORT_CALLS
-                                      ? options->max_support_calls
-                                      : PLII_CONVEX_MIN_SUPPORT_CALLS;
+    const int max_support_calls =
+        options->max_support_calls > 0 ? options->max_support_calls : PLII_CONVEX_MAX_SUPPORT_CALLS;
     const plii_gjk_query query = {.a = a,
                                   .b = b,
                                   .max_distance = (double)options->max_distance,

@@ -22,11 +22,11 @@ typedef struct plii_convex_options {
     plii_penetration_fn* penetration; /* plii_penetration_epa, or NULL: descent only */
     double gap;                       /* as that of plii_gjk_query */
     bool uses_cached_axis; /* the last axis out of an overlap is followed, though another may be a little shorter */
-    int max_support_calls; /* for all stages together, at least PLII_CONVEX_MIN_SUPPORT_CALLS */
+    int max_support_calls; /* for all stages together, at least PLII_CONVEX_MIN_SUPPORT_CALLS; 0: the most */
 } plii_convex_options;
 
 #define PLII_CONVEX_MIN_SUPPORT_CALLS 48
-#define PLII_CONVEX_MAX_SUPPORT_CALLS 512 /* what plii_convex_options_default sets */
+#define PLII_CONVEX_MAX_SUPPORT_CALLS 512
 
 typedef struct plii_convex_result {
     plii_convex_relation relation;
@@ -35,9 +35,6 @@ typedef struct plii_convex_result {
     pli_vec3 normal;           /* unit, from b to a, even where the cores only touch; zero when UNDEFINED */
     int support_calls;
 } plii_convex_result;
-
-/* Any max_distance, no penetration function. */
-plii_convex_options plii_convex_options_default(void);
 
 /* The depth is never less than the true one. By descent, the default, it is a local minimum, the least depth for 93 of
    100 random overlapping hulls; plii_penetration_epa finds nearly all. `cache` may be NULL. */

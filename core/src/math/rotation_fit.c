@@ -244,30 +244,8 @@ pli_mat3 plii_polar_factor_of_bullet(pli_mat3 a) {
     return u;
 }
 
-/* False for NaN too. */
-static bool polar_is_orthogonal(pli_mat3 u) {
-    for (int i = 0; i < 3; ++i) {
-        if (!(fabsf(pli_vec3_length_squared(u.rows[i]) - 1.0f) <= POLAR_TOLERANCE)) { return false; }
-        if (!(fabsf(pli_vec3_dot(u.rows[i], u.rows[(i + 1) % 3])) <= POLAR_TOLERANCE)) { return false; }
-    }
-    return true;
-}
-
-pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback) {
+pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 start) {
     const pli_mat3 u = plii_polar_factor_of_bullet(a);
-    if (plii_mat3_is_finite(u)) { return u; }
-    /* Singular: at unit size the matrix of cofactors is u3 v3^T times the product of the two other singular values.
-       Added, it supplies the missing direction with the sign that makes a rotation. */
-    const float size = polar_norm_infinity(a);
-    pli_mat3 unit;
-    for (int i = 0; i < 3; ++i) {
-        unit.rows[i] = pli_vec3_make(a.rows[i].x / size, a.rows[i].y / size, a.rows[i].z / size);
-    }
-    pli_mat3 completed = unit;
-    for (int i = 0; i < 3; ++i) {
-        const pli_vec3 cofactors = pli_vec3_cross(unit.rows[(i + 1) % 3], unit.rows[(i + 2) % 3]);
-        completed.rows[i] = pli_vec3_add(unit.rows[i], cofactors);
-    }
-    const pli_mat3 rotation = plii_polar_factor_of_bullet(completed);
-    return polar_is_orthogonal(rotation) ? rotation : fallback;
+    pli_quat turned = plii_quat_near(&start);
+    return plii_mat3_is_finite(u) ? u : plii_rotation_fit(&a, &turned);
 }

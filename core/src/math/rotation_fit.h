@@ -2,6 +2,17 @@
 
 #include "math/vec.h"
 
+/* To start at, of any length: that of a rotation, or where it is half a turn one nearby or with other signs. */
+static inline pli_quat plii_quat_near(const pli_mat3* rotation) {
+    const pli_vec3* rows = rotation->rows;
+    const float xx = rows[0].x, yy = rows[1].y, zz = rows[2].z;
+    const pli_quat turned = {copysignf(sqrtf(plii_max(0.0f, 1.0f + xx - yy - zz)), rows[2].y - rows[1].z),
+                             copysignf(sqrtf(plii_max(0.0f, 1.0f - xx + yy - zz)), rows[0].z - rows[2].x),
+                             copysignf(sqrtf(plii_max(0.0f, 1.0f - xx - yy + zz)), rows[1].x - rows[0].y),
+                             sqrtf(plii_max(0.0f, 1.0f + xx + yy + zz))};
+    return turned;
+}
+
 /* Makes a symmetric matrix diagonal by Jacobi's rotations; the rows of `axes`, first a basis, become eigenvectors. */
 void plii_diagonalize(double matrix[4][4], double axes[4][4]);
 
@@ -18,8 +29,8 @@ void plii_rotations_fit_warm(int count, pli_mat3* matrices, pli_quat* const* qua
 
 /* Factor U of a = U S with S symmetric and positive definite. det U has the sign of det a, so an inverted matrix gives
    a reflection. Bit-equal to btPolarDecomposition with its default settings wherever that gives numbers, with its one
-   flaw: a matrix whose norms are below about 3e-4 or above about 3e3 comes back unchanged. Where it gives none, a flat
-   matrix (rank 2) gets the rotation of the flat part and what has no factor gets `fallback`. Always finite. */
-pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback);
+   flaw: a matrix whose norms are below about 3e-4 or above about 3e3 comes back unchanged. Where it gives none, of flat
+   matrices and the like, plii_rotation_fit from a rotation to start at does. */
+pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 start);
 /* The same with nothing that mends it: not finite where that of Bullet is not. */
 pli_mat3 plii_polar_factor_of_bullet(pli_mat3 a);

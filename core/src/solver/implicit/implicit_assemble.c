@@ -62,7 +62,7 @@ PLII_SIMD_INLINE implicit_spring implicit_make_spring(const pli_body* body, cons
 static void implicit_add_hold(const plii_node_spring* spring, void* user) {
     plii_implicit_system* system = user;
     const pli_body* body = system->body;
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_holds* holds = &system->holds;
     const int node = spring->node;
     if (!(body->positions[node].w > 0.0f) || !PLII_GROW(body->context, &holds->items, &holds->capacity, holds->count)) {
         return;
@@ -70,7 +70,7 @@ static void implicit_add_hold(const plii_node_spring* spring, void* user) {
     const double h = (double)body->step.dt;
     plii_implicit_hold hold = {.node = node, .hardness = (double)spring->hardness};
     if (!plii_vec3_is_zero(spring->along)) {
-        hold.hardness *= (double)system->def->stiffness * h * h;
+        hold.hardness *= (double)system->def.stiffness * h * h;
         hold.along = plii_dvec3_from(spring->along);
     }
     const plii_dvec3 velocity = plii_implicit_xyz(&body->velocities[node]);
@@ -85,7 +85,7 @@ static void implicit_add_hold(const plii_node_spring* spring, void* user) {
 }
 
 void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system) {
-    system->holds->count = 0;
+    system->holds.count = 0;
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_springs != NULL) {
             feature->klass->visit_springs(body, feature->state, implicit_add_hold, system);
@@ -137,12 +137,12 @@ PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, 
     const plii_link_graph* graph = system->graph;
     const double mass = 1.0 / (double)body->positions[node].w;
     double d[6] = {mass, 0.0, 0.0, mass, 0.0, mass}; /* xx, xy, xz, yy, yz, zz */
-    *hold = implicit_add_held(system->holds, *hold, node, d);
+    *hold = implicit_add_held(&system->holds, *hold, node, d);
     plii_dvec3 rhs = system->rhs[node];
     const plii_dvec3 velocity = implicit_lead(body, leads, node);
     int collapsed = 0;
     for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
-        const implicit_spring spring = implicit_make_spring(body, system->def, h, node, graph->halves[k]);
+        const implicit_spring spring = implicit_make_spring(body, &system->def, h, node, graph->halves[k]);
         system->halves[k] = spring.half;
         /* Once per spring: by the end that moves, or by the first of two. */
         const bool is_counted =
@@ -177,7 +177,7 @@ static double implicit_assemble_block(int begin, int end, const void* data) {
     const pli_body* body = system->body;
     const plii_link_graph* graph = system->graph;
     const double h = (double)body->step.dt;
-    const plii_implicit_holds* holds = system->holds;
+    const plii_implicit_holds* holds = &system->holds;
     int collapsed = 0, hold = plii_csr_first(holds->items, sizeof *holds->items, offsetof(plii_implicit_hold, node),
                                              holds->count, begin);
     for (int i = begin; i < end; ++i) {

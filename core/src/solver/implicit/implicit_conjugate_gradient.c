@@ -111,7 +111,7 @@ static void gradient_spread(const plii_implicit_constraint* constraint, plii_dve
 
 /* The held part of the direction is that of the rigid bodies. */
 static void gradient_lead(plii_implicit_system* system) {
-    const plii_implicit_constraints* constraints = system->constraints;
+    const plii_implicit_constraints* constraints = &system->constraints;
     for (gradient_filter filter = {0}; gradient_next_filter(constraints, &filter);) {
         plii_dvec3 *x = &system->direction[filter.node], lead = {0};
         if (filter.count == 0) { continue; }
@@ -196,7 +196,7 @@ static double gradient_dot(const plii_implicit_system* system, const plii_dvec3*
 
 /* residual = rhs + friction - W x, of rigid bodies too. */
 static void gradient_start_residual(plii_implicit_system* system) {
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     plii_implicit_pass pass = {system, system->rhs, system->solution, system->residual, 0.0};
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
@@ -224,7 +224,7 @@ static void gradient_start_residual(plii_implicit_system* system) {
 
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
 static double gradient_multiply(plii_implicit_system* system) {
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     plii_implicit_pass pass = {.system = system, .b = system->direction, .to = system->spare};
     plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
@@ -284,7 +284,7 @@ static plii_dvec3 gradient_free_part(const plii_implicit_constraints* constraint
 
 /* Diagonal blocks of the rigid bodies: their own mass and that of what they lead. */
 static void gradient_factorise_rigids(plii_implicit_system* system) {
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (rigid->is_dynamic) { plii_implicit_rigid_matrix(rigid, rigid->factor); }
     }
@@ -311,7 +311,7 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
 
 /* spare = preconditioned residual, and `product` of rigid bodies; gives its product with the residual. */
 static double gradient_precondition(plii_implicit_system* system) {
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     plii_implicit_solve_blocks(system, system->residual, system->spare);
     for (gradient_filter filter = {0}; gradient_next_filter(constraints, &filter);) {
         if (constraints->items[filter.begin].is_pinned || filter.count == 0) { continue; }
@@ -334,7 +334,7 @@ static double gradient_precondition(plii_implicit_system* system) {
 /* direction = preconditioned residual + beta direction. */
 static void gradient_choose_direction(plii_implicit_system* system, double beta) {
     gradient_add(system, system->spare, beta, system->direction, system->direction);
-    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
             rigid->direction[k] = rigid->product[k] + beta * rigid->direction[k];
         }
@@ -344,14 +344,14 @@ static void gradient_choose_direction(plii_implicit_system* system, double beta)
 
 /* With the present conditions. Gives the number of iterations; *first is the largest residual so far. */
 static int gradient_solve(plii_implicit_system* system, int iterations, double* first, double* last) {
-    const double tolerance = (double)system->def->tolerance;
+    const double tolerance = (double)system->def.tolerance;
     gradient_factorise_rigids(system);
     gradient_start_residual(system);
     double rz = gradient_precondition(system);
     gradient_choose_direction(system, 0.0);
     bool has_holds = false; /* much stiffer than all else, and solved at once */
-    for (int i = system->constraints->node_bound_count; i < system->constraints->count; ++i) {
-        has_holds = has_holds || (system->constraints->items[i].is_pinned && system->constraints->items[i].rows > 0);
+    for (int i = system->constraints.node_bound_count; i < system->constraints.count; ++i) {
+        has_holds = has_holds || (system->constraints.items[i].is_pinned && system->constraints.items[i].rows > 0);
     }
     if (!has_holds) { *first = fmax(*first, 1e-4 * rz); }
     const double goal = tolerance * tolerance * *first;
@@ -362,7 +362,7 @@ static int gradient_solve(plii_implicit_system* system, int iterations, double* 
         const double alpha = rz / product, rz_before = rz;
         gradient_add(system, system->solution, alpha, system->direction, system->solution);
         gradient_add(system, system->residual, -alpha, system->spare, system->residual);
-        for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+        for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
             for (int k = 0; k < 6 && rigid->is_solved; ++k) {
                 rigid->change[k] += alpha * rigid->direction[k];
                 rigid->residual[k] -= alpha * rigid->product[k];
@@ -501,7 +501,7 @@ static bool gradient_is_fixed(const plii_implicit_constraints* constraints, cons
 /* Which conditions hold after a solution; meets them. True when it was made for them, and for their friction. */
 static bool gradient_judge(plii_implicit_system* system) {
     const pli_body* body = system->body;
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     const int count = constraints->node_bound_count;
     double change = 0.0, scale = 0.0;
     bool is_same = true;
@@ -561,20 +561,18 @@ static double gradient_first_block(int begin, int end, const void* data) {
     return sum;
 }
 
-int plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm, double* residual) {
-    plii_implicit_constraints* constraints = system->constraints;
+void plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm) {
+    plii_implicit_constraints* constraints = &system->constraints;
     if (!is_warm) { memset(system->solution, 0, plii_implicit_vector_size(system->body)); }
     memset(system->direction, 0, plii_implicit_vector_size(system->body));
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         memset(rigid->direction, 0, sizeof rigid->direction);
     }
     double first = plii_implicit_sum(system, gradient_first_block, system), last = 0.0;
-    int done = 0;
     (void)gradient_judge(system);
     for (int round = 0; round < IMPLICIT_MAX_ROUNDS; ++round) {
-        done += gradient_solve(system, iterations, &first, &last);
+        system->report.iterations += gradient_solve(system, iterations, &first, &last);
         if (gradient_judge(system)) { break; }
     }
-    *residual = first > 0.0 ? sqrt(last / first) : 0.0;
-    return done;
+    system->report.residual = first > 0.0 ? (float)sqrt(last / first) : 0.0f;
 }

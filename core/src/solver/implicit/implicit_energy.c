@@ -46,7 +46,7 @@ static double energy_given(const plii_implicit_constraints* constraints) {
 static double energy_of_holds(const plii_implicit_system* system) {
     const pli_vec4* velocities = system->body->velocities;
     double sum = 0.0;
-    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
         const plii_dvec3 taken = plii_implicit_hold_mul(hold, system->solution[hold->node]);
         sum += plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), plii_implicit_xyz(&velocities[hold->node]));
     }
@@ -62,7 +62,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
             energy_of_link(body, i, plii_implicit_xyz(&body->positions[a]), plii_implicit_xyz(&body->positions[b])) -
             energy_of_link(body, i, plii_implicit_xyz(&body->previous[a]), plii_implicit_xyz(&body->previous[b]));
     }
-    springs *= (double)system->def->stiffness;
+    springs *= (double)system->def.stiffness;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const plii_dvec3 v = plii_implicit_xyz(&body->velocities[i]), s = system->solution[i];
@@ -71,10 +71,10 @@ double plii_implicit_excess(const plii_implicit_system* system) {
         scale += m * plii_dvec3_dot(s, s);
         kinetic += m * plii_dvec3_dot(v, v);
     }
-    for (PLII_EACH(const plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+    for (PLII_EACH(const plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
         if (rigid->is_dynamic) { energy_add_rigid(rigid, body->rigid_pace, &work, &scale); }
     }
-    work -= energy_given(system->constraints) + energy_of_holds(system);
+    work -= energy_given(&system->constraints) + energy_of_holds(system);
     return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
 }
 
@@ -82,7 +82,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
 static double energy_potential(const plii_implicit_system* system, double share) {
     const pli_body* body = system->body;
     const plii_dvec3* before = system->before;
-    const plii_implicit_constraints* constraints = system->constraints;
+    const plii_implicit_constraints* constraints = &system->constraints;
     const double way = share * (double)body->step.dt;
     double springs = 0.0, sum = 0.0;
     for (int i = 0; i < body->link_count; ++i) {
@@ -94,13 +94,13 @@ static double energy_potential(const plii_implicit_system* system, double share)
         }
         springs += energy_of_link(body, i, ends[0], ends[1]);
     }
-    sum += springs * (double)system->def->stiffness;
+    sum += springs * (double)system->def.stiffness;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const plii_dvec3 s = plii_dvec3_add_scaled(before[i], plii_dvec3_sub(system->solution[i], before[i]), share);
         sum += 0.5 * plii_dvec3_dot(s, s) / (double)body->positions[i].w;
     }
-    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
         const plii_dvec3 s = plii_dvec3_add_scaled(
             before[hold->node], plii_dvec3_sub(system->solution[hold->node], before[hold->node]), share);
         sum += 0.5 * plii_dvec3_dot(s, plii_implicit_hold_mul(hold, s)) - plii_dvec3_dot(hold->rhs, s);
@@ -142,7 +142,7 @@ double plii_implicit_search(plii_implicit_system* system) {
     for (int i = 0; i < system->body->node_count; ++i) {
         system->solution[i] = plii_dvec3_add_scaled(before[i], plii_dvec3_sub(system->solution[i], before[i]), share);
     }
-    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
         for (int k = 0; k < 6; ++k) {
             rigid->change[k] = rigid->before[k] + share * (rigid->change[k] - rigid->before[k]);
         }

@@ -35,7 +35,7 @@ void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_d
 
 static void implicit_start(plii_implicit_system* system) {
     plii_implicit_solve_blocks(system, system->rhs, system->solution);
-    plii_implicit_project(system->constraints, system->solution);
+    plii_implicit_project(&system->constraints, system->solution);
 }
 
 static void implicit_sweep_range(int begin, int end, void* data) {
@@ -53,7 +53,7 @@ static void implicit_run_sweep(const plii_implicit_system* system, plii_dvec3* s
 /* Friction of what nothing moves on each node as if it were alone. A sweep passes on little of it where springs are
    stiffer along the surface than across, as of a sheet that lies: what turned would go on turning. */
 static void implicit_start_friction(plii_implicit_system* system) {
-    const plii_implicit_constraints* constraints = system->constraints;
+    const plii_implicit_constraints* constraints = &system->constraints;
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->node_bound_count)) {
         if (constraint->is_anchor || constraints->rigids[constraint->rigid].is_dynamic) { continue; }
         const plii_dvec3 n = constraint->normal;
@@ -76,7 +76,7 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         implicit_run_sweep(system, system->spare);
         PLII_SWAP(plii_dvec3*, system->solution, system->spare);
-        plii_implicit_project(system->constraints, system->solution);
+        plii_implicit_project(&system->constraints, system->solution);
     }
 }
 
@@ -90,7 +90,7 @@ static void implicit_blend_range(int begin, int end, void* data) {
 
 /* solution = before + weight (swept and projected solution - before), for rigid bodies too. */
 static void implicit_extrapolate(plii_implicit_system* system, double weight) {
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         memcpy(rigid->product, rigid->change, sizeof rigid->product);
     }
@@ -109,18 +109,18 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
 
 /* Two runs of half the length, because the square of a residual polynomial is never negative: no mode gets more than
    the exact answer, which would make stiff springs unstable. One run would be more accurate by a factor of 2 only. */
-void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm) {
-    const double radius_squared = spectral_radius * spectral_radius;
+void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, bool is_warm) {
+    const double radius_squared = system->spectral_radius * system->spectral_radius;
     const int restart = (sweeps + 1) / 2;
     double weight = 1.0;
     /* Iterates that meet the anchors stay so under all weights. */
     if (is_warm) {
-        plii_implicit_project(system->constraints, system->solution);
+        plii_implicit_project(&system->constraints, system->solution);
     } else {
         implicit_start(system);
     }
     memset(system->spare, 0, plii_implicit_vector_size(system->body)); /* the iterate before the start */
-    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints->rigids, system->constraints->rigid_count)) {
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
         memset(rigid->direction, 0, sizeof rigid->direction);
     }
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {

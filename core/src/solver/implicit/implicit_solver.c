@@ -9,22 +9,10 @@
 #include "math/bounds.h"
 #include "solver/implicit/implicit_system.h"
 
-enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_LINEARISATIONS = 8 };
+enum { IMPLICIT_MAX_LINEARISATIONS = 8 };
 #define IMPLICIT_LARGEST_EXCESS 0.01   /* of energy in a step, see plii_implicit_excess */
 #define IMPLICIT_LARGEST_GROWTH 1.5625 /* of step^2 / mass before the spectral radius is estimated anew */
 #define IMPLICIT_CONTACT_REACH 0.5f    /* of the margin, see plii_solver_class: bodies that lie keep their contacts */
-
-typedef struct implicit_state {
-    pli_implicit_def def;
-    bool had_links;      /* on positions, before this solver came */
-    plii_dvec3* vectors; /* [IMPLICIT_VECTORS][node_count] */
-    plii_implicit_constraints constraints;
-    plii_implicit_holds holds;
-    plii_implicit_system system; /* its arrays; all else is of the step in progress */
-    double spectral_radius;      /* 0: to be estimated */
-    double spectral_mobility;    /* of the step that it was estimated in */
-    pli_implicit_report report;
-} implicit_state;
 
 // ------------------------------------------------------------------------------------------------------- prediction
 
@@ -49,7 +37,7 @@ static void implicit_external_range(int begin, int end, void* data) {
         system->rhs[i] = (plii_dvec3){0};
         if (body->positions[i].w > 0.0f) {
             const pli_vec3 change = implicit_free_change(body, i, body->step.dt);
-            if (system->def->start == PLI_IMPLICIT_START_AT_REST) {
+            if (system->def.start == PLI_IMPLICIT_START_AT_REST) {
                 system->rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
             } else {
                 plii_add_xyz(&body->velocities[i], change);
@@ -59,24 +47,17 @@ static void implicit_external_range(int begin, int end, void* data) {
     }
 }
 
-static void implicit_descend(implicit_state* state, int iterations, bool is_warm) {
-    double residual = 0.0;
-    state->report.iterations += plii_implicit_conjugate_gradient(&state->system, iterations, is_warm, &residual);
-    state->report.residual = (float)residual;
-}
-
-static void implicit_iterate(implicit_state* state, bool is_warm) {
-    plii_implicit_system* system = &state->system;
-    const int sweeps = state->def.sweeps;
-    if (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) {
-        implicit_descend(state, sweeps, is_warm);
+static void implicit_iterate(plii_implicit_system* system, bool is_warm) {
+    const int sweeps = system->def.sweeps;
+    if (system->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) {
+        plii_implicit_conjugate_gradient(system, sweeps, is_warm);
         return;
     }
-    state->report.iterations += is_warm ? sweeps + 1 : sweeps;
-    bool is_weighted = state->def.method == PLI_IMPLICIT_CHEBYSHEV;
+    system->report.iterations += is_warm ? sweeps + 1 : sweeps;
+    bool is_weighted = system->def.method == PLI_IMPLICIT_CHEBYSHEV;
     /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
-    for (int i = 0; i < state->constraints.count && is_weighted; ++i) {
-        is_weighted = state->constraints.items[i].is_anchor;
+    for (int i = 0; i < system->constraints.count && is_weighted; ++i) {
+        is_weighted = system->constraints.items[i].is_anchor;
     }
     if (is_weighted) {
         /* It grows with steps and as nodes get lighter; too large it does no harm, too small sweeps pass on little. */
@@ -84,12 +65,12 @@ static void implicit_iterate(implicit_state* state, bool is_warm) {
         for (int i = 0; i < system->body->node_count; ++i) {
             mobility += (double)(system->body->positions[i].w * system->body->step.dt * system->body->step.dt);
         }
-        if (state->spectral_radius == 0.0 || mobility > IMPLICIT_LARGEST_GROWTH * state->spectral_mobility) {
-            state->spectral_radius = plii_implicit_spectral_radius(system);
-            state->spectral_mobility = mobility;
+        if (system->spectral_radius == 0.0 || mobility > IMPLICIT_LARGEST_GROWTH * system->spectral_mobility) {
+            system->spectral_radius = plii_implicit_spectral_radius(system);
+            system->spectral_mobility = mobility;
         }
-        state->report.spectral_radius = (float)state->spectral_radius;
-        plii_implicit_chebyshev(system, sweeps, state->spectral_radius, is_warm);
+        system->report.spectral_radius = (float)system->spectral_radius;
+        plii_implicit_chebyshev(system, sweeps, is_warm);
     } else {
         plii_implicit_jacobi(system, sweeps, is_warm);
     }
@@ -109,9 +90,9 @@ static int implicit_group_of(const plii_implicit_system* system, int node) {
 }
 
 /* Groups of components: what hangs together by links and by rigid bodies that can move, which get their group. */
-static void implicit_join_groups(const plii_implicit_system* system) {
+static void implicit_join_groups(plii_implicit_system* system) {
     const plii_link_graph* graph = system->graph;
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     plii_union_start(system->body->node_count, system->groups);
     for (int r = 0; r < constraints->rigid_count; ++r) {
         constraints->rigids[r].group = PLI_NULL_INDEX;
@@ -128,7 +109,7 @@ static void implicit_join_groups(const plii_implicit_system* system) {
 /* Along surfaces that nothing moves a group gets what friction has given to its nodes, of which unfinished sweeps pass
    on little, but no more than stops it; across them it goes as solved. `momenta`: changes of velocity of groups. */
 static void implicit_slide_groups(const plii_implicit_system* system, plii_dvec3* momenta, plii_dvec3* sums) {
-    const plii_implicit_constraints* constraints = system->constraints;
+    const plii_implicit_constraints* constraints = &system->constraints;
     memset(sums, 0, plii_implicit_vector_size(system->body)); /* x: motion against the change, y: contacts */
     for (int pass = 0; pass < 2; ++pass) {
         for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
@@ -169,7 +150,7 @@ static plii_dvec3 implicit_carried(const plii_implicit_constraints* constraints,
    holds nodes from outside moves it, by what it gives to the nodes as they then are. */
 static void implicit_keep_momentum(plii_implicit_system* system) {
     const pli_body* body = system->body;
-    plii_implicit_constraints* constraints = system->constraints;
+    plii_implicit_constraints* constraints = &system->constraints;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
     memset(momenta, 0, plii_implicit_vector_size(body));
     memset(masses, 0, plii_implicit_vector_size(body));
@@ -188,7 +169,7 @@ static void implicit_keep_momentum(plii_implicit_system* system) {
         implicit_add_masses(&masses[rigid->group], m[0], m[1], m[2]);
         implicit_add_masses(&momenta[rigid->group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
     }
-    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
         const int group = implicit_group_of(system, hold->node);
         const plii_dvec3 push = plii_implicit_hold_mul(hold, system->solution[hold->node]);
         implicit_add_masses(&masses[group], hold->hardness, hold->hardness, hold->hardness);
@@ -241,28 +222,19 @@ static void implicit_solution_range(int begin, int end, void* data) {
 }
 
 static void implicit_predict(pli_body* body, float dt) {
-    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
+    plii_implicit_system* system = plii_feature_state(body, &plii_implicit_class);
     plii_solver_set_step(body, dt);
     plii_run_stage(body, PLII_STAGE_FORCES);
-    plii_implicit_system* system = &state->system;
     system->body = body;
     system->graph = plii_feature_state(body, &plii_link_graph_class);
-    system->def = &state->def;
-    system->constraints = &state->constraints;
-    system->holds = &state->holds;
-    system->rhs = state->vectors;
-    system->solution = system->rhs + body->node_count;
-    system->spare = system->solution + body->node_count;
-    system->residual = system->spare + body->node_count;
-    system->before = system->residual + body->node_count;
-    state->report = (pli_implicit_report){0};
+    system->report = (pli_implicit_report){0};
     plii_implicit_run(system, implicit_external_range, system, IMPLICIT_NODE_NS);
     plii_implicit_gather_holds(body, system);
     system->leads = NULL;
-    state->report.collapsed_links = plii_implicit_assemble(system);
-    plii_implicit_constraints_gather(body, &state->constraints, false, system->blocks, NULL);
-    implicit_iterate(state, false);
-    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
+    system->report.collapsed_links = plii_implicit_assemble(system);
+    plii_implicit_constraints_gather(body, &system->constraints, false, system->blocks, NULL);
+    implicit_iterate(system, false);
+    if (system->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
     plii_implicit_run(system, implicit_solution_range, system, IMPLICIT_NODE_NS);
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
@@ -298,8 +270,8 @@ static bool implicit_needs_direction(const pli_implicit_def* def) {
 }
 
 /* A step of conjugate gradients, or of sweeps that they may finish, is held to its energy. */
-static bool implicit_is_improved(const implicit_state* state) {
-    return state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT && implicit_needs_direction(&state->def);
+static bool implicit_is_improved(const plii_implicit_system* system) {
+    return system->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT && implicit_needs_direction(&system->def);
 }
 
 /* Whether nodes are not where they were noted: what moved them, as bodies that overlap, is not to become speed. */
@@ -312,37 +284,35 @@ static bool implicit_is_shifted(const pli_body* body, const plii_dvec3* noted) {
 }
 
 /* Springs anew where the solution has brought them. */
-static void implicit_linearise_again(const pli_body* body, implicit_state* state, bool releases_contacts) {
-    plii_implicit_system* system = &state->system;
+static void implicit_linearise_again(const pli_body* body, plii_implicit_system* system, bool releases_contacts) {
     plii_dvec3* leads = system->spare;
     for (int i = 0; i < body->node_count; ++i) {
         const plii_dvec3 free = plii_dvec3_sub(plii_implicit_xyz(&body->velocities[i]), system->solution[i]);
         leads[i] = plii_dvec3_add_scaled(free, plii_implicit_moved(body, i), -(double)body->step.inverse_dt);
         system->rhs[i] = (plii_dvec3){0};
     }
-    for (PLII_EACH(plii_implicit_rigid, rigid, state->constraints.rigids, state->constraints.rigid_count)) {
+    for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
         memcpy(rigid->before, rigid->change, sizeof rigid->before);
     }
-    for (PLII_EACH(const plii_implicit_hold, hold, state->holds.items, state->holds.count)) {
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
         system->rhs[hold->node] = plii_dvec3_add(system->rhs[hold->node], hold->rhs);
     }
     system->leads = leads;
-    state->report.collapsed_links = plii_implicit_assemble(system);
-    plii_implicit_constraints_update(body, &state->constraints, releases_contacts);
+    system->report.collapsed_links = plii_implicit_assemble(system);
+    plii_implicit_constraints_update(body, &system->constraints, releases_contacts);
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
-static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
-    plii_implicit_system* system = &state->system;
+static void implicit_solve_constraints(pli_body* body, plii_implicit_system* system) {
     plii_thread.pass.feature = NULL; /* stages have run */
-    plii_implicit_constraints_gather(body, &state->constraints, true, system->blocks, system->solution);
-    const bool is_free = state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT;
-    const bool is_improved = implicit_is_improved(state) && !implicit_is_shifted(body, system->before);
-    const bool is_exact = state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
-    const int iterations = is_exact ? state->def.sweeps : state->def.finishing_iterations;
+    plii_implicit_constraints_gather(body, &system->constraints, true, system->blocks, system->solution);
+    const bool is_free = system->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT;
+    const bool is_improved = implicit_is_improved(system) && !implicit_is_shifted(body, system->before);
+    const bool is_exact = system->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
+    const int iterations = is_exact ? system->def.sweeps : system->def.finishing_iterations;
     memcpy(system->before, system->solution, plii_implicit_vector_size(body));
-    if (state->constraints.count > 0) {
-        implicit_iterate(state, true);
+    if (system->constraints.count > 0) {
+        implicit_iterate(system, true);
         if (is_free) { implicit_keep_momentum(system); }
         implicit_follow_solution(body, system);
     }
@@ -352,14 +322,14 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         excess = plii_implicit_excess(system);
         const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
         if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
-        implicit_linearise_again(body, state, round == 0 && !is_exact);
-        implicit_descend(state, iterations, true);
+        implicit_linearise_again(body, system, round == 0 && !is_exact);
+        plii_implicit_conjugate_gradient(system, iterations, true);
         implicit_keep_momentum(system);
         share = plii_implicit_search(system);
         implicit_follow_solution(body, system);
     }
-    plii_implicit_constraints_push_rigids(body, &state->constraints);
-    if (body->records_contacts) { plii_implicit_constraints_report(&state->constraints); }
+    plii_implicit_constraints_push_rigids(body, &system->constraints);
+    if (body->records_contacts) { plii_implicit_constraints_report(&system->constraints); }
 }
 
 /* Taking back an error moves nodes, but gives them no speed. */
@@ -396,21 +366,21 @@ static void implicit_corrections_range(int begin, int end, void* data) {
 }
 
 static void implicit_begin(pli_body* body) {
-    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    if (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) { /* sweeps pass on too little of what poses pull by */
-        plii_implicit_run(&state->system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
+    plii_implicit_system* system = plii_feature_state(body, &plii_implicit_class);
+    if (system->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) { /* sweeps pass on too little of what poses pull by */
+        plii_implicit_run(system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
     }
-    for (int i = 0; i < body->node_count && implicit_is_improved(state); ++i) {
-        state->system.before[i] = plii_implicit_xyz(&body->positions[i]);
+    for (int i = 0; i < body->node_count && implicit_is_improved(system); ++i) {
+        system->before[i] = plii_implicit_xyz(&body->positions[i]);
     }
     plii_run_stage(body, PLII_STAGE_PREPARE);
-    implicit_solve_constraints(body, state);
+    implicit_solve_constraints(body, system);
 }
 
 /* Twice: little beside the solution, and what lies in piles comes to rest by it. */
 static void implicit_couple(pli_body* body) {
-    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    plii_implicit_constraints* constraints = &state->constraints;
+    plii_implicit_system* system = plii_feature_state(body, &plii_implicit_class);
+    plii_implicit_constraints* constraints = &system->constraints;
     plii_run_stage(body, PLII_STAGE_COUPLE);
     plii_run_stage(body, PLII_STAGE_COUPLE);
     for (PLII_EACH(plii_implicit_constraint, constraint, constraints->items, constraints->node_bound_count)) {
@@ -421,9 +391,9 @@ static void implicit_couple(pli_body* body) {
 }
 
 static void implicit_end(pli_body* body) {
-    const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    plii_implicit_run(&state->system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
-    implicit_end_recovery(body, &state->constraints);
+    const plii_implicit_system* system = plii_feature_state(body, &plii_implicit_class);
+    plii_implicit_run(system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
+    implicit_end_recovery(body, &system->constraints);
     for (int i = 0; i < body->node_count && body->solver.velocity_damping > 0.0f; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         plii_set_xyz(&body->velocities[i],
@@ -448,15 +418,15 @@ static const plii_solver_class implicit_solver = {.name = "implicit",
 
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */
 static void implicit_build(pli_body* body, void* data) {
-    implicit_state* state = data;
-    state->spectral_radius = 0.0;
-    state->constraints.count = 0;
-    state->holds.count = 0;
+    plii_implicit_system* system = data;
+    system->spectral_radius = 0.0;
+    system->constraints.count = 0;
+    system->holds.count = 0;
 }
 
 static bool implicit_is_sound(const pli_body* body, const void* data) {
-    const implicit_state* state = data;
-    return state->system.direction != NULL || !implicit_needs_direction(&state->def);
+    const plii_implicit_system* system = data;
+    return system->direction != NULL || !implicit_needs_direction(&system->def);
 }
 
 static const plii_field implicit_fields[] = {
@@ -470,25 +440,30 @@ static const plii_field implicit_fields[] = {
 };
 const plii_feature_class plii_implicit_class = {
     .name = "implicit solver",
-    .state_size = sizeof(implicit_state),
-    .settings = PLII_LIMITS(implicit_state, def, implicit_fields),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(implicit_state, def, PLII_SAVED, "2f2ie2e1fBu"),
-                                    PLII_STATE_OF(implicit_state, had_links, PLII_FILED, "B"),
-                                    PLII_STATE_SPAN(implicit_state, constraints, system, PLII_LEFT, NULL),
-                                    PLII_STATE_SPAN(implicit_state, spectral_radius, report, PLII_SAVED, "2di2fi")),
+    .state_size = sizeof(plii_implicit_system),
+    .settings = PLII_LIMITS(plii_implicit_system, def, implicit_fields),
+    .state_parts =
+        PLII_STATE_PARTS(PLII_STATE_OF(plii_implicit_system, def, PLII_SAVED, "2f2ie2e1fBu"),
+                         PLII_STATE_OF(plii_implicit_system, had_links, PLII_FILED, "B"),
+                         PLII_STATE_SPAN(plii_implicit_system, body, direction, PLII_LEFT, NULL),
+                         PLII_STATE_SPAN(plii_implicit_system, spectral_radius, report, PLII_SAVED, "2di2fi")),
     .is_sound = implicit_is_sound,
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(implicit_state, system.halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, system.blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, system.groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, system.direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(implicit_state, holds.items, holds.capacity), .snapshot = PLII_LEFT},
-        {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity), .snapshot = PLII_LEFT}),
+        {PLII_MEMBER(plii_implicit_system, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, rhs), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, solution), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, spare), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, residual), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, before), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_implicit_system, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        PLII_LEFT_LIST(plii_implicit_system, constraints.items, constraints.capacity),
+        PLII_LEFT_LIST(plii_implicit_system, constraints.listed, constraints.listed_capacity),
+        PLII_LEFT_LIST(plii_implicit_system, constraints.rigids, constraints.rigid_capacity),
+        PLII_LEFT_LIST(plii_implicit_system, holds.items, holds.capacity)),
     .solver = &implicit_solver,
     .build = implicit_build,
 };
@@ -501,27 +476,27 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     PLII_TRY_SETTINGS(body, pli_implicit_def, used, def, plii_implicit_class);
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
-    PLII_TRY_ENABLE(body, implicit_state, state, plii_implicit_class);
+    PLII_TRY_ENABLE(body, plii_implicit_system, system, plii_implicit_class);
     /* It stays when sweeps take over: a snapshot may bring conjugate gradients back. */
-    plii_dvec3** direction = &state->system.direction;
+    plii_dvec3** direction = &system->direction;
     if (implicit_needs_direction(&used) && *direction == NULL &&
         !PLII_ALLOCATE(body->context, direction, body->node_count)) {
         if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
-    if (is_new) { state->had_links = plii_feature_disable(body, &plii_links_class); }
-    state->def = used;
-    state->spectral_radius = 0.0;
+    if (is_new) { system->had_links = plii_feature_disable(body, &plii_links_class); }
+    system->def = used;
+    system->spectral_radius = 0.0;
     return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_disable_implicit(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const implicit_state* state = plii_feature_state(body, &plii_implicit_class);
-    if (state == NULL) { return PLI_OK; }
-    if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
+    const plii_implicit_system* system = plii_feature_state(body, &plii_implicit_class);
+    if (system == NULL) { return PLI_OK; }
+    if (system->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
     plii_feature_disable(body, &plii_implicit_class);
     return plii_body_changed(body, PLI_OK);
 }
-PLII_DEFINE_STATE_GET(pli_implicit_report, pli_body_get_implicit_report, implicit_state, plii_implicit_class,
+PLII_DEFINE_STATE_GET(pli_implicit_report, pli_body_get_implicit_report, plii_implicit_system, plii_implicit_class,
                       state->report, (pli_implicit_report){0})

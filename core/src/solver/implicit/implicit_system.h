@@ -31,14 +31,19 @@ typedef struct plii_implicit_holds {
 enum { PLII_IMPLICIT_SUM_NODES = 2048 };
 
 typedef struct plii_implicit_system {
+    pli_implicit_def def;
+    bool had_links;           /* on positions, before this solver came */
+    double spectral_radius;   /* 0: to be estimated */
+    double spectral_mobility; /* of the step that it was estimated in */
+    pli_implicit_report report;
+    /* Of the step in progress, but for the arrays. */
     const pli_body* body;
     const plii_link_graph* graph;
-    const pli_implicit_def* def;
     plii_implicit_half* halves; /* [2 * link_count] in the order of the graph */
     plii_implicit_block* blocks;
     int* groups; /* [node_count] for the balance of momentum */
-    plii_implicit_constraints* constraints;
-    plii_implicit_holds* holds;
+    plii_implicit_constraints constraints;
+    plii_implicit_holds holds;
     plii_dvec3* rhs;      /* [node_count], as all vectors */
     plii_dvec3* solution; /* change of velocity, m/s */
     plii_dvec3* spare;
@@ -100,7 +105,7 @@ static inline plii_dvec3 plii_implicit_hold_mul(const plii_implicit_hold* hold, 
 /* sum += scale * what holds make of x. */
 static inline void plii_implicit_add_holds(const plii_implicit_system* system, const plii_dvec3* x, double scale,
                                            plii_dvec3* sum) {
-    for (PLII_EACH(const plii_implicit_hold, hold, system->holds->items, system->holds->count)) {
+    for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
         sum[hold->node] = plii_dvec3_add_scaled(sum[hold->node], plii_implicit_hold_mul(hold, x[hold->node]), scale);
     }
 }
@@ -108,9 +113,9 @@ static inline void plii_implicit_add_holds(const plii_implicit_system* system, c
 /* All go on from the solution that is there if `is_warm`, and meet the constraints. */
 /* `sweeps` after the start W_ii^-1 rhs. */
 void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm);
-/* The same sweeps under Chebyshev weights. */
-void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm);
+/* The same sweeps under Chebyshev weights, by the spectral radius. */
+void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, bool is_warm);
 /* Lower bound of the largest |eigenvalue| of 1 - D^-1 W by power iteration; overwrites the solution. */
 double plii_implicit_spectral_radius(plii_implicit_system* system);
-/* Until the residual is the tolerance of the first one, at most `iterations`. Gives the number of iterations done. */
-int plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm, double* residual);
+/* Until the residual is the tolerance of the first one, at most `iterations`; the report tells. */
+void plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm);
