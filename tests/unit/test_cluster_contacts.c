@@ -94,6 +94,49 @@ static void test_cluster_and_rigid_keep_their_momenta(void** unused) {
     assert_true(pli_vec3_length(pli_rigid_get_state(rigid).angular_velocity) > 0.1f);
 }
 
+/* A rigid body that is much heavier than clusters is in several pairs that are solved at once, each with its part of
+   the mass, and moves by the mean of them. It turns: the balls lie to one side. */
+static void test_heavy_rigid_keeps_momenta_with_many_bodies(void** unused) {
+    (void)unused;
+    enum { BALLS = 4 };
+    const float small = 1.0f / 120.0f;
+    pli_body* balls[BALLS];
+    for (int i = 0; i < BALLS; ++i) {
+        const pli_vec3 centre = pli_vec3_make(i < 2 ? 0.5f : 2.5f, -1.1f, i % 2 == 0 ? -1.0f : 1.0f);
+        balls[i] = make_solid(pli_vec3_make(0.5f, 0.5f, 0.5f), centre, 1);
+        enable_contacts(balls[i], 0.5f);
+    }
+    const pli_vec3 half_extents = pli_vec3_make(4, 0.5f, 2);
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, 2000, 4000, pli_vec3_make(0, 0, 0), make_box_shape(half_extents));
+    pli_rigid_state state = pli_rigid_get_state(rigid);
+    state.linear_velocity = pli_vec3_make(0, -2, 0);
+    assert_int_equal(pli_rigid_set_state(rigid, &state), PLI_OK);
+    momenta before = {{0}, {0}};
+    momenta_add_rigid(&before, rigid);
+    double linear = 0, angular = 0;
+    int contacts = 0;
+    for (int i = 0; i < 120; ++i) {
+        assert_int_equal(pli_world_step(world, small), PLI_OK);
+        momenta after = {{0}, {0}};
+        momenta_add_rigid(&after, rigid);
+        for (int k = 0; k < BALLS; ++k) {
+            contacts += pli_body_get_cluster_contacts(balls[k], 0, NULL);
+            momenta_add_body(&after, balls[k]);
+        }
+        linear = fmax(linear, largest_difference(after.linear, before.linear));
+        angular = fmax(angular, largest_difference(after.angular, before.angular));
+        assert_int_equal(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), small), PLI_OK);
+    }
+    state = pli_rigid_get_state(rigid);
+    print_message("           %d contacts; of 4000 kg m/s lost: %.3g, %.3g kg m^2/s; %.3g m/s, %.3g rad/s\n", contacts,
+                  linear, angular, (double)state.linear_velocity.y, (double)state.angular_velocity.z);
+    assert_true(contacts > 0);
+    check_at_most(linear, 0.1);
+    check_at_most(angular, 0.6);
+    assert_float_equal(state.linear_velocity.y, -1.74f, 0.03f);
+    assert_float_equal(state.angular_velocity.z, 0.177f, 0.02f);
+}
+
 static void test_two_bodies_keep_their_momenta(void** unused) {
     (void)unused;
     const float small = 1.0f / 120.0f;
@@ -765,6 +808,8 @@ static void test_bad_input(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_cluster_and_rigid_keep_their_momenta, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_heavy_rigid_keeps_momenta_with_many_bodies, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bodies_come_to_rest, setup_weightless_world, teardown_world),
