@@ -464,6 +464,42 @@ static void test_folded_ribbon_stays_above_itself(void** unused) {
     check_near(none, without, 0.04);
 }
 
+static int count_self_contacts(const pli_body* body) {
+    enum { MOST = 400 };
+    pli_cluster_contact contacts[MOST];
+    const int count = pli_body_get_cluster_contacts(body, MOST, contacts);
+    int found = 0;
+    for (int i = 0; i < count; ++i) {
+        found += contacts[i].other == body ? 1 : 0;
+    }
+    return found;
+}
+
+/* Layers that lie on each other do not become neighbours, as those of the flat ribbon are, by a cut at its end or by a
+   cluster that is added. */
+static void test_self_contacts_outlast_cuts_and_new_clusters(void** unused) {
+    (void)unused;
+    assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    pli_body* body = make_folded_ribbon(true, 100, 1);
+    make_rigid(PLI_RIGID_STATIC, 1, 1, pli_vec3_make(0, -1.1f, 0), make_box_shape(pli_vec3_make(9, 1, 9)));
+    damp(body);
+    assert_int_equal(pli_world_set_gravity(world, gravity), PLI_OK);
+    int counts[3] = {0};
+    for (int k = 0; k < 3; ++k) {
+        const int corner[] = {0, 1, 3};
+        if (k == 1) { assert_int_equal(pli_body_cut_link(body, 0, 3, 0.5f), PLI_OK); }
+        if (k == 2) { assert_int_equal(pli_body_add_cluster(body, corner, 3, NULL), PLI_OK); }
+        for (int i = 0; i < (k == 0 ? 100 : 1); ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        counts[k] = count_self_contacts(body);
+    }
+    print_message("           %d contacts, %d after a cut, %d with another cluster\n", counts[0], counts[1], counts[2]);
+    assert_in_range(counts[0], 40, 100);
+    assert_in_range(counts[1], counts[0] - 15, counts[0] + 15);
+    assert_in_range(counts[2], counts[0] - 15, counts[0] + 15);
+}
+
 // ------------------------------------------------------------------------------------------------ pinned and frozen
 
 static void test_frozen_bodies_take_no_impulses(void** unused) {
@@ -819,6 +855,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_large_cluster_finds_the_nearest_node, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_folded_ribbon_stays_above_itself, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_self_contacts_outlast_cuts_and_new_clusters, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_frozen_bodies_take_no_impulses, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_know_where_shapes_are, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_are_solved_in_steps_of_their_body, setup_weightless_world,
