@@ -381,6 +381,37 @@ static void test_large_cluster_finds_the_nearest_node(void** unused) {
     assert_int_equal(pli_world_solve(world), PLI_OK);
 }
 
+/* Triangles are met by the nodes: each contact has the distance of its own, and is on the surface, which slopes. */
+static void test_contacts_with_triangles_are_those_of_nodes(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(1, 0.8f, 1), pli_vec3_make(0, 0.7f, 0), 4);
+    const pli_quat tilt = pli_quat_from_yaw_pitch_roll(0.4f, 0.3f, 0.2f);
+    const pli_transform tilted = pli_transform_make(tilt, pli_vec3_make(0, 0, 0));
+    assert_int_equal(pli_body_transform(body, tilted), PLI_OK); /* nodes of a ring are at different heights */
+    enable_contacts(body, 0.5f);
+    const pli_vec3 points[] = {{-9, 0, -9}, {-9, 0, 9}, {9, 0, 0}};
+    const int triangle[] = {0, 1, 2};
+    pli_shape* ground = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 3, points, 1, triangle, 0.5f, &ground), PLI_OK);
+    pli_rigid* floor = make_rigid(PLI_RIGID_STATIC, 1, 1, pli_vec3_make(0, 0, 0), ground);
+    pli_rigid_state state = pli_rigid_get_state(floor);
+    state.pose = pli_transform_make(pli_quat_from_yaw_pitch_roll(0, 0, 0.1f), pli_vec3_make(0, 0, 0));
+    assert_int_equal(pli_rigid_set_state(floor, &state), PLI_OK);
+    const pli_vec3 up = pli_mat3_mul_vec3(state.pose.rotation, pli_vec3_make(0, 1, 0));
+    assert_int_equal(pli_world_predict(world, dt), PLI_OK);
+    assert_int_equal(pli_world_collide_rigid(world, body, floor), PLI_OK);
+    enum { MOST = 64 };
+    pli_cluster_contact contacts[MOST];
+    const int count = pli_body_get_cluster_contacts(body, MOST, contacts);
+    assert_in_range(count, 4, MOST);
+    for (int i = 0; i < count; ++i) {
+        check_near(pli_vec3_dot(contacts[i].other_witness, up), 0, 1e-6);
+        check_near(pli_vec3_dot(contacts[i].witness, up), contacts[i].distance, 1e-6);
+        check_near(pli_vec3_dot(contacts[i].normal, up), 1, 1e-6);
+    }
+    assert_int_equal(pli_world_solve(world), PLI_OK);
+}
+
 // ------------------------------------------------------------------------------------------------------ self-contacts
 
 /* A ribbon folded in two with a gap, the upper half falls on the lower one, which lies on a floor. */
@@ -862,6 +893,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_stacked_crates_come_to_rest, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_slabs_stack, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_large_cluster_finds_the_nearest_node, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_with_triangles_are_those_of_nodes, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_folded_ribbon_stays_above_itself, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_self_contacts_outlast_cuts_and_new_clusters, setup_weightless_world,
