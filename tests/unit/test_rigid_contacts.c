@@ -452,7 +452,7 @@ static void test_rigid_contacts_by_kept_boxes(void** state) {
 /* Nodes are measured many at a time; each has the distance and the normal that its place alone has. */
 static void test_rigid_contacts_are_of_their_own_nodes(void** state) {
     fixture* f = *state;
-    enum { COUNT = 60, SHAPES = 8 };
+    enum { COUNT = 60, SHAPES = 9 };
     const pli_vec3 points[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     const int triangles[] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
     pli_shape* shapes[SHAPES] = {f->plane, f->sphere};
@@ -463,6 +463,7 @@ static void test_rigid_contacts_are_of_their_own_nodes(void** state) {
     assert_int_equal(pli_shape_create_convex_hull(f->context, 6, points, 0.1f, &shapes[5]), PLI_OK);
     assert_int_equal(pli_shape_create_triangle_mesh(f->context, 6, points, 8, triangles, 0.5f, &shapes[6]), PLI_OK);
     assert_int_equal(pli_shape_create_sampled_mesh(f->context, 6, points, 8, triangles, NULL, &shapes[7]), PLI_OK);
+    assert_int_equal(pli_shape_create_triangle_mesh(f->context, 6, points, 6, triangles, 0.2f, &shapes[8]), PLI_OK);
     pli_vec3 places[COUNT];
     for (int i = 0; i < COUNT; ++i) {
         const float s = (float)i;
