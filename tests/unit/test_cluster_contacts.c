@@ -540,6 +540,23 @@ static void test_self_contacts_outlast_cuts_and_new_clusters(void** unused) {
     assert_in_range(counts[2], counts[0] - 15, counts[0] + 15);
 }
 
+/* Neighbours are those of the clusters that there are: a flat sheet never meets itself. */
+static void test_new_clusters_have_their_own_neighbours(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_sheet(context, 9, 0, 0, &mesh), PLI_OK);
+    pli_body* body = make_body(mesh, 0.1f);
+    pli_cluster_contacts_def def = pli_cluster_contacts_def_default();
+    def.with_self = true;
+    assert_int_equal(pli_body_enable_cluster_contacts(body, &def), PLI_OK);
+    for (int clusters = 6; clusters <= 24; clusters += 6) {
+        const int wanted = clusters == 24 ? 9 : clusters; /* more, and less again */
+        assert_int_equal(pli_body_generate_clusters(body, wanted, 100, NULL), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        assert_int_equal(count_self_contacts(body), 0);
+    }
+}
+
 // ------------------------------------------------------------------------------------------------ pinned and frozen
 
 static void test_frozen_bodies_take_no_impulses(void** unused) {
@@ -898,6 +915,8 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_folded_ribbon_stays_above_itself, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_self_contacts_outlast_cuts_and_new_clusters, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_new_clusters_have_their_own_neighbours, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_frozen_bodies_take_no_impulses, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_know_where_shapes_are, setup_weightless_world, teardown_world),
