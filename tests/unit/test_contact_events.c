@@ -198,6 +198,37 @@ static void contacts_begin_persist_and_end(void** state) {
     }
 }
 
+static float middle(pli_vec3 x, void* user) {
+    (void)user;
+    return x.x - 0.013f;
+}
+
+/* What has ended names no face when faces have other indices since. */
+static void an_end_after_a_cut_names_no_face(void** state) {
+    (void)state;
+    pli_body* sheet = make_told_sheet(SHEET_CORNERS, POSITION, false, true);
+    pli_rigid* ball = make_ball(-ball_radius - 0.1f, 0);
+    for (int step = 0; step < 200; ++step) {
+        CHECK_OK(pli_world_step(world, STEP));
+    }
+    int count = 0;
+    const pli_contact_event* event = pli_body_get_contact_events(sheet, PLI_CONTACT_PERSIST, &count);
+    assert_int_equal(count, 1);
+    assert_in_range(event->face, 0, pli_body_get_view(sheet).face_count - 1);
+    pli_refine_def def = pli_refine_def_default();
+    def.surface = middle;
+    def.cut = false;
+    CHECK_OK(pli_body_refine(sheet, &def));
+    pli_rigid_state away = pli_rigid_get_state(ball);
+    away.pose.origin.y -= 10;
+    CHECK_OK(pli_rigid_set_state(ball, &away));
+    CHECK_OK(pli_world_step(world, STEP));
+    event = pli_body_get_contact_events(sheet, PLI_CONTACT_END, &count);
+    assert_int_equal(count, 1);
+    assert_ptr_equal(event->rigid, ball);
+    assert_int_equal(event->face, PLI_NULL_INDEX);
+}
+
 static void each_element_is_told_when_wanted(void** state) {
     (void)state;
     pli_body* sheet = make_told_sheet(SHEET_LOOSE, POSITION, true, false);
@@ -315,6 +346,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_sheet_takes_the_impulses_that_are_told, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(soft_bodies_take_the_impulses_that_are_told, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(contacts_begin_persist_and_end, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(an_end_after_a_cut_names_no_face, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(each_element_is_told_when_wanted, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(sensors_tell_and_do_not_push, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(telling_changes_nothing, setup_world, teardown_world),

@@ -166,6 +166,30 @@ static void test_the_point_of_a_face_is_held(void** unused) {
     check_at_most(distance(point_of(sheet, drag), middle), 0.01);
 }
 
+/* Of nodes of their own, in whatever order they began. */
+static void test_the_order_of_drags_makes_no_difference(void** unused) {
+    (void)unused;
+    enum { NODES = 81, DRAGS = 3 };
+    static const int nodes[DRAGS] = {0, 40, 77};
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        pli_vec4 ends[2][NODES];
+        for (int k = 0; k < 2; ++k) {
+            pli_body* sheet = make_sheet((solver_choice)which);
+            for (int i = 0; i < DRAGS; ++i) {
+                pli_drag_def def = pli_drag_def_default();
+                def.node = nodes[k == 0 ? i : DRAGS - 1 - i];
+                def.stiffness = 100;
+                begin(sheet, &def);
+            }
+            step(30, dt);
+            memcpy(ends[k], pli_body_get_view(sheet).positions, sizeof ends[k]);
+            pli_body_destroy(sheet);
+        }
+        assert_memory_equal(ends[0], ends[1], sizeof ends[0]);
+        check_near(ends[0][0].y, -0.0167, 0.03); /* a third of the weight */
+    }
+}
+
 static void test_drags_are_told_apart(void** unused) {
     (void)unused;
     pli_body* sheet = make_sheet(POSITION);
@@ -250,6 +274,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_goal_that_stands_gives_no_energy, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_stiff_drag_follows_its_goal, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_the_point_of_a_face_is_held, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_the_order_of_drags_makes_no_difference, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_drags_are_told_apart, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup_world, teardown_world),
         cmocka_unit_test(test_running_out_of_memory_leaves_nothing),

@@ -66,7 +66,7 @@ static void test_obj_forms(void** state) {
                               "v 0 1 \\\r\n"
                               "  3.\r\n"
                               "f 1/1 2/1 3/1\r\n"
-                              "f 1//1 2//1 4//1 3/1/1\r\n"
+                              "f 1//1 2//1 4//1 3/1/10\r\n"
                               "f -4 -1 -2 # relative\r\n"
                               "f 5 \\\r\n"
                               "1 2\r\n"
@@ -351,7 +351,8 @@ static void test_tetgen(void** state) {
         assert_true(pli_vec3_dot(normal, pli_vec3_sub(a, middle)) > 0.0f);
     }
     pli_mesh_destroy(mesh);
-    assert_int_equal(read_tetgen("4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n", "1 4\n0 0 1 2 3\n", NULL, &mesh),
+    assert_int_equal(read_tetgen("4 3 2 0\n0 0 0 0 7 7\n1 1 0 0 7 7\n2 0 1 0 7 7\n3 0 0 1 7 7\n",
+                                 "1 4 1\n0 0 1 2 3 7\n", NULL, &mesh),
                      PLI_OK);
     assert_int_equal(pli_mesh_get_view(mesh).face_count, 0);
     assert_int_equal(pli_mesh_get_view(mesh).link_count, 6);

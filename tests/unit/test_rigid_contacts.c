@@ -449,6 +449,47 @@ static void test_rigid_contacts_by_kept_boxes(void** state) {
 }
 
 /* Ascending nodes are solved four at a time, others one by one. */
+/* Nodes are measured many at a time; each has the distance and the normal that its place alone has. */
+static void test_rigid_contacts_are_of_their_own_nodes(void** state) {
+    fixture* f = *state;
+    enum { COUNT = 60, SHAPES = 9 };
+    const pli_vec3 points[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    const int triangles[] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    pli_shape* shapes[SHAPES] = {f->plane, f->sphere};
+    const pli_vec3 half = pli_vec3_make(0.7f, 0.5f, 0.6f), axis = pli_vec3_make(0.3f, 0.6f, 0.1f);
+    assert_int_equal(pli_shape_create_box(f->context, half, &shapes[2]), PLI_OK);
+    assert_int_equal(pli_shape_create_capsule(f->context, axis, 0.4f, &shapes[3]), PLI_OK);
+    assert_int_equal(pli_shape_create_cylinder(f->context, axis, 0.6f, &shapes[4]), PLI_OK);
+    assert_int_equal(pli_shape_create_convex_hull(f->context, 6, points, 0.1f, &shapes[5]), PLI_OK);
+    assert_int_equal(pli_shape_create_triangle_mesh(f->context, 6, points, 8, triangles, 0.5f, &shapes[6]), PLI_OK);
+    assert_int_equal(pli_shape_create_sampled_mesh(f->context, 6, points, 8, triangles, NULL, &shapes[7]), PLI_OK);
+    assert_int_equal(pli_shape_create_triangle_mesh(f->context, 6, points, 6, triangles, 0.2f, &shapes[8]), PLI_OK);
+    pli_vec3 places[COUNT];
+    for (int i = 0; i < COUNT; ++i) {
+        const float s = (float)i;
+        places[i] = pli_vec3_scale(pli_vec3_make(sinf(7 * s), sinf(11 * s), sinf(13 * s)), 0.9f);
+    }
+    for (int k = 0; k < SHAPES; ++k) {
+        pli_rigid* rigid = make_rigid(f, shapes[k], 0, pli_vec3_make(0, 0, 0));
+        pli_body* body = make_nodes(f, COUNT, places, 1, 0.1f, 0, 1);
+        assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+        assert_int_equal(pli_world_collide_rigid(f->world, body, rigid), PLI_OK);
+        pli_rigid_contact contacts[COUNT];
+        const int count = pli_body_get_rigid_contacts(body, COUNT, contacts);
+        assert_in_range(count, 10, COUNT);
+        for (int i = 0; i < count; ++i) {
+            pli_vec3 normal;
+            const float distance = pli_shape_distance(shapes[k], places[contacts[i].node], &normal);
+            check_near(contacts[i].distance, distance - 0.1f, 1e-5);
+            check_near(pli_vec3_dot(contacts[i].normal, normal), 1, 1e-4);
+        }
+        assert_int_equal(pli_world_solve(f->world), PLI_OK);
+        pli_body_destroy(body);
+        pli_rigid_destroy(rigid);
+        if (k > 1) { pli_shape_release(shapes[k]); }
+    }
+}
+
 static void test_rigid_contacts_do_not_depend_on_their_order(void** state) {
     fixture* f = *state;
     assert_true(hash_of_crowd(f, false) == hash_of_crowd(f, true));
@@ -494,6 +535,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_survive_a_broken_shape, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_go_with_their_rigid_body, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_by_kept_boxes, setup_reference, teardown),
+        cmocka_unit_test_setup_teardown(test_rigid_contacts_are_of_their_own_nodes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_do_not_depend_on_their_order, setup, teardown),
         cmocka_unit_test(test_rigid_contacts_without_memory_stay_as_they_were),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_refuse_bad_input, setup, teardown),

@@ -51,6 +51,26 @@ static void test_node_is_kept_off_a_face(void** data) {
     assert_int_equal(pli_body_get_self_faces_report(body).contacts, 1);
 }
 
+/* What is kept off slides on with the rest of its speed, and the other side gets what is lost. */
+static void test_friction_takes_its_share_of_the_sliding(void** data) {
+    self_scene* scene = *data;
+    const pli_vec3 x[6] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0.25f, 0.04f, 0.25f}, {0.3f, 2, 0.3f}, {0.2f, 2, 0.3f}};
+    const pli_vec3 velocities[6] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0.06f, 0, 0.03f}, {0, 0, 0}, {0, 0, 0}};
+    pli_body* body = make_triangles(scene, x, velocities);
+    for (int k = 0; k < 2; ++k) {
+        const float friction = k == 0 ? 0.0f : 0.25f;
+        const pli_self_faces_def def = make_def(0.1f, friction, 2);
+        assert_int_equal(pli_body_enable_self_faces(body, &def), PLI_OK);
+        assert_int_equal(pli_body_set_state(body, x, velocities), PLI_OK);
+        self_steps(scene, 1);
+        const pli_vec4* v = pli_body_get_view(body).velocities;
+        check_near(v[3].x - 0.5f * v[0].x - 0.25f * (v[1].x + v[2].x), 0.06 * (1.0 - (double)friction), 1e-5);
+        check_near(v[3].z - 0.5f * v[0].z - 0.25f * (v[1].z + v[2].z), 0.03 * (1.0 - (double)friction), 1e-5);
+        check_near(v[0].x, 0.5 / 1.375 * (double)friction * 0.06, 1e-5);
+        check_near(pli_body_momentum(body).x, 0.06, 1e-5);
+    }
+}
+
 static void test_edge_is_kept_off_an_edge(void** data) {
     self_scene* scene = *data;
     /* Edge 0-1 along x, edge 3-4 along z above its middle. */
@@ -463,6 +483,8 @@ static void test_a_cape_follows_a_runner(void** data) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_node_is_kept_off_a_face, self_scene_setup, self_scene_teardown),
+        cmocka_unit_test_setup_teardown(test_friction_takes_its_share_of_the_sliding, self_scene_setup,
+                                        self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_edge_is_kept_off_an_edge, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_fast_pairs_do_not_cross, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_what_was_pinned_does_not_go_through, self_scene_setup,

@@ -206,6 +206,69 @@ static void test_coinciding_nodes_part_in_a_fixed_direction(void** data) {
     assert_true(hashes[0] == hashes[1]);
 }
 
+/* Pinned nodes that are too near stay; of three in a row a step tells what its last iteration parted. */
+static void test_pinned_pairs_stay_and_contacts_are_those_of_the_last_iteration(void** data) {
+    self_scene* scene = *data;
+    const pli_vec3 rest[3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, near[3] = {{0, 0, 0}, {0.05f, 0, 0}, {0.12f, 0, 0}};
+    for (int k = 0; k < 2; ++k) {
+        const float masses[3] = {k == 0 ? 0.0f : 1.0f, k == 0 ? 0.0f : 1.0f, 1};
+        pli_body* body = self_make_loose(scene, 3, rest, masses);
+        pli_solver_settings settings = pli_body_get_solver_settings(body);
+        settings.position_iterations = 4;
+        assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
+        const pli_self_collision_def def = self_make_def(0.1f, 0, 0);
+        assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+        assert_int_equal(pli_body_set_state(body, near, NULL), PLI_OK);
+        self_steps(scene, 1);
+        const pli_body_view view = pli_body_get_view(body);
+        const pli_self_collision_report report = pli_body_get_self_collision_report(body);
+        assert_int_equal(report.contacts, k == 0 ? 0 : 2);
+        if (k == 0) {
+            check_near(view.positions[0].x, 0, 0);
+            check_near(view.positions[1].x, 0.05f, 0);
+            check_near(view.positions[2].x, 0.15, 1e-6);
+        }
+        pli_body_destroy(body);
+    }
+}
+
+/* Too many in one place, then apart again; and in many places one after the other. */
+static void test_each_search_finds_its_own_pairs(void** data) {
+    self_scene* scene = *data;
+    enum { COUNT = 601 };
+    pli_vec3 rest[COUNT], here[COUNT];
+    float masses[COUNT];
+    for (int i = 0; i < COUNT; ++i) {
+        rest[i] = pli_vec3_make(0.2f * (float)i, 0, 0);
+        here[i] = pli_vec3_make(1e-4f * (float)i, 0, 0);
+        masses[i] = 1;
+    }
+    pli_body* body = self_make_loose(scene, COUNT, rest, masses);
+    const pli_self_collision_def def = self_make_def(0.1f, 0, 0);
+    assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+    assert_int_equal(pli_body_set_state(body, here, NULL), PLI_OK);
+    self_steps(scene, 1);
+    assert_true(pli_body_get_self_collision_report(body).is_truncated);
+    assert_int_equal(pli_body_set_state(body, rest, NULL), PLI_OK);
+    self_steps(scene, 1);
+    assert_false(pli_body_get_self_collision_report(body).is_truncated);
+    assert_int_equal(pli_body_get_self_collision_report(body).contacts, 0);
+    int most = 0, searches = 0;
+    for (int step = 0; step < 30; ++step) {
+        for (int i = 0; i < COUNT; ++i) {
+            here[i] = pli_vec3_make(0.05f * (float)(i * (7 + 2 * step) % COUNT), 0, 0.1f * (float)step);
+        }
+        assert_int_equal(pli_body_set_state(body, here, NULL), PLI_OK);
+        self_steps(scene, 1);
+        const pli_self_collision_report report = pli_body_get_self_collision_report(body);
+        most = report.pairs > most ? report.pairs : most;
+        searches += report.searches;
+    }
+    print_message("           %d searches, at most %d pairs\n", searches, most);
+    assert_true(searches >= 30);
+    assert_in_range(most, 1800, 2400);
+}
+
 static void test_friction_moves_a_pair_to_its_mean(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[2] = {{0, 0, 0}, {1, 0, 0}};
@@ -230,12 +293,17 @@ static void test_speed_limit_holds_and_can_be_off(void** data) {
     pli_body* body = self_make_loose(scene, 2, rest, masses);
     pli_self_collision_def def = self_make_def(0.1f, 0, 0.2f);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
-    assert_int_equal(pli_body_set_state(body, rest, velocities), PLI_OK);
-    self_steps(scene, 1);
-    /* Beside the mean; across the line between them it would be a rotation. */
-    check_near(pli_body_get_view(body).velocities[0].x, 15.05 + 0.02 * 60, 1e-5);
-    check_near(pli_body_get_view(body).velocities[1].x, 15.05 - 0.02 * 60, 1e-5);
-    assert_int_equal(pli_body_get_self_collision_report(body).limited_nodes, 2);
+    for (int iterations = 0; iterations < 2; ++iterations) {
+        pli_solver_settings settings = pli_body_get_solver_settings(body);
+        settings.velocity_iterations = iterations; /* which start from velocities, and place nodes by them */
+        assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
+        assert_int_equal(pli_body_set_state(body, rest, velocities), PLI_OK);
+        self_steps(scene, 1);
+        /* Beside the mean; across the line between them it would be a rotation. */
+        check_near(pli_body_get_view(body).velocities[0].x, 15.05 + 0.02 * 60, 1e-5);
+        check_near(pli_body_get_view(body).velocities[1].x, 15.05 - 0.02 * 60, 1e-5);
+        assert_int_equal(pli_body_get_self_collision_report(body).limited_nodes, 2);
+    }
     def.speed_limit_ratio = 0;
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     assert_int_equal(pli_body_set_state(body, rest, velocities), PLI_OK);
@@ -434,6 +502,9 @@ int main(void) {
                                         self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_coinciding_nodes_part_in_a_fixed_direction, self_scene_setup,
                                         self_scene_teardown),
+        cmocka_unit_test_setup_teardown(test_pinned_pairs_stay_and_contacts_are_those_of_the_last_iteration,
+                                        self_scene_setup, self_scene_teardown),
+        cmocka_unit_test_setup_teardown(test_each_search_finds_its_own_pairs, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_friction_moves_a_pair_to_its_mean, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_speed_limit_holds_and_can_be_off, self_scene_setup, self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_folding_cloth_keeps_its_distance, self_scene_setup, self_scene_teardown),

@@ -472,6 +472,52 @@ static void test_shape_open_mesh_is_a_floor(void** state) {
 
 // --------------------------------------------------------------------------------------------------- life, errors
 
+/* Each part of a mesh is open or closed by itself: a floor of many squares, and an octahedron over it. */
+static void test_shape_parts_are_open_or_closed(void** state) {
+    (void)state;
+    enum { SIDE = 7, FLOOR = SIDE * SIDE };
+    static const pli_vec3 corners[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    static const int faces[] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    pli_vec3 points[FLOOR + 6];
+    int triangles[6 * FLOOR + 24], places[FLOOR], placed = 0, count = 0;
+    /* Points from the border inwards, squares from the middle outwards: what is open is known last. */
+    for (int ring = SIDE / 2; ring >= 0; --ring) {
+        for (int i = 0; i < FLOOR; ++i) {
+            const int x = i % SIDE - SIDE / 2, z = i / SIDE - SIDE / 2;
+            if ((abs(x) > abs(z) ? abs(x) : abs(z)) != ring) { continue; }
+            points[placed] = pli_vec3_make((float)x, 0, (float)z);
+            places[i] = placed++;
+        }
+    }
+    for (int ring = 0; ring < SIDE / 2; ++ring) {
+        for (int i = 0; i < FLOOR - SIDE; ++i) {
+            const int x = 2 * (i % SIDE) - SIDE + 2, z = 2 * (i / SIDE) - SIDE + 2; /* twice those of the middle */
+            if (i % SIDE + 1 == SIDE || (abs(x) > abs(z) ? abs(x) : abs(z)) != 2 * ring + 1) { continue; }
+            const int square[6] = {i, i + SIDE, i + 1, i + 1, i + SIDE, i + SIDE + 1};
+            for (int k = 0; k < 6; ++k) {
+                triangles[count++] = places[square[k]];
+            }
+        }
+    }
+    assert_int_equal(count, 6 * (SIDE - 1) * (SIDE - 1));
+    for (int i = 0; i < 6; ++i) {
+        points[FLOOR + i] = pli_vec3_add(corners[i], pli_vec3_make(0, 3, 0));
+    }
+    for (int i = 0; i < 24; ++i) {
+        triangles[count++] = FLOOR + faces[i];
+    }
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, FLOOR + 6, points, count / 3, triangles, 0.25f, &shape),
+                     PLI_OK);
+    check_near(pli_shape_distance(shape, pli_vec3_make(0, 3, 0), NULL), -1.0 / sqrt(3.0), 1e-6);
+    for (int i = 0; i < 36; ++i) {
+        const pli_vec3 below = pli_vec3_make((float)(i % 6) - 2.6f, -0.2f, (float)(i / 6) - 2.6f);
+        check_near(pli_shape_distance(shape, below, NULL), -0.2, 1e-6);
+        assert_true(isinf(pli_shape_distance(shape, pli_vec3_make(below.x, -0.3f, below.z), NULL)));
+    }
+    pli_shape_release(shape);
+}
+
 static int destroyed;
 static void custom_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                              pli_vec3* normals) {
@@ -659,6 +705,7 @@ int main(void) {
         cmocka_unit_test(test_shape_hull_of_a_box_equals_the_box),
         cmocka_unit_test(test_shape_hull_of_points_with_a_radius),
         cmocka_unit_test(test_shape_mesh_that_is_not_convex),
+        cmocka_unit_test(test_shape_parts_are_open_or_closed),
         cmocka_unit_test(test_shape_open_mesh_is_a_floor),
         cmocka_unit_test(test_shape_triangles_that_come_again_count_once),
         cmocka_unit_test(test_shape_is_destroyed_with_the_last_reference),

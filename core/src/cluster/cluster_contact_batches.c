@@ -239,7 +239,7 @@ typedef struct group_terms {
     plii_vec3x4 inertia[2][3];   /* rows of the inverse inertias */
     plii_vec3x4 angular_factors; /* of side 1, as plii_rigid_apply_impulse knows them, negative */
     group_motion motion; /* part of the depth: measured after this step's motion, which the impulses will change; of
-                            rigid bodies see other_speed */
+                            rigid bodies 0 as yet, see other_speed */
     plii_float4 factors; /* of impulses between clusters of one body */
 } group_terms;
 
@@ -261,13 +261,11 @@ static void groups_load_factors(plii_contact_batch* group, group_terms* terms) {
 static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_batch* group) {
     plii_group_side *a = &group->sides[0], *b = &group->sides[1];
     const pli_mat3* inertias[2][PLII_LANES];
-    plii_float4 included;
     group_terms terms;
     for (int lane = 0; lane < PLII_LANES; ++lane) {
         const plii_cluster_contact* contact = lane < group->lane_count ? group->contacts[lane] : &groups_no_contact;
         inertias[0][lane] = groups_load_target(groups, &contact->targets[0], lane, a, &terms.inverse_masses[0]);
         inertias[1][lane] = groups_load_target(groups, &contact->targets[1], lane, b, &terms.inverse_masses[1]);
-        included[lane] = b->clusters[lane] != NULL ? 1.0f : 0.0f;
         terms.factors[lane] = contact->is_self ? a->clusters[lane]->settings.self_impulse_factor : 1.0f;
         group->limits[lane] = contact->is_self ? a->clusters[lane]->settings.max_self_impulse : INFINITY;
         group->frictions[lane] = contact->as.terms.w;
@@ -285,8 +283,8 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
         terms.inertia[1][i] = plii_vec3x4_scale(groups_from_vectors(rows[1]), splits[1]);
     }
     groups_load_factors(group, &terms);
-    terms.motion = (group_motion){{groups_gather(a->linear), plii_vec3x4_scale(groups_gather(b->linear), included)},
-                                  {groups_gather(a->angular), plii_vec3x4_scale(groups_gather(b->angular), included)}};
+    terms.motion = (group_motion){{groups_gather(a->linear), groups_gather(b->linear)},
+                                  {groups_gather(a->angular), groups_gather(b->angular)}};
     return terms;
 }
 
@@ -443,15 +441,6 @@ static void groups_solve(plii_contact_batches* groups) {
     }
 }
 
-/* w stays 0. */
-static void groups_read_rigids(plii_contact_batches* groups) {
-    for (PLII_EACH(plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
-        if (touched->rigid == NULL) { continue; }
-        plii_set_xyz(&touched->linear_velocity, touched->rigid->state.linear_velocity);
-        plii_set_xyz(&touched->angular_velocity, touched->rigid->state.angular_velocity);
-    }
-}
-
 bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups) {
     while (groups->open_groups != 0) {
         groups_close(groups, __builtin_ctzll(groups->open_groups));
@@ -466,14 +455,18 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* gr
         return false;
     }
     groups->block_count = block_count;
-    groups_read_rigids(groups);
     plii_parallel_for(context, groups_prepare_range, groups, groups->count, plii_grain(GROUPS_PREPARE_NS));
     return true;
 }
 
 void plii_contact_batches_solve(plii_contact_batches* groups) {
     if (groups->count == 0) { return; }
-    groups_read_rigids(groups); /* joints may have moved them */
+    for (PLII_EACH(plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
+        if (touched->rigid == NULL) { continue; }
+        /* Joints may have moved them. w stays 0. */
+        plii_set_xyz(&touched->linear_velocity, touched->rigid->state.linear_velocity);
+        plii_set_xyz(&touched->angular_velocity, touched->rigid->state.angular_velocity);
+    }
     groups_solve(groups);
     for (PLII_EACH(const plii_group_rigid, touched, groups->rigids, groups->rigid_count)) {
         if (touched->rigid == NULL || touched->rigid->state.inverse_mass == 0.0f) { continue; }

@@ -92,8 +92,11 @@ static void cluster_contacts_finish(pli_body* body, void* data) {
 
 /* All contacts end. */
 static void cluster_contacts_on_body(pli_body* body, void* data, const pli_body* other) {
-    plii_cluster_contacts_clear(data);
-    if (other == body) { plii_cluster_contacts_drop_neighbours(data); }
+    plii_cluster_contacts* state = data;
+    plii_cluster_contacts_clear(state);
+    if (other != body) { return; }
+    plii_key_table_free(&state->neighbours);
+    state->neighbour_pair_count = state->clusters_with_neighbours = 0;
 }
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     plii_cluster_contacts_clear(data);
@@ -114,9 +117,9 @@ static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const
     cluster_contacts_measure_anew(state, &state->memory.before, rigid, are_others);
 }
 
-/* New members join clusters, which keep their indices. */
+/* New members join clusters, which keep their indices, and lie between those that are there. */
 static void cluster_contacts_build(pli_body* body, void* data) {
-    cluster_contacts_on_body(body, data, body);
+    plii_cluster_contacts_clear(data);
 }
 
 /* Of large bodies most clusters are far from others. */
@@ -235,7 +238,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                                     PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
                                     PLII_STATE_SPAN(plii_cluster_contacts, tree, has_tree, PLII_LEFT, NULL),
                                     PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
-                                    PLII_STATE_OF(plii_cluster_contacts, neighbours_revision, PLII_SAVED, "u"),
+                                    PLII_STATE_OF(plii_cluster_contacts, clusters_with_neighbours, PLII_SAVED, "i"),
                                     PLII_STATE(plii_cluster_contacts, neighbours, PLII_LEFT)),
     .on_restored = cluster_contacts_on_restored,
     .is_sound = cluster_contacts_is_sound,

@@ -87,12 +87,6 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
     return PLI_OK;
 }
 
-void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
-    plii_key_table_free(&state->neighbours);
-    state->neighbour_pair_count = 0;
-    state->neighbours_revision = 0;
-}
-
 /* False when out of memory. */
 static bool cluster_contacts_index_neighbours(pli_body* body, plii_cluster_contacts* state) {
     if (state->neighbours.count > 0 || state->neighbour_pair_count == 0) { return true; }
@@ -105,18 +99,18 @@ static bool cluster_contacts_index_neighbours(pli_body* body, plii_cluster_conta
     return true;
 }
 
-/* Pairs that share a node, or are within reach as the body is now, never meet: cloth would push itself apart. */
+/* Pairs that share a node, or are within reach when first looked at, never meet: cloth would push itself apart. */
 static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contacts* state) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const float margin = 2.0f * body->collision_margin;
-    if (!cluster_contacts_update_tree(body, state)) { return false; }
-    plii_cluster_contacts_drop_neighbours(state);
+    plii_key_table_free(&state->neighbours);
+    const int known = state->clusters_with_neighbours, known_pairs = state->neighbour_pair_count;
     for (int i = 0; i < clusters->count; ++i) {
         const pli_bounds near = plii_bounds_grow(state->boxes[i], margin);
         state->candidate_count = plii_bvh4_overlaps(&state->tree, &near, state->candidates); /* ascending */
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
-            if (other <= i) { continue; }
+            if (other <= i || other < known) { continue; }
             const pli_vec3 origin = clusters->items[i].frame.origin;
             const plii_cluster_hull hull_a = plii_cluster_hull_of(body, i, origin);
             const plii_cluster_hull hull_b = plii_cluster_hull_of(body, other, origin);
@@ -124,6 +118,7 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
             if (!plii_cluster_contacts_are_near(&a, &b, margin)) { continue; }
             if (!PLII_GROW(body->context, &state->neighbour_pairs, &state->neighbour_pair_capacity,
                            state->neighbour_pair_count)) {
+                state->neighbour_pair_count = known_pairs;
                 return false;
             }
             int* pair = state->neighbour_pairs[state->neighbour_pair_count++];
@@ -131,7 +126,7 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
             pair[1] = other;
         }
     }
-    state->neighbours_revision = clusters->revision;
+    state->clusters_with_neighbours = clusters->count;
     return true;
 }
 
@@ -210,7 +205,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
     plii_clusters* clusters = plii_body_clusters(body);
     if (!cluster_contacts_update_tree(body, state) ||
-        (state->neighbours_revision != clusters->revision && !cluster_contacts_find_neighbours(body, state)) ||
+        (state->clusters_with_neighbours < clusters->count && !cluster_contacts_find_neighbours(body, state)) ||
         !cluster_contacts_index_neighbours(body, state)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }

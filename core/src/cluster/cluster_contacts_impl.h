@@ -150,7 +150,7 @@ typedef struct plii_cluster_contacts {
     int box_capacity, candidate_capacity, candidate_count;
     plii_nearest_surface_point* surface; /* [surface_capacity] of the nodes, at the shape that is met */
     int surface_capacity;
-    unsigned neighbours_revision; /* of the clusters that these are of; 0: not known */
+    int clusters_with_neighbours; /* so many have been looked at */
     int (*neighbour_pairs)[2];    /* clusters of this body that never meet, the smaller index first */
     int neighbour_pair_count, neighbour_pair_capacity;
     plii_key_table neighbours; /* of these pairs; empty after they were restored */
@@ -209,5 +209,3 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_
 void plii_cluster_contacts_prepare_pair(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
-/* Where clusters, or their members, are others now. */
-void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state);
