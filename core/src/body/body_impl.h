@@ -108,7 +108,8 @@ struct pli_body {
     const pli_bounds* soft_node_boxes;
     pli_vec3* soft_shifts; /* [node_count] m, or NULL: by which soft contacts have taken overlaps back in this solve */
     bool records_contacts; /* a feature asks for it, see contact_report.h */
-    const struct plii_rigid_contacts* node_contacts; /* with rigid bodies; NULL unless they are enabled */
+    struct plii_clusters* clusters;                  /* NULL unless they are enabled */
+    const struct plii_rigid_contacts* node_contacts; /* with rigid bodies; likewise */
     uint8_t* anchored;                               /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 

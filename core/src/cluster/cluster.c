@@ -371,9 +371,14 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
     *clusters = (plii_clusters){.def = def, .revision = revision};
 }
 
+static pli_status clusters_enable(pli_body* body, void* state) {
+    body->clusters = state;
+    return PLI_OK;
+}
 static void clusters_disable(pli_body* body, void* state) {
     plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* also when their last user was another feature */
     body->joint_iterations = 0;
+    body->clusters = NULL;
 }
 
 /* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `indices1`
@@ -467,6 +472,7 @@ const plii_feature_class plii_clusters_class = {
          .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
         {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),
     .substepped = &(const plii_substep_class){.order = CLUSTERS_APPLY_ORDER, .begin = clusters_prepare},
+    .enable = clusters_enable,
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,

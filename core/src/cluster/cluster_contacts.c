@@ -50,7 +50,7 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) 
         has_memory = cluster_contacts_group(body->context, &state->groups, other);
     }
     for (int i = 0; state->groups.keeps_momentum && i < world->body_count; ++i) {
-        plii_clusters* clusters = plii_body_clusters(world->bodies[i]);
+        plii_clusters* clusters = world->bodies[i]->clusters;
         if (clusters != NULL) { plii_clusters_split_masses(clusters); }
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
@@ -61,7 +61,7 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) 
 static void cluster_contacts_prepare(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
-    const bool has_own = plii_body_clusters(body)->def.reference_mode;
+    const bool has_own = body->clusters->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
         if (!state->contacts[i].reference_mode) { continue; }
         plii_cluster_contact_prepare(&state->contacts[i], body->step.dt, body->world->joint_iterations);
@@ -72,7 +72,7 @@ static void cluster_contacts_prepare(pli_body* body, void* data) {
 
 static void cluster_contacts_solve(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
-    const bool has_own = plii_body_clusters(body)->def.reference_mode;
+    const bool has_own = body->clusters->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
         if (state->contacts[i].reference_mode) { plii_cluster_contact_solve(&state->contacts[i]); }
     }
@@ -82,7 +82,7 @@ static void cluster_contacts_solve(pli_body* body, void* data) {
 /* The first contact, then from the last one back: cleanupClusters fills each gap with the last one. */
 static void cluster_contacts_finish(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
-    const bool has_own = plii_body_clusters(body)->def.reference_mode;
+    const bool has_own = body->clusters->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
         plii_cluster_contact* contact = &state->contacts[i == 0 ? 0 : state->count - i];
         if (contact->reference_mode) { plii_cluster_contact_finish(contact); }
@@ -112,7 +112,7 @@ static void cluster_contacts_measure_anew(plii_cluster_contacts* state, const pl
 }
 static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
     plii_cluster_contacts* state = data;
-    if (plii_body_clusters(body)->def.reference_mode) { return; } /* which follows no pairs */
+    if (body->clusters->def.reference_mode) { return; } /* which follows no pairs */
     cluster_contacts_measure_anew(state, &state->memory.present, rigid, are_others);
     cluster_contacts_measure_anew(state, &state->memory.before, rigid, are_others);
 }
@@ -137,7 +137,7 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     pli_context* context = body->context;
     const pli_world* world = body->world;
-    const int clusters = plii_body_clusters(body)->count;
+    const int clusters = body->clusters->count;
     const int nodes = cluster_contacts_least(body->node_count, CLUSTER_CONTACTS_MAX_ROOM);
     int contacts = 0, pairs = 0;
     if (state->def.with_rigids && world->rigid_count > 0) {
@@ -151,7 +151,7 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
         }
     }
     for (PLII_EACH_BODY(other, world)) {
-        const plii_clusters* others = state->def.with_bodies ? plii_body_clusters(other) : NULL;
+        const plii_clusters* others = state->def.with_bodies ? other->clusters : NULL;
         if (others == NULL) { continue; }
         (void)PLII_RESERVE(context, &state->candidates, &state->candidate_capacity, others->count);
     }
@@ -165,7 +165,7 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
     if (state->def.distance != NULL || pairs == 0) { return; }
     (void)plii_pair_cache_reserve(context, &state->memory, pairs);
-    if (plii_body_clusters(body)->def.reference_mode || state->def.disable_contact_cache) { return; }
+    if (body->clusters->def.reference_mode || state->def.disable_contact_cache) { return; }
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
 
@@ -201,7 +201,7 @@ static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
     const plii_cluster_contacts* state = data;
     for (int i = 0; i < state->neighbour_pair_count; ++i) {
         const int* pair = state->neighbour_pairs[i];
-        if (pair[0] < 0 || pair[0] >= pair[1] || pair[1] >= plii_body_clusters(body)->count) { return false; }
+        if (pair[0] < 0 || pair[0] >= pair[1] || pair[1] >= body->clusters->count) { return false; }
     }
     for (int i = 0; i < state->manifold_count; ++i) {
         if (state->manifolds[i].count < 0 || state->manifolds[i].count > PLII_MANIFOLD_POINTS) { return false; }

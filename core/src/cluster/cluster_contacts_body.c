@@ -5,7 +5,7 @@
 #include "math/bounds.h"
 
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state) {
-    const int count = plii_body_clusters(body)->count;
+    const int count = body->clusters->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
            PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
            plii_bvh4_reserve(body->context, &state->tree, count);
@@ -13,7 +13,7 @@ bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts*
 
 static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
     if (state->has_tree) { return true; }
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     if (!plii_cluster_contacts_reserve_search(body, state)) { return false; }
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
@@ -27,7 +27,7 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
 /* Nodes of cluster `info->cluster` over the other one, near the plane of the nearest points; normal: to `body`. */
 static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
                                              float margin, plii_near_nodes* found) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     const plii_cluster* item = &clusters->items[info->cluster];
     plii_near_nodes candidates;
     plii_near_nodes_start(&candidates, info);
@@ -52,8 +52,8 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
     if (!plii_cluster_contacts_measure_cluster(body, state, cache, terms->margin, &info)) { return PLI_OK; }
     PLII_TRY(plii_cluster_contacts_add(pair, &info, terms));
     pli_body* other = info.other;
-    const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
-    const plii_cluster* other_cluster = &plii_body_clusters(other)->items[info.other_cluster];
+    const plii_cluster* cluster = &body->clusters->items[info.cluster];
+    const plii_cluster* other_cluster = &other->clusters->items[info.other_cluster];
     const bool is_small = cluster->member_count < PLII_CLUSTER_CONTACTS_MIN_NODES ||
                           other_cluster->member_count < PLII_CLUSTER_CONTACTS_MIN_NODES;
     if (is_small || plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) {
@@ -101,7 +101,7 @@ static bool cluster_contacts_index_neighbours(pli_body* body, plii_cluster_conta
 
 /* Pairs that share a node, or are within reach when first looked at, never meet: cloth would push itself apart. */
 static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contacts* state) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     const float margin = 2.0f * body->collision_margin;
     plii_key_table_free(&state->neighbours);
     const int known = state->clusters_with_neighbours, known_pairs = state->neighbour_pair_count;
@@ -142,7 +142,7 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
         .inverse_dt = plii_min(body->step.inverse_dt, other->step.inverse_dt),
     };
     const plii_contact_terms terms[2] = {both, both};
-    const plii_clusters *clusters = plii_body_clusters(body), *other_clusters = plii_body_clusters(other);
+    const plii_clusters *clusters = body->clusters, *other_clusters = other->clusters;
     const int before = state->count;
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
@@ -170,12 +170,12 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
 
 /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
 static float cluster_contacts_reach(const pli_body* body, const pli_body* other) {
-    return plii_body_clusters(body)->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
+    return body->clusters->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
 }
 
 /* Where a search may find clusters, whose bounds are from before others moved nodes in UPDATE. */
 static pli_bounds cluster_contacts_near(const pli_body* body, float reach) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     pli_bounds near = body->bounds;
     for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         if (cluster->settings.collides) { near = plii_bounds_join(near, cluster->bounds); }
@@ -186,7 +186,7 @@ static pli_bounds cluster_contacts_near(const pli_body* body, float reach) {
 void plii_cluster_contacts_prepare_pair(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return; }
-    plii_clusters *clusters = plii_body_clusters(body), *other_clusters = plii_body_clusters(other);
+    plii_clusters *clusters = body->clusters, *other_clusters = other->clusters;
     (void)PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, other_clusters->count);
     (void)cluster_contacts_update_tree(other, other_state);
     const float reach = cluster_contacts_reach(body, other);
@@ -197,13 +197,13 @@ void plii_cluster_contacts_prepare_pair(pli_body* body, void* data, pli_body* ot
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
-    const bool is_prepared = other_state->has_tree && state->candidate_capacity >= plii_body_clusters(other)->count;
+    const bool is_prepared = other_state->has_tree && state->candidate_capacity >= other->clusters->count;
     if (!is_prepared) { return PLI_ERROR_OUT_OF_MEMORY; }
     return cluster_contacts_collide(body, state, other, other_state, cluster_contacts_reach(body, other));
 }
 
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     if (!cluster_contacts_update_tree(body, state) ||
         (state->clusters_with_neighbours < clusters->count && !cluster_contacts_find_neighbours(body, state)) ||
         !cluster_contacts_index_neighbours(body, state)) {

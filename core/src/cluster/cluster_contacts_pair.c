@@ -115,9 +115,9 @@ static void manifold_keep(const pli_body* body, const plii_cluster_contacts* sta
                           float margin, plii_manifold* manifold) {
     manifold->count = 0;
     const pli_cluster_contact* pair = &state->contacts[first].info;
-    const pli_transform a = plii_body_clusters(body)->items[pair->cluster].frame;
+    const pli_transform a = body->clusters->items[pair->cluster].frame;
     const pli_transform b =
-        pair->other != NULL ? plii_body_clusters(pair->other)->items[pair->other_cluster].frame : state->rigid_pose;
+        pair->other != NULL ? pair->other->clusters->items[pair->other_cluster].frame : state->rigid_pose;
     for (int i = first; i < state->count; ++i) {
         const pli_cluster_contact* info = &state->contacts[i].info;
         manifold->points[manifold->count++] = (plii_manifold_point){
@@ -158,8 +158,8 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
                             const void* key, plii_manifold* manifold, plii_cluster_contacts* state) {
     const manifold_limits* limits = &manifold_limits_by_kind[info->other != NULL];
     if (++manifold->age > limits->age || manifold->key != key || manifold->margin != terms[0].margin) { return false; }
-    plii_cluster* cluster = &plii_body_clusters(body)->items[info->cluster];
-    plii_cluster* other = info->other != NULL ? &plii_body_clusters(info->other)->items[info->other_cluster] : NULL;
+    plii_cluster* cluster = &body->clusters->items[info->cluster];
+    plii_cluster* other = info->other != NULL ? &info->other->clusters->items[info->other_cluster] : NULL;
     /* A frozen body takes no impulses. */
     const plii_joint_target targets[2] = {
         {.cluster = plii_body_is_idle(body) ? NULL : cluster},
@@ -240,7 +240,7 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
     const pli_shape* shape = has_rigid ? info->rigid->shapes[info->shape] : NULL;
     /* Clusters of one body deform against each other too much for their contacts to be followed. */
     const bool is_followed =
-        !plii_body_clusters(body)->def.reference_mode && !state->def.disable_contact_cache && info->other != body;
+        !body->clusters->def.reference_mode && !state->def.disable_contact_cache && info->other != body;
     const plii_pair_key key = {info->cluster, has_rigid ? info->shape : info->other_cluster,
                                has_rigid ? (const void*)info->rigid : (const void*)info->other, 0};
     plii_pair_record* record = cluster_contacts_recall(body, state, key, is_followed);

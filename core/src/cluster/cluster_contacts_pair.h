@@ -61,7 +61,7 @@ static inline void plii_near_nodes_start(plii_near_nodes* nodes, const pli_clust
 #define PLII_CLUSTER_CONTACTS_MIN_NODES 8
 
 static inline bool plii_cluster_contacts_are_as_reference(const pli_body* body, const pli_cluster_contact* info) {
-    return plii_body_clusters(body)->def.reference_mode && info->other != body;
+    return body->clusters->def.reference_mode && info->other != body;
 }
 
 /* A pair as its contacts are made. Its sides are looked up for the first of them: most pairs have none. */

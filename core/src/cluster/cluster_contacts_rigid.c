@@ -25,7 +25,7 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
 static void cluster_contacts_find_near_nodes(const pli_body* body, const plii_cluster_contacts* state,
                                              const pli_cluster_contact* info, plii_measured_nodes* nodes,
                                              plii_near_nodes* found) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     const plii_cluster* item = &clusters->items[info->cluster];
     const float margin = body->collision_margin;
     for (int first = 0; first < item->member_count; first += nodes->count) {
@@ -73,7 +73,7 @@ static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_c
     plii_near_nodes found;
     plii_near_nodes_start(&found, &info);
     cluster_contacts_find_near_nodes(body, state, &info, &nodes, &found);
-    const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
+    const plii_cluster* cluster = &body->clusters->items[info.cluster];
     if (cluster->member_count >= PLII_CLUSTER_CONTACTS_MIN_NODES) {
         const plii_cluster_hull hull = plii_cluster_hull_of(body, info.cluster, cluster->frame.origin);
         cluster_contacts_find_near_corners(shape, state->shape_pose, &info, hull, body->collision_margin, &found);
@@ -125,7 +125,7 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
 
 static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_contacts* state,
                                                    const pli_cluster_contact* pair) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     const plii_cluster* cluster = &clusters->items[pair->cluster];
     plii_near_nodes found;
     found.count = 0;
@@ -144,7 +144,7 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
 static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
                                                  int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     const bool is_convex = shape->def.support != NULL;
     const bool reference_mode = clusters->def.reference_mode;
     state->shape_pose = pli_transform_mul(state->rigid_pose, rigid->shape_poses[shape_index]);
@@ -171,7 +171,7 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_r
     const int before = state->count;
     state->rigid_pose = rigid->state.pose;
     state->rigid_velocity = plii_twist_zero();
-    const bool as_reference = plii_body_clusters(body)->def.reference_mode || state->def.disable_contact_cache;
+    const bool as_reference = body->clusters->def.reference_mode || state->def.disable_contact_cache;
     if (rigid->kind != PLI_RIGID_STATIC && !as_reference && state->def.distance == NULL) {
         plii_rigid_begin_path(rigid);
         state->rigid_velocity = plii_rigid_end_velocity(rigid, body->step.dt);

@@ -52,7 +52,7 @@ static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
 }
 
 plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_vec3 origin) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], origin};
 }
 
@@ -129,7 +129,7 @@ pli_vec3 plii_cluster_contacts_rigid_point(const pli_shape* shape, pli_transform
 void plii_cluster_contacts_measure_nodes(const pli_body* body, const plii_cluster_contacts* state,
                                          const pli_cluster_contact* info, int first, plii_measured_nodes* nodes) {
     const pli_shape* shape = info->rigid->shapes[info->shape];
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     const plii_cluster* cluster = &clusters->items[info->cluster];
     const int rest = cluster->member_count - first;
     const int count = rest < PLII_MEASURED_NODES ? rest : PLII_MEASURED_NODES;
@@ -191,7 +191,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
                                          float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
     const pli_shape* shape = info->rigid->shapes[info->shape];
-    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const pli_vec3 origin = body->clusters->items[info->cluster].frame.origin;
     const plii_cluster_hull soft = plii_cluster_hull_of(body, info->cluster, origin);
     rigid_hull hard = {shape, state->shape_pose};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
@@ -212,7 +212,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
 bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
                                            float max_distance, pli_cluster_contact* info) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
-    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const pli_vec3 origin = body->clusters->items[info->cluster].frame.origin;
     const plii_cluster_hull hull_a = plii_cluster_hull_of(body, info->cluster, origin);
     const plii_cluster_hull hull_b = plii_cluster_hull_of(info->other, info->other_cluster, origin);
     const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);

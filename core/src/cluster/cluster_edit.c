@@ -3,9 +3,6 @@
 #include "body/pipeline.h"
 #include "cluster/cluster_impl.h"
 
-plii_clusters* plii_body_clusters(const pli_body* body) {
-    return plii_feature_state(body, &plii_clusters_class);
-}
 PLII_DEFINE_DEFAULT(pli_clusters_def, .iterations = 4, .cookie = PLII_DEF_COOKIE)
 static pli_status clusters_enable(pli_body* body, pli_clusters_def def) {
     PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
@@ -16,7 +13,7 @@ static pli_status clusters_enable(pli_body* body, pli_clusters_def def) {
     return PLI_OK;
 }
 pli_status plii_clusters_provide(pli_body* body, bool* were_there) {
-    *were_there = plii_body_clusters(body) != NULL;
+    *were_there = body->clusters != NULL;
     return *were_there ? PLI_OK : clusters_enable(body, pli_clusters_def_default());
 }
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
@@ -27,7 +24,7 @@ pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def)
 
 pli_status pli_body_disable_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (plii_body_clusters(body) == NULL) { return PLI_OK; }
+    if (body->clusters == NULL) { return PLI_OK; }
     PLII_TRY(pli_body_remove_clusters(body));
     plii_feature_disable(body, &plii_clusters_class);
     return plii_body_changed(body, PLI_OK);
@@ -35,7 +32,7 @@ pli_status pli_body_disable_clusters(pli_body* body) {
 
 pli_status pli_body_remove_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
     plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* what holds to them goes with them */
     plii_clusters_release(body, clusters);
@@ -85,7 +82,7 @@ pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count
     PLII_TRY(cluster_check_nodes(body, nodes, node_count, __func__));
     bool were_there;
     PLII_TRY(plii_clusters_provide(body, &were_there));
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     if (plii_clusters_append(body, clusters, nodes, node_count) != PLI_OK) {
         if (!were_there) { plii_feature_disable(body, &plii_clusters_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a cluster of %d nodes", node_count);
@@ -98,7 +95,7 @@ pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count
 
 pli_status pli_body_reset_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
     plii_clusters_settle(body, clusters, 0);
     return plii_body_changed(body, PLI_OK);
@@ -106,7 +103,7 @@ pli_status pli_body_reset_clusters(pli_body* body) {
 
 pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function) {
     PLII_TRY(plii_check_body(body, function));
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     const int count = clusters != NULL ? clusters->count : 0;
     return plii_check_index(body->context, cluster, count, "cluster", "body", function);
 }
@@ -115,7 +112,7 @@ PLII_DEFINE_STATE_GET(int, pli_body_cluster_count, plii_clusters, plii_clusters_
 pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_cluster_settings* settings) {
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
-    *settings = plii_body_clusters(body)->items[cluster].settings;
+    *settings = body->clusters->items[cluster].settings;
     return PLI_OK;
 }
 
@@ -133,7 +130,7 @@ pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
     PLII_TRY(PLII_CHECK_FIELDS(body->context, settings, plii_cluster_settings_fields, __func__));
-    plii_body_clusters(body)->items[cluster].settings = *settings;
+    body->clusters->items[cluster].settings = *settings;
     return plii_body_changed(body, PLI_OK);
 }
 
@@ -141,7 +138,7 @@ pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_
 pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_view* view) {
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (view == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "view is null"); }
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     /* Asking must not change the next step. */
     plii_cluster copy = clusters->items[cluster];
     plii_cluster_update_frame(body, clusters, &copy);

@@ -178,7 +178,7 @@ static pli_status generate_elements(pli_body* body, plii_clusters* clusters) {
 static pli_status generate_replace(pli_body* body, int count, int max_iterations, int* made, const char* function) {
     bool were_there;
     PLII_TRY(plii_clusters_provide(body, &were_there));
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     plii_clusters fresh = {.def = clusters->def, .revision = clusters->revision};
     pli_status status;
     if (count > 0) {

@@ -54,7 +54,7 @@ static bool joint_has_whole(const pli_body* body, const plii_joint_end* side) {
 static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
     if (joints->count == 0) { return; } /* nor need there be clusters */
-    const bool reference_mode = plii_body_clusters(body)->def.reference_mode;
+    const bool reference_mode = body->clusters->def.reference_mode;
     for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
         pli_rigid* rigid = joint->other.rigid;
         joint->is_idle = rigid != NULL && rigid->is_absent;
@@ -92,7 +92,7 @@ static void joints_start(pli_body* body, void* state) {
     const joints_state* joints = state;
     for (PLII_EACH(plii_joint, joint, joints->items, joints->count)) {
         joint->impulse = pli_vec3_make(0, 0, 0);
-        if (joint->is_idle || plii_body_clusters(body)->def.reference_mode) { continue; }
+        if (joint->is_idle || body->clusters->def.reference_mode) { continue; }
         pli_vec3 kept = pli_vec3_scale(joint->force, body->step.dt * joint->softness.velocity_factor);
         if (joint->klass->is_angular) { /* about the axis its motor decides anew */
             kept = pli_vec3_sub(kept, pli_vec3_scale(joint->world[0], pli_vec3_dot(kept, joint->world[0])));
@@ -162,7 +162,7 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
 
 static bool joint_has_cluster(const pli_body* body, int cluster) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = body->clusters;
     return clusters != NULL && cluster >= 0 && cluster < clusters->count;
 }
 
@@ -245,7 +245,7 @@ static pli_vec3 joint_localize(const plii_joint_end* side, pli_vec3 value, bool 
 
 /* Nodes may have been moved since the step that it is of. In reference mode as in Bullet it stays. */
 static void joint_renew_frame(const pli_body* body, int cluster) {
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     if (!clusters->def.reference_mode) { clusters->items[cluster].has_frame = false; }
 }
 

@@ -3,7 +3,7 @@
 #include "cluster/joint_end.h"
 
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster) {
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = body->clusters;
     plii_cluster* item = &clusters->items[cluster];
     plii_cluster_update_frame(body, clusters, item);
     plii_joint_end side = {.frame = item->frame, .rest_centre = item->rest_centre};
