@@ -97,7 +97,6 @@ static pli_status soft_append(const plii_soft_contacts_pass* pass, plii_soft_con
     } else {
         contact.hardness = plii_min(state->def.hardness, pass->face_state->def.hardness);
         contact.weight = sum;
-        contact.multiplier = contact.shift = 0.0f;
     }
     state->contacts[state->count++] = contact;
     return PLI_OK;
