@@ -33,11 +33,6 @@ static inline float plii_contact_slip(pli_vec3 motion, pli_vec3 normal, float fr
 static inline float plii_contact_recovery_speed(float of_definition) {
     return of_definition > 0.0f ? of_definition : 1.0f;
 }
-/* Change of the multiplier of a contact that is `gap` above what it allows. alpha: compliance / dt^2 */
-static inline float plii_contact_multiplier(float gap, float weight, float alpha, float multiplier) {
-    const float change = (-gap - alpha * multiplier) / (weight + alpha);
-    return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
-}
 /* The new sum of friction of a contact: what would stop the sliding of a mass, kg, but not above Coulomb's limit. */
 static inline pli_vec3 plii_contact_friction(pli_vec3 friction, pli_vec3 sliding, float mass, float limit) {
     const pli_vec3 wanted = pli_vec3_sub(friction, pli_vec3_scale(sliding, mass));

@@ -178,7 +178,8 @@ static void point_press(const pli_body* body, const plii_substep* substep, float
     const float before = contact->push;
     if (before == 0.0f && !(error < 0.0f)) { return; }
     const float weight = contact->point_weight + contact->surface_weight;
-    contact->push = plii_max(before + plii_contact_multiplier(error, weight, alpha, before), 0.0f);
+    const float change = (-error - alpha * before) / (weight + alpha);
+    contact->push = plii_max(before + (weight > 0.0f && plii_is_finite(change) ? change : 0.0f), 0.0f);
     const float push = contact->push - before;
     point_push(substep, contact, pli_vec3_scale(contact->normal, push));
     point_press_surface(contact, push, substep);

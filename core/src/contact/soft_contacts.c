@@ -173,7 +173,7 @@ static void soft_refresh(pli_body* body, void* data) {
 static void soft_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->impulse_count = state->met_count = 0;
-    state->has_coupled = false;
+    state->sweeps = 0;
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
     body->soft_shifts = state->shifts;
     if (state->is_sweeping) { plii_body_copy_positions(body, state->predicted); }
@@ -236,7 +236,7 @@ const plii_feature_class plii_soft_contacts_class = {
                                PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
                                     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
-                                    PLII_STATE(plii_soft_contacts_state, has_coupled, PLII_LEFT),
+                                    PLII_STATE(plii_soft_contacts_state, sweeps, PLII_LEFT),
                                     PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
                                     PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
                                     PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT)),

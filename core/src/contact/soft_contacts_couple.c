@@ -11,8 +11,8 @@ typedef struct couple_time {
     float dt, inverse_dt;
 } couple_time;
 
-/* A body of contacts. Its nodes are at positions + here * moves, and have moved by along * moves - before * starts in
-   the step or substep. Shifts took overlaps back: as if nodes had started so much farther. */
+/* A body of contacts. Its nodes have moved by along * moves - before * starts in the step or substep; in a substep they
+   are at positions + here * moves. Shifts took overlaps back: as if nodes had started so much farther. */
 typedef struct couple_side {
     pli_body* body;
     const pli_vec4* positions;
@@ -29,7 +29,6 @@ static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time ti
                         .moves = body->positions,
                         .starts = body->previous,
                         .shifts = body->soft_shifts,
-                        .here = 0.0f,
                         .along = 1.0f,
                         .before = 1.0f,
                         .rate = rate,
@@ -55,7 +54,10 @@ typedef struct couple_pair {
     couple_time time;
 } couple_pair;
 
-static couple_pair couple_pair_of(pli_body* body, pli_body* other, couple_time time) {
+static couple_pair couple_pair_of(pli_body* body, pli_body* other) {
+    const plii_substep* substep = body->substep;
+    const couple_time time = substep != NULL ? (couple_time){substep, substep->dt, substep->inverse_dt}
+                                             : (couple_time){NULL, body->step.dt, body->step.inverse_dt};
     const bool is_beside = body->island != NULL && other->island == body->island;
     const float rate = is_beside ? 1.0f : other->step.dt / body->step.dt;
     return (couple_pair){.node = couple_side_of(body, true, time, 1.0f),
@@ -69,14 +71,16 @@ typedef plii_float4 couple_quantity(const couple_side* side, int node);
 PLII_SIMD_INLINE plii_float4 couple_place(const couple_side* side, int node) {
     return plii_float4_from(&side->positions[node]) + plii_float4_from(&side->moves[node]) * side->here;
 }
-PLII_SIMD_INLINE plii_float4 couple_motion(const couple_side* side, int node) {
-    return plii_float4_from(&side->moves[node]) * side->along - plii_float4_from(&side->starts[node]) * side->before;
+PLII_SIMD_INLINE plii_float4 couple_moved(const couple_side* side, int node) {
+    return plii_float4_from(&side->moves[node]) * side->along;
 }
-
-/* But for shifts. */
-PLII_SIMD_INLINE plii_float4 couple_solved_motion(const couple_side* side, int node) {
-    const plii_float4 motion = couple_motion(side, node);
-    return side->shifts != NULL ? motion - plii_lanes_from_vec3(&side->shifts[node]) : motion;
+PLII_SIMD_INLINE plii_float4 couple_plain_start(const couple_side* side, int node) {
+    return plii_float4_from(&side->starts[node]) * side->before;
+}
+/* With shifts. */
+PLII_SIMD_INLINE plii_float4 couple_start(const couple_side* side, int node) {
+    const plii_float4 start = couple_plain_start(side, node);
+    return side->shifts != NULL ? start + plii_lanes_from_vec3(&side->shifts[node]) : start;
 }
 
 /* Of the node against the point of the face; w: 0. By differences, which far from the origin are more exact. */
@@ -145,113 +149,173 @@ static void couple_record(const plii_soft_contacts_state* state, int index, plii
    each step, and what drew them out at once would make them tremble for ever. */
 #define SOFT_COUPLE_RECOVERY_TIME (1.0f / 15.0f)
 
-/* m, of an overlap at the start that goes in the step at most. What a fast node keeps beyond the margins is none. */
-static float couple_recovery(const pli_body* body, const plii_soft_contact* contact, float start_gap,
-                             float recovery_speed, couple_time time) {
-    const float beyond = contact->margin - body->collision_margin - contact->face_body->collision_margin;
-    const float depth = plii_max(0.0f, -start_gap - plii_max(0.0f, beyond));
-    const float share = time.dt / (time.dt + SOFT_COUPLE_RECOVERY_TIME);
-    return plii_min(depth * share, plii_contact_recovery_speed(recovery_speed) * time.dt);
+/* Starts are known once all bodies had their first sweep; the implicit solver has two in a row of each. */
+typedef enum couple_sweep { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_LATER } couple_sweep;
+/* Once for any number of contacts, or for one and for four. */
+#if defined(__OPTIMIZE_SIZE__)
+#define SOFT_COUPLE_SOLVE static
+#else
+#define SOFT_COUPLE_SOLVE PLII_SIMD_INLINE
+#endif
+
+/* What draws overlaps out, m, in the first sweep only, so that overlaps that contradict each other do not drive each
+   other on from sweep to sweep. What a fast node keeps beyond the margins is none. */
+PLII_SIMD_INLINE plii_float4 couple_recovery(const couple_pair* pair, const plii_soft_contacts_state* state,
+                                             plii_float4 margin, plii_float4 gap, plii_float4 along) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    const plii_float4 beyond = margin - pair->node.body->collision_margin - pair->face.body->collision_margin;
+    const plii_float4 depth = plii_lanes_max(zero, along - gap - plii_lanes_max(zero, beyond));
+    const float share = pair->time.dt / (pair->time.dt + SOFT_COUPLE_RECOVERY_TIME);
+    const float fastest = plii_contact_recovery_speed(state->def.recovery_speed) * pair->time.dt;
+    const plii_float4 most = plii_lanes_min(depth * share, plii_float4_all(fastest));
+    return plii_lanes_min(plii_lanes_max(most - along, zero), most);
 }
 
-/* What draws an overlap out, in the first sweep only, so that overlaps that contradict each other do not drive each
-   other on from sweep to sweep; kg m. To a body that is not beside it is a motion, which counts in `along`. */
-static plii_float4 couple_recover(const couple_pair* pair, const plii_soft_contacts_state* state,
-                                  plii_soft_contact* contact, float gap, float* along) {
-    const float most = couple_recovery(pair->node.body, contact, gap - *along, state->def.recovery_speed, pair->time);
-    const float node_weight = pair->node.positions[contact->node].w;
-    contact->shift = plii_clamp(most - *along, 0.0f, most);
-    if (!pair->face.is_beside) { *along += contact->shift * (1.0f - node_weight / contact->weight); }
-    return plii_lanes_from_vec3(&contact->normal) * (contact->shift / contact->weight);
-}
-
-static void couple_solve(const couple_pair* pair, const plii_soft_contacts_state* state, int index, bool is_first) {
-    plii_soft_contact* contact = &state->contacts[index];
-    const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
-    float gap = plii_lanes_dot(n, couple_relative(pair, contact, couple_place)) - contact->margin;
-    if (is_first) {
-        contact->multiplier = contact->shift = 0.0f;
-        contact->friction_push = pli_vec3_make(0, 0, 0);
+/* Of one contact, in the first lane, or of four that share no node. */
+SOFT_COUPLE_SOLVE void couple_solve(const couple_pair* pair, const plii_soft_contacts_state* state, const int* indices,
+                                    int count, couple_sweep sweep) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    const bool is_first = sweep == SOFT_COUPLE_FIRST, is_substep = pair->time.substep != NULL;
+    plii_soft_contact* of[PLII_LANES];
+    plii_float4 places[4] = {zero}, motions[4] = {zero}, normals[4] = {zero}, sums[4] = {zero};
+    PLII_UNROLL(4)
+    for (int k = 0; k < count; ++k) {
+        plii_soft_contact* contact = of[k] = &state->contacts[indices[k]];
+        if (sweep == SOFT_COUPLE_NEXT) {
+            plii_lanes_to_vec3(&contact->start, couple_relative(pair, contact, couple_start));
+        }
+        places[k] = motions[k] =
+            is_substep ? couple_relative(pair, contact, couple_place) : couple_relative(pair, contact, couple_moved);
+        normals[k] = plii_float4_load(&contact->normal.x);
+        sums[k] = plii_float4_load(&contact->friction_push.x);
     }
-    if (gap >= 0.0f && contact->multiplier == 0.0f) { return; }
-    const plii_float4 motion = couple_relative(pair, contact, couple_solved_motion);
-    float along = plii_lanes_dot(n, motion);
-    const plii_float4 sliding = motion - n * along;
-    plii_float4 shift = plii_float4_all(0.0f);
+    plii_float4_transpose(places);
+    plii_float4_transpose(normals);
+    plii_float4_transpose(sums);
+    const plii_vec3x4 n = {normals[0], normals[1], normals[2]}, rubbed = {sums[0], sums[1], sums[2]};
+    const plii_float4 margin = normals[3], pushed = sums[3];
+    plii_float4 gap = plii_vec3x4_dot(n, (plii_vec3x4){places[0], places[1], places[2]}) - margin;
+    const plii_mask4 is_active = (pushed != 0.0f) | ~(gap >= 0.0f);
+    if (plii_lanes_bits(is_active) == 0) { return; }
+    PLII_UNROLL(4)
+    for (int k = 0; k < count; ++k) {
+        if (is_substep) { motions[k] = couple_relative(pair, of[k], couple_moved); }
+        motions[k] -= is_first ? couple_relative(pair, of[k], couple_start) : plii_float4_load(&of[k]->start.x);
+    }
+    plii_float4_transpose(motions);
+    const plii_vec3x4 motion = {motions[0], motions[1], motions[2]};
+    const plii_float4 weight =
+        plii_lanes_xyzw(of[0]->weight, of[1 % count]->weight, of[2 % count]->weight, of[3 % count]->weight);
+    plii_float4 along = plii_vec3x4_dot(n, motion), shift = zero;
+    const plii_vec3x4 sliding = plii_vec3x4_sub(motion, plii_vec3x4_scale(n, along));
     if (is_first) {
-        shift = couple_recover(pair, state, contact, gap, &along);
-        gap += contact->shift;
+        shift = couple_recovery(pair, state, margin, gap, along);
+        /* To what is not beside it is a motion. */
+        if (!pair->face.is_beside) { along += shift * (1.0f - pair->node.positions[of[0]->node].w / weight); }
+        gap += shift;
     }
     const float alpha = state->def.compliance * pair->time.inverse_dt * pair->time.inverse_dt;
-    const float wanted =
-        plii_contact_multiplier(gap - plii_min(gap - along, 0.0f), contact->weight, alpha, contact->multiplier);
-    const float multiplier = plii_max(0.0f, contact->multiplier + contact->hardness * wanted);
-    const pli_vec3 friction = plii_contact_friction(contact->friction_push, plii_lanes_vec3(sliding),
-                                                    1.0f / contact->weight, contact->friction * multiplier);
-    const plii_float4 push = n * (multiplier - contact->multiplier) +
-                             (plii_lanes_from_vec3(&friction) - plii_lanes_from_vec3(&contact->friction_push)) + shift;
-    if (!plii_lanes_xyz_finite(push)) {
-        if (is_first) { contact->shift = 0.0f; }
-        return;
+    const plii_float4 wanted = (plii_lanes_min(gap - along, zero) - gap - alpha * pushed) / (weight + alpha);
+    plii_float4 multiplier = plii_lanes_max(pushed + of[0]->hardness * wanted, zero);
+    plii_vec3x4 friction = plii_vec3x4_sub(rubbed, plii_vec3x4_scale(sliding, 1.0f / weight));
+    const plii_float4 limit = of[0]->friction * multiplier;
+    const plii_float4 length = plii_float4_sqrt(plii_vec3x4_dot(friction, friction));
+    friction = plii_vec3x4_scale(friction, plii_lanes_select(length > limit, limit / length, plii_float4_all(1.0f)));
+    const plii_mask4 is_solved = is_active & plii_lanes_finite(length + multiplier);
+    multiplier = plii_lanes_select(is_solved, multiplier, pushed);
+    friction = plii_vec3x4_select(is_solved, friction, rubbed);
+    shift = plii_lanes_where(is_solved, shift);
+    const plii_float4 parted = shift / weight;
+    const plii_vec3x4 push =
+        plii_vec3x4_add(plii_vec3x4_scale(n, multiplier - pushed + parted), plii_vec3x4_sub(friction, rubbed));
+    plii_float4 next[4] = {friction.x, friction.y, friction.z, multiplier};
+    plii_float4 pushes[4] = {push.x, push.y, push.z, zero};
+    plii_float4_transpose(next);
+    plii_float4_transpose(pushes);
+    PLII_UNROLL(4)
+    for (int k = 0; k < count; ++k) {
+        plii_float4_store(&of[k]->friction_push.x, next[k]);
+        couple_push(pair, of[k], pushes[k], couple_move);
+        couple_record(state, indices[k], pushes[k], pair->time);
+        if (!is_first || !(shift[k] > 0.0f)) { continue; }
+        of[k]->shift = shift[k];
+        couple_push(pair, of[k], plii_lanes_from_vec3(&of[k]->normal) * parted[k], couple_shift);
     }
-    couple_push(pair, contact, push, couple_move);
-    if (is_first && contact->shift > 0.0f) { couple_push(pair, contact, shift, couple_shift); }
-    contact->multiplier = multiplier;
-    contact->friction_push = friction;
-    couple_record(state, index, push, pair->time);
 }
 
 /* What an overlap that went has parted leaves no speed: springs and links that pull nodes back would wind it up from
    step to step. What the shift only held up against loads is no motion, and leaves nothing to take. */
 static void couple_settle(const couple_pair* pair, const plii_soft_contacts_state* state, int index) {
-    const plii_soft_contact* contact = &state->contacts[index];
-    if (!(contact->shift > 0.0f)) { return; }
+    plii_soft_contact* contact = &state->contacts[index];
+    const float shift = contact->shift;
+    contact->shift = 0.0f; /* as all sums at the start of another substep */
+    plii_float4_store(&contact->friction_push.x, plii_float4_all(0.0f));
+    if (!(shift > 0.0f)) { return; }
     const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
-    const float along = plii_lanes_dot(n, couple_relative(pair, contact, couple_motion));
-    const float parted = plii_min(along, contact->shift);
+    const float along = plii_lanes_dot(n, couple_relative(pair, contact, couple_moved) -
+                                              couple_relative(pair, contact, couple_plain_start));
+    const float parted = plii_min(along, shift);
     if (!(parted > 0.0f)) { return; }
     const plii_float4 push = n * (parted / contact->weight);
     couple_push(pair, contact, push, couple_still);
     couple_record(state, index, -push, pair->time);
 }
 
-typedef enum couple_pass { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_SETTLE } couple_pass;
+/* No node is in two of them; the two bodies have nodes of their own. */
+static bool couple_is_apart(const plii_soft_contacts_state* state, const int* indices) {
+    plii_mask4 nodes[PLII_LANES], is_same = {0};
+    for (int k = 0; k < PLII_LANES; ++k) {
+        const plii_soft_contact* contact = &state->contacts[indices[k]];
+        const int* face = contact->face_body->topology->faces[contact->face];
+        nodes[k] = (plii_mask4){face[0], face[1], face[2], ~contact->node};
+        for (int i = 0; i < k; ++i) {
+            is_same |= (nodes[k] == nodes[i]) | (nodes[k] == PLII_SHUFFLE(nodes[i], nodes[i], 1, 2, 0, 3)) |
+                       (nodes[k] == PLII_SHUFFLE(nodes[i], nodes[i], 2, 0, 1, 3));
+        }
+    }
+    return plii_lanes_bits(is_same) == 0;
+}
 
-/* Contacts with one body come from the first one on and from the middle on in turn: those in a row move the same nodes,
-   and each would wait for what the one before it writes. */
-static void couple_run(pli_body* body, const plii_soft_contacts_state* state, couple_pass pass) {
-    const plii_soft_contact* contacts = state->contacts;
-    const plii_substep* substep = body->substep;
-    const couple_time time = substep != NULL ? (couple_time){substep, substep->dt, substep->inverse_dt}
-                                             : (couple_time){NULL, body->step.dt, body->step.inverse_dt};
+/* Contacts with one body come from four places in turn: those in a row move the same nodes. */
+void plii_soft_contacts_couple(pli_body* body, void* data) {
+    plii_soft_contacts_state* state = data;
+    plii_soft_contact* contacts = state->contacts;
+    const bool is_new = state->sweeps == 0;
+    couple_sweep sweep = state->sweeps > 2 ? SOFT_COUPLE_LATER : is_new ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT;
+    if (body->substep != NULL) { sweep = body->substep->is_first_sweep ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT; }
+    state->sweeps += 1;
     for (int first = 0, end; first < state->count; first = end) {
         pli_body* other = contacts[first].face_body;
         for (end = first; end < state->count && contacts[end].face_body == other;) {
             ++end;
         }
         if (contacts[first].is_bullet) { continue; }
-        const couple_pair pair = couple_pair_of(body, other, time);
-        const int half = (end - first + 1) / 2;
-        for (int k = 0; k < end - first; ++k) {
-            const int index = first + k / 2 + k % 2 * half;
-            if (pass == SOFT_COUPLE_SETTLE) {
-                couple_settle(&pair, state, index);
-            } else {
-                couple_solve(&pair, state, index, pass == SOFT_COUPLE_FIRST);
+        const couple_pair pair = couple_pair_of(body, other);
+        const int part = (end - first + PLII_LANES - 1) / PLII_LANES;
+        for (int k = first; k < first + part; ++k) {
+            int indices[PLII_LANES], count = 0;
+            for (int index = k; index < end; index += part) {
+                indices[count++] = index;
+            }
+            if (is_new) {
+                contacts[k].is_grouped = pair.face.is_beside && count == PLII_LANES && couple_is_apart(state, indices);
+            }
+            const bool is_grouped = contacts[k].is_grouped;
+            if (is_grouped) { couple_solve(&pair, state, indices, PLII_LANES, sweep); }
+            for (int i = 0; !is_grouped && i < count; ++i) {
+                couple_solve(&pair, state, &indices[i], 1, sweep);
             }
         }
     }
 }
 
-void plii_soft_contacts_couple(pli_body* body, void* data) {
-    plii_soft_contacts_state* state = data;
-    const bool is_first = body->substep != NULL ? body->substep->is_first_sweep : !state->has_coupled;
-    state->has_coupled = true;
-    couple_run(body, state, is_first ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT);
-}
-
 void plii_soft_contacts_settle(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
-    couple_run(body, state, SOFT_COUPLE_SETTLE);
+    couple_pair pair = {0};
+    for (int i = 0; i < state->count; ++i) {
+        pli_body* other = state->contacts[i].face_body;
+        if (other != pair.face.body) { pair = couple_pair_of(body, other); }
+        couple_settle(&pair, state, i);
+    }
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
 }

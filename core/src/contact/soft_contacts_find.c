@@ -8,8 +8,11 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
 
-/* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. */
+/* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. What moves
+   them aside grows with what falls in a step, not with margins: of that 4 are enough, down to a tenth of the margins.
+ */
 #define SOFT_CONTACTS_SLACK 0.25f
+#define SOFT_CONTACTS_LEAST_SLACK 0.1f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 
 /* How far a node looks for faces. What moves it in the step beside its velocity is taken from the step before. */
@@ -19,7 +22,8 @@ static plii_soft_contacts_node soft_reach(const plii_soft_contacts_pass* pass, i
     const float relative = pli_vec3_length(pli_vec3_sub(motion, pass->common_motion));
     const float reach = pass->margin + relative * 2.0f;
     if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach, 0.0f}; }
-    const float slack = SOFT_CONTACTS_SLACK * pass->margin + 2.0f * pass->node_state->missed[node];
+    const float least = SOFT_CONTACTS_LEAST_SLACK * pass->margin, most = SOFT_CONTACTS_SLACK * pass->margin;
+    const float slack = plii_clamp(4.0f * pass->fall, least, most) + 2.0f * pass->node_state->missed[node];
     /* What is fast is stopped before it is there, and so stays on its side; gravity in a step does not count. */
     return (plii_soft_contacts_node){node, reach + plii_min(slack, SOFT_CONTACTS_MOST_SLACK * pass->margin),
                                      plii_max(pass->margin, reach - 2.0f * pass->fall), relative + pass->other_motion};
@@ -32,8 +36,7 @@ static pli_vec3 soft_face_normal(const plii_soft_contacts_pass* pass, int node, 
     const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(plii_xyz(pass->face_body->positions[face[1]]), a),
                                           pli_vec3_sub(plii_xyz(pass->face_body->positions[face[2]]), a));
     const pli_vec3 normal = plii_vec3_divide(cross, pli_vec3_length(cross));
-    const pli_vec4* previous = pass->face_body->previous;
-    const pli_vec3 point = plii_contact_blend(previous, face, weights);
+    const pli_vec3 point = plii_contact_blend(pass->face_body->previous, face, weights);
     const pli_vec3 before = pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point);
     const float side = pli_vec3_dot(before, normal);
     const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(point);
@@ -97,7 +100,6 @@ static pli_status soft_append(const plii_soft_contacts_pass* pass, plii_soft_con
     } else {
         contact.hardness = plii_min(state->def.hardness, pass->face_state->def.hardness);
         contact.weight = sum;
-        contact.multiplier = contact.shift = 0.0f;
     }
     state->contacts[state->count++] = contact;
     return PLI_OK;

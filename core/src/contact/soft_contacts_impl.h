@@ -12,18 +12,20 @@ typedef struct plii_soft_contact {
     pli_body* face_body;
     int node, face;
     pli_vec3 weights;
+    pli_vec3 start;  /* m, of the node from the point of the face, with shifts, when all bodies had their first sweep */
     pli_vec3 normal; /* from the face to the node */
     float margin, friction;
-    bool is_bullet; /* of Bullet's boxes: every face in reach, which is the margin */
+    bool is_bullet;  /* of Bullet's boxes: every face in reach, which is the margin */
+    bool is_grouped; /* the first one of four that are solved at once */
     union {
+        struct {
+            float hardness, weight; /* 1/kg, of node and face together */
+            float shift;            /* m, of the overlap, taken back in this step or substep */
+            pli_vec3 friction_push; /* kg m, in it */
+            float multiplier;       /* likewise; one record with friction_push, as the normal with the margin */
+        };
         struct { /* of Bullet's, shares of the correction (cfm) */
             float node_share, face_share;
-        };
-        struct {                    /* of others */
-            float hardness, weight; /* 1/kg, of node and face together */
-            float multiplier;       /* kg m, in this step or substep */
-            float shift;            /* m, of the overlap, taken back in it */
-            pli_vec3 friction_push; /* kg m */
         };
     };
 } plii_soft_contact;
@@ -47,7 +49,7 @@ typedef struct plii_soft_contacts_state {
     pli_vec3* shifts;    /* [node_count] of body->soft_shifts */
     float* missed;       /* [node_count] m, how far from there the nodes ended in the step before */
     bool is_sweeping;    /* the body counts it among its sweeping features */
-    bool has_coupled;    /* in this step */
+    int sweeps;          /* over the contacts in this step */
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
     pli_bounds* face_boxes; /* [face_count] */
