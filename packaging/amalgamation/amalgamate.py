@@ -25,7 +25,7 @@ SWITCHES = {
 }
 
 # What tells headers of vectors the instruction set, and the sets that a part of the file is for.
-SETS = {"avx2": "defined(__AVX2__)", "avx512": "defined(__AVX512F__)"}
+SETS = {"avx2": "defined(__AVX2__)", "avx512": "defined(PLII_WIDE_OF_SIXTEEN)"}
 VECTORS = ("src/math/simd_float8.h", "src/math/simd_wide.h")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$', re.M)

@@ -1,14 +1,14 @@
 #pragma once
 
-/* The sixteen floats of two groups of eight at a time with AVX-512, else the eight of one, with the same results. Rows
-   of floats begin at `first` and `second`, records are in the order of plii_simd_record; what is `second` counts for
-   nothing where there is one group. */
+/* The sixteen floats of two groups of eight at a time where a kernel for AVX-512 asks for them, else the eight of one,
+   with the same results. Rows of floats begin at `first` and `second`, records are in the order of plii_simd_record;
+   what is `second` counts for nothing where there is one group. */
 
 #include "math/simd_float8.h"
 
 /* What is passed by value, not in line, lies at addresses of 32 bytes in code of clang 14 with AddressSanitizer, which
    takes them for those of 64. */
-#if defined(__AVX512F__) && !PLII_SIMD_IS_CHECKED
+#if defined(PLII_WIDE_OF_SIXTEEN) && !PLII_SIMD_IS_CHECKED
 
 enum { PLII_WIDE_GROUPS = 2 };
 typedef float plii_wide __attribute__((vector_size(64)));
