@@ -66,8 +66,9 @@ PLI_API pli_status pli_body_disable_aero(pli_body* body);
 
 /// Gas inside a closed surface, or another amount of it: faces feel a pressure of coefficient / |volume|. No
 /// force while the volume is zero (Bullet divides by it). Cut to what would change the volume of a free body by a
-/// quarter within the step, as light nodes, high pressures and long steps ask for more than can be integrated; not in
-/// reference mode (pli_world_def). With pli_body_enable_xpbd_volume the gas is part of that constraint: it widens the
+/// quarter within the step, and of a flat one by no more than a quarter of what it was when the gas was let in, as
+/// light nodes, high pressures and long steps ask for more than can be integrated; not in reference mode
+/// (pli_world_def). With pli_body_enable_xpbd_volume the gas is part of that constraint: it widens the
 /// wanted volume by compliance * coefficient / |volume|, at the same pace at most; that carries more than the forces
 /// can, which are cut at 60 Hz to what some hundred Pa do to a ball of 2 kg. A cut that opens a closed surface lets the
 /// gas out, as a coefficient of 0 does, until the next call; not in reference mode.

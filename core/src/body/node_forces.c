@@ -19,6 +19,11 @@ void plii_pressure_build(pli_body* body, void* state) {
     if (was_closed && !pressure->is_closed && !body->world->def.reference_mode) { pressure->coefficient = 0.0f; }
 }
 
+pli_status plii_pressure_enable(pli_body* body, void* state) {
+    ((plii_pressure*)state)->first_volume = plii_pressure_volume(body, plii_normals_crosses(body));
+    return PLI_OK;
+}
+
 float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses) {
     if (crosses == NULL) { return plii_body_volume(body); }
     const plii_float4 origin = plii_float4_from(&body->positions[0]);

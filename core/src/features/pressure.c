@@ -15,7 +15,13 @@ static void pressure_run(pli_body* body, void* state) {
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
     if (crosses != NULL) {
-        const float limit = PLII_MAX_VOLUME_CHANGE * volume / plii_pressure_response(body, crosses);
+        const float response = plii_pressure_response(body, crosses);
+        /* What is pressed flat is held up by as much as what is full, unless by the pressure of the volume after the
+           step the body grew by less: else it would get more energy than is in the gas. */
+        const float work = 4.0f * response * fabsf(pressure->coefficient);
+        const float growth = 0.5f * (sqrtf(volume * volume + work) - volume);
+        const float most = plii_min(PLII_MAX_VOLUME_CHANGE * fabsf(pressure->first_volume), growth);
+        const float limit = plii_max(PLII_MAX_VOLUME_CHANGE * volume, most) / response;
         scale = plii_clamp(scale, -limit, limit);
     }
     plii_pressure_apply(body, crosses, scale);
@@ -26,9 +32,9 @@ const plii_feature_class plii_pressure_class = {
     .name = "pressure",
     .state_size = sizeof(plii_pressure),
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(plii_pressure, coefficient, -PLI_MAX_COEFFICIENT, PLI_MAX_COEFFICIENT)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_pressure, coefficient, PLII_SAVED, "f"),
-                                    PLII_STATE(plii_pressure, is_closed, PLII_LEFT)),
+    .state_parts = PLII_PRESSURE_STATE_PARTS,
     .build = plii_pressure_build,
+    .enable = plii_pressure_enable,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
 };

@@ -3,44 +3,32 @@
 #include "body/pipeline.h"
 #include "pliant/forces.h"
 
-typedef struct volume_state {
-    plii_pressure pressure;
-    float rest_volume; /* m^3 */
-} volume_state;
-
 /* The pressure is at most twice the one that brings the volume back within the step. From four times on each step would
    overshoot more than the one before; btSoftBody explodes there. */
 static void volume_run(pli_body* body, void* state) {
-    const volume_state* volume = state;
+    const plii_pressure* volume = state;
     const pli_vec4* crosses = plii_normals_crosses(body);
-    const float missing = volume->rest_volume - plii_pressure_volume(body, crosses);
-    float pressure = missing * volume->pressure.coefficient;
+    const float missing = volume->first_volume - plii_pressure_volume(body, crosses);
+    float pressure = missing * volume->coefficient;
     if (crosses != NULL) {
         const float response = plii_pressure_response(body, crosses);
-        const float limit = PLII_MAX_VOLUME_CHANGE * fabsf(volume->rest_volume) / response;
-        if (response * volume->pressure.coefficient > 2.0f) { pressure = missing * (2.0f / response); }
+        const float limit = PLII_MAX_VOLUME_CHANGE * fabsf(volume->first_volume) / response;
+        if (response * volume->coefficient > 2.0f) { pressure = missing * (2.0f / response); }
         pressure = plii_clamp(pressure, -limit, limit);
     }
     plii_pressure_apply(body, crosses, pressure);
 }
 
-static pli_status volume_enable(pli_body* body, void* state) {
-    ((volume_state*)state)->rest_volume = plii_pressure_volume(body, plii_normals_crosses(body));
-    return PLI_OK;
-}
-
 enum { VOLUME_ORDER = 30 }; /* after pressure */
 const plii_feature_class plii_volume_class = {
     .name = "volume",
-    .state_size = sizeof(volume_state),
+    .state_size = sizeof(plii_pressure),
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(plii_pressure, coefficient, 0, PLI_MAX_COEFFICIENT)),
-    .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(volume_state, pressure.coefficient, PLII_SAVED, "f"),
-                                    PLII_STATE(volume_state, pressure.is_closed, PLII_LEFT),
-                                    PLII_STATE_OF(volume_state, rest_volume, PLII_SAVED, "f")),
+    .state_parts = PLII_PRESSURE_STATE_PARTS,
     .build = plii_pressure_build,
+    .enable = plii_pressure_enable,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
-    .enable = volume_enable,
 };
 
 pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
