@@ -268,6 +268,7 @@ typedef struct plii_feature {
     void* state;
     int users; /* enabled by the user (1) + features that need it */
     bool by_user;
+    bool is_new; /* enabled by the last call that asked for it */
 } plii_feature;
 
 typedef struct plii_pipeline_entry {

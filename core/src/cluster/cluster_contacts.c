@@ -284,10 +284,9 @@ PLII_DEFINE_DEFAULT(pli_cluster_contacts_def, .with_rigids = true, .with_bodies 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_cluster_contacts_def, used, def, plii_cluster_contacts_class);
-    bool had_clusters;
-    PLII_TRY(plii_clusters_provide(body, &had_clusters));
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when the contacts go */
     const pli_status status = plii_feature_enable_with(body, &plii_cluster_contacts_class, &used, sizeof used, NULL);
-    if (status != PLI_OK && !had_clusters) { plii_feature_disable(body, &plii_clusters_class); }
+    if (status != PLI_OK) { plii_feature_undo(body, &plii_clusters_class); }
     return status;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)

@@ -252,12 +252,10 @@ static void joint_renew_frame(const pli_body* body, int cluster) {
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
-    const bool was_enabled = plii_feature_is_enabled(body, &plii_joints_class);
     PLII_TRY_ENABLE(body, joints_state, joints, plii_joints_class);
     if (!plii_id_pool_reserve(body->context, &joints->ids, 1) ||
         !PLII_GROW(body->context, &joints->items, &joints->capacity, joints->count)) {
-        if (!was_enabled) { plii_feature_disable(body, &plii_joints_class); }
-        return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
+        return PLII_FAIL_ENABLED(body, plii_joints_class, function, "no memory for another joint");
     }
     joint_renew_frame(body, joint->cluster);
     if (joint->other.body != NULL) { joint_renew_frame(joint->other.body, joint->other.cluster); }

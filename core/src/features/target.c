@@ -368,11 +368,9 @@ PLII_DEFINE_DEFAULT(pli_targets_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));
-    const bool was_enabled = plii_feature_state(body, &plii_target_class) != NULL;
     PLII_TRY_ENABLE(body, target_state, state, plii_target_class);
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, def->count)) {
-        if (!was_enabled) { plii_feature_disable(body, &plii_target_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d targets", def->count);
+        return PLII_FAIL_ENABLED(body, plii_target_class, __func__, "no memory for %d targets", def->count);
     }
     target_let_go_all(body, state);
     state->count = state->given = def->count;
