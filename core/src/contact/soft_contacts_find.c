@@ -115,7 +115,7 @@ static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float
     pli_vec3 point;
     float distance_squared;
     if (!plii_project_origin_on_triangle(pli_vec3_sub(a, origin), pli_vec3_sub(b, origin), pli_vec3_sub(c, origin),
-                                         PLII_EPSILON, PLII_EPSILON, &point, &distance_squared) ||
+                                         &point, &distance_squared) ||
         !(distance_squared < margin * margin)) {
         return PLI_OK;
     }
