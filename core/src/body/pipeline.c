@@ -70,6 +70,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
+    body->sweeping_features -= klass->looks_at_motion;
     if (klass->disable != NULL) { klass->disable(body, feature->state); }
     if (klass->solver != NULL) { body->solver_class = &plii_position_solver; }
     plii_feature_arrays_release(body, klass, feature->state, false);
@@ -123,6 +124,7 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     }
     pipeline->features[pipeline->feature_count++] = (plii_feature){.klass = klass, .state = state};
     pipeline->revision += !klass->is_made_by_calls;
+    body->sweeping_features += klass->looks_at_motion;
     feature_rebuild_pipeline(body);
     return PLI_OK;
 }
