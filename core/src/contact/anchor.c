@@ -274,22 +274,13 @@ enum { ANCHOR_LISTED = 2 };
    keep their order. Returns whether there were some. */
 static bool anchor_remove(pli_body* body, plii_anchors* anchors, int slot, const pli_rigid* gone) {
     const int before = anchors->item_count;
-    int kept = 0;
-    for (int i = 0; i < before; ++i) {
-        const plii_anchor anchor = anchors->items[i];
-        if (anchor.slot == slot || anchor.rigid == gone || body->anchored[anchor.node] == ANCHOR_LISTED) {
-            plii_id_pool_free(&anchors->ids, anchor.slot);
-            continue;
-        }
-        anchors->items[kept] = anchor;
-        anchors->ids.slots[anchor.slot].item = kept++;
-    }
-    anchors->item_count = kept;
+    PLII_ID_POOL_REMOVE_IF(&anchors->ids, plii_anchor, at, anchors->items, anchors->item_count,
+                           at->slot == slot || at->rigid == gone || body->anchored[at->node] == ANCHOR_LISTED);
     memset(body->anchored, 0, (size_t)body->node_count);
-    for (int i = 0; i < kept; ++i) {
+    for (int i = 0; i < anchors->item_count; ++i) {
         body->anchored[anchors->items[i].node] = 1;
     }
-    return kept < before;
+    return anchors->item_count < before;
 }
 
 static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {

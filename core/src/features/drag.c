@@ -261,12 +261,8 @@ pli_status pli_body_end_drag(pli_body* body, pli_drag_id drag) {
     drag_item* item = NULL;
     PLII_TRY(drag_find(body, drag, __func__, &item));
     drag_state* state = plii_feature_state(body, &plii_drag_class);
-    plii_id_pool_free(&state->ids, item->slot);
-    for (int i = (int)(item - state->items) + 1; i < state->count; ++i) {
-        state->items[i - 1] = state->items[i];
-        state->ids.slots[state->items[i].slot].item = i - 1;
-    }
-    state->count -= 1;
+    const int slot = item->slot;
+    PLII_ID_POOL_REMOVE_IF(&state->ids, drag_item, at, state->items, state->count, at->slot == slot);
     return plii_body_changed(body, PLI_OK);
 }
 
