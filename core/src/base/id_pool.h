@@ -23,6 +23,20 @@ bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool, int more);
 int plii_id_pool_alloc(plii_id_pool* pool, int item);
 /* Ids of the slot become stale. */
 void plii_id_pool_free(plii_id_pool* pool, int slot);
+/* Takes out the items with a slot in the pool of which `goes` is true; the others keep their order. */
+#define PLII_ID_POOL_REMOVE_IF(pool, type, at, items, count, goes)                                                     \
+    do {                                                                                                               \
+        int plii_kept = 0;                                                                                             \
+        for (PLII_EACH(const type, at, items, count)) {                                                                \
+            if (goes) {                                                                                                \
+                plii_id_pool_free(pool, at->slot);                                                                     \
+                continue;                                                                                              \
+            }                                                                                                          \
+            (pool)->slots[at->slot].item = plii_kept;                                                                  \
+            (items)[plii_kept++] = *at;                                                                                \
+        }                                                                                                              \
+        (count) = plii_kept;                                                                                           \
+    } while (0)
 /* Of one that was read: whether free slots are a list, and others name items below `item_count`. */
 bool plii_id_pool_is_sound(const plii_id_pool* pool, int item_count);
 /* Whether `item` has the slot. */

@@ -210,6 +210,7 @@ typedef struct plii_feature_class {
     /* Before it: makes what the pair reads of both. NULL: collide_body writes to both bodies, else to `body` alone. */
     void (*prepare_pair)(pli_body* body, void* state, pli_body* other, void* other_state);
     bool acts_with_joints; /* what collides acts in JOINT_* alone: bodies that meet are solved side by side */
+    bool looks_at_motion;  /* counts among the sweeping_features of the body */
     bool records_contacts; /* bodies that have it note what contacts push, see contact_report.h */
     bool lets_sleep;       /* and these may sleep */
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
@@ -268,6 +269,7 @@ typedef struct plii_feature {
     void* state;
     int users; /* enabled by the user (1) + features that need it */
     bool by_user;
+    bool is_new; /* enabled by the last call that asked for it */
 } plii_feature;
 
 typedef struct plii_pipeline_entry {

@@ -70,6 +70,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
+    body->sweeping_features -= klass->looks_at_motion;
     if (klass->disable != NULL) { klass->disable(body, feature->state); }
     if (klass->solver != NULL) { body->solver_class = &plii_position_solver; }
     plii_feature_arrays_release(body, klass, feature->state, false);
@@ -123,6 +124,7 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     }
     pipeline->features[pipeline->feature_count++] = (plii_feature){.klass = klass, .state = state};
     pipeline->revision += !klass->is_made_by_calls;
+    body->sweeping_features += klass->looks_at_motion;
     feature_rebuild_pipeline(body);
     return PLI_OK;
 }
@@ -159,15 +161,18 @@ pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, 
 
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state) {
     int index = feature_find(body, klass);
-    if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) {
+    const bool is_new = index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user;
+    if (is_new) {
         const pli_status status = feature_add_user(body, klass);
         PLII_FAIL_IF(status == PLI_ERROR_OUT_OF_MEMORY, body->context, status, __func__, "no memory to enable %s",
                      klass->name);
         if (status != PLI_OK) { return status; }
         index = feature_find(body, klass);
-        body->pipeline.features[index].by_user = true;
     }
-    if (state != NULL) { *state = body->pipeline.features[index].state; }
+    plii_feature* feature = &body->pipeline.features[index];
+    feature->by_user = true;
+    feature->is_new = is_new;
+    if (state != NULL) { *state = feature->state; }
     body->world->needs_reserve = true;
     return PLI_OK;
 }
@@ -187,6 +192,10 @@ bool plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
     body->pipeline.features[index].by_user = false;
     feature_drop_user(body, klass);
     return true;
+}
+
+void plii_feature_undo(pli_body* body, const plii_feature_class* klass) {
+    if (body->pipeline.features[feature_find(body, klass)].is_new) { plii_feature_disable(body, klass); }
 }
 
 void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, void* user) {

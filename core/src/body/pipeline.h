@@ -19,6 +19,10 @@ pli_status plii_feature_enable_with(pli_body* body, const plii_feature_class* kl
 #define PLII_TRY_ENABLE(body, type, state, klass)                                                                      \
     type* state = NULL;                                                                                                \
     PLII_TRY(plii_feature_enable(body, &(klass), (void**)&state))
+/* After it, when the call fails: the feature is as before. */
+void plii_feature_undo(pli_body* body, const plii_feature_class* klass);
+#define PLII_FAIL_ENABLED(body, klass, function, ...)                                                                  \
+    (plii_feature_undo(body, &(klass)), plii_fail((body)->context, PLI_ERROR_OUT_OF_MEMORY, function, __VA_ARGS__))
 /* One that is not enabled, while its needs are; those that only others need are appended before these. */
 pli_status plii_feature_append(pli_body* body, const plii_feature_class* klass, bool by_user);
 /* Undoes plii_feature_enable, and the needs that nobody else has. False, and nothing, when not enabled. */

@@ -373,6 +373,8 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
 
 static pli_status clusters_enable(pli_body* body, void* state) {
     body->clusters = state;
+    body->clusters->def = pli_clusters_def_default();
+    body->joint_iterations = body->clusters->def.iterations;
     return PLI_OK;
 }
 static void clusters_disable(pli_body* body, void* state) {

@@ -93,13 +93,13 @@ static void cluster_contacts_finish(pli_body* body, void* data) {
 /* All contacts end. */
 static void cluster_contacts_on_body(pli_body* body, void* data, const pli_body* other) {
     plii_cluster_contacts* state = data;
-    plii_cluster_contacts_clear(state);
+    plii_cluster_contacts_clear(body, state);
     if (other != body) { return; }
     plii_key_table_free(&state->neighbours);
     state->neighbour_pair_count = state->clusters_with_neighbours = 0;
 }
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    plii_cluster_contacts_clear(data);
+    plii_cluster_contacts_clear(body, data);
 }
 
 static void cluster_contacts_measure_anew(plii_cluster_contacts* state, const plii_pair_records* records,
@@ -115,11 +115,6 @@ static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const
     if (body->clusters->def.reference_mode) { return; } /* which follows no pairs */
     cluster_contacts_measure_anew(state, &state->memory.present, rigid, are_others);
     cluster_contacts_measure_anew(state, &state->memory.before, rigid, are_others);
-}
-
-/* New members join clusters, which keep their indices, and lie between those that are there. */
-static void cluster_contacts_build(pli_body* body, void* data) {
-    plii_cluster_contacts_clear(data);
 }
 
 /* Of large bodies most clusters are far from others. */
@@ -274,7 +269,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                 [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_body,
                 [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body},
     .reserve = cluster_contacts_reserve,
-    .build = cluster_contacts_build,
+    .build = plii_cluster_contacts_clear, /* new members lie between those of a cluster, which keeps its index */
 };
 
 PLII_DEFINE_DEFAULT(pli_cluster_contacts_def, .with_rigids = true, .with_bodies = true, .friction = 0.2f,
@@ -284,10 +279,9 @@ PLII_DEFINE_DEFAULT(pli_cluster_contacts_def, .with_rigids = true, .with_bodies 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_cluster_contacts_def, used, def, plii_cluster_contacts_class);
-    bool had_clusters;
-    PLII_TRY(plii_clusters_provide(body, &had_clusters));
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when the contacts go */
     const pli_status status = plii_feature_enable_with(body, &plii_cluster_contacts_class, &used, sizeof used, NULL);
-    if (status != PLI_OK && !had_clusters) { plii_feature_disable(body, &plii_clusters_class); }
+    if (status != PLI_OK) { plii_feature_undo(body, &plii_clusters_class); }
     return status;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)

@@ -264,10 +264,11 @@ void plii_cluster_contacts_begin_step(pli_body* body, void* data) {
         if (record->slot > 0) { cluster_contacts_free_manifold(state, record->slot); }
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
-    if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_clear(state); }
+    if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_clear(body, state); }
 }
 
-void plii_cluster_contacts_clear(plii_cluster_contacts* state) {
+void plii_cluster_contacts_clear(pli_body* body, void* data) {
+    plii_cluster_contacts* state = data;
     state->count = 0;
     plii_pair_cache_clear(&state->memory);
     state->manifold_count = state->free_manifold1 = 0;

@@ -46,8 +46,7 @@ static void cluster_contacts_find_near_corners(const pli_shape* shape, pli_trans
                                                plii_near_nodes* found) {
     const float radius = shape->def.radius;
     const pli_vec3 n = info->normal;
-    const pli_vec3 across = fabsf(n.x) > 0.6f ? pli_vec3_make(0, 1, 0) : pli_vec3_make(1, 0, 0);
-    const pli_vec3 u = plii_vec3_safe_normalize(pli_vec3_cross(n, across)), v = pli_vec3_cross(n, u);
+    const pli_vec3 u = plii_vec3_perpendicular(n), v = pli_vec3_cross(n, u);
     for (int i = 0; i < 4; ++i) {
         const pli_vec3 tilt =
             pli_vec3_scale(i % 2 == 0 ? u : v, i < 2 ? CLUSTER_CONTACTS_TILT : -CLUSTER_CONTACTS_TILT);

@@ -4,22 +4,15 @@
 #include "cluster/cluster_impl.h"
 
 PLII_DEFINE_DEFAULT(pli_clusters_def, .iterations = 4, .cookie = PLII_DEF_COOKIE)
-static pli_status clusters_enable(pli_body* body, pli_clusters_def def) {
-    PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
-    const bool has_other_masses = def.reference_mode != clusters->def.reference_mode;
-    clusters->def = def;
-    body->joint_iterations = def.iterations;
-    if (has_other_masses) { plii_clusters_settle(body, clusters, 0); }
-    return PLI_OK;
-}
-pli_status plii_clusters_provide(pli_body* body, bool* were_there) {
-    *were_there = body->clusters != NULL;
-    return *were_there ? PLI_OK : clusters_enable(body, pli_clusters_def_default());
-}
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_clusters_def, used, def, plii_clusters_class);
-    return plii_body_changed(body, clusters_enable(body, used));
+    PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
+    const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;
+    clusters->def = used;
+    body->joint_iterations = used.iterations;
+    if (has_other_masses) { plii_clusters_settle(body, clusters, 0); }
+    return plii_body_changed(body, PLI_OK);
 }
 
 pli_status pli_body_disable_clusters(pli_body* body) {
@@ -80,14 +73,11 @@ static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node
 pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count, int* cluster) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(cluster_check_nodes(body, nodes, node_count, __func__));
-    bool were_there;
-    PLII_TRY(plii_clusters_provide(body, &were_there));
-    plii_clusters* clusters = body->clusters;
+    PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
     if (plii_clusters_append(body, clusters, nodes, node_count) != PLI_OK) {
-        if (!were_there) { plii_feature_disable(body, &plii_clusters_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a cluster of %d nodes", node_count);
+        return PLII_FAIL_ENABLED(body, plii_clusters_class, __func__, "no memory for a cluster of %d nodes",
+                                 node_count);
     }
-    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when contacts that need them go */
     plii_clusters_settle(body, clusters, clusters->count - 1);
     if (cluster != NULL) { *cluster = clusters->count - 1; }
     return plii_body_changed(body, PLI_OK);

@@ -176,9 +176,7 @@ static pli_status generate_elements(pli_body* body, plii_clusters* clusters) {
 
 /* Makes the new clusters beside the old ones and swaps them in when all went well. `count` 0: from elements. */
 static pli_status generate_replace(pli_body* body, int count, int max_iterations, int* made, const char* function) {
-    bool were_there;
-    PLII_TRY(plii_clusters_provide(body, &were_there));
-    plii_clusters* clusters = body->clusters;
+    PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
     plii_clusters fresh = {.def = clusters->def, .revision = clusters->revision};
     pli_status status;
     if (count > 0) {
@@ -190,11 +188,10 @@ static pli_status generate_replace(pli_body* body, int count, int max_iterations
     }
     if (status != PLI_OK) {
         plii_clusters_release(body, &fresh);
-        if (!were_there) { plii_feature_disable(body, &plii_clusters_class); }
-        return plii_fail(body->context, status, function, "no memory for the clusters of %d nodes", body->node_count);
+        return PLII_FAIL_ENABLED(body, plii_clusters_class, function, "no memory for the clusters of %d nodes",
+                                 body->node_count);
     }
     PLII_TRY(pli_body_remove_clusters(body));
-    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, NULL)); /* they stay when contacts that need them go */
     *clusters = fresh;
     plii_clusters_settle(body, clusters, 0);
     if (made != NULL) { *made = clusters->count; }

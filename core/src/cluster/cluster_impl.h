@@ -64,8 +64,6 @@ typedef struct plii_clusters {
 
 extern const plii_field plii_cluster_settings_fields[6];
 
-/* Enables clusters with the defaults where they are not; a call that then fails disables what was not there. */
-pli_status plii_clusters_provide(pli_body* body, bool* were_there);
 /* PLI_OK, or the error of a cluster that is not there. */
 pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function);
 

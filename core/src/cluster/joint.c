@@ -134,29 +134,21 @@ void plii_joint_split_drift(plii_joint* joint, int iterations, float response, f
     joint->drift = plii_vec3_divide(joint->drift, (float)iterations);
 }
 
-/* Takes out the joint of a slot, or those with what goes away, a body or a rigid body; the others keep their order. */
-static void joints_remove(pli_body* body, joints_state* joints, int slot, const void* gone) {
-    int kept = 0;
-    for (PLII_EACH(const plii_joint, joint, joints->items, joints->count)) {
-        const bool has_gone = body == gone || joint->other.body == gone || joint->other.rigid == gone;
-        if (joint->slot == slot || (gone != NULL && has_gone)) {
-            plii_id_pool_free(&joints->ids, joint->slot);
-            continue;
-        }
-        joints->items[kept] = *joint;
-        joints->ids.slots[joint->slot].item = kept++;
-    }
-    joints->count = kept;
+/* Takes out the joint of a slot, or those with what goes away, a body or a rigid body; the others keep their order.
+   Returns whether there were some. */
+static bool joints_remove(pli_body* body, joints_state* joints, int slot, const void* gone) {
+    const int before = joints->count;
+    PLII_ID_POOL_REMOVE_IF(&joints->ids, plii_joint, joint, joints->items, joints->count,
+                           joint->slot == slot || (gone != NULL && (body == gone || joint->other.body == gone ||
+                                                                    joint->other.rigid == gone)));
+    return joints->count < before;
 }
 
 static void joints_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
-    const joints_state* joints = state;
-    const int before = joints->count;
-    joints_remove(body, state, PLI_NULL_INDEX, rigid);
-    if (joints->count < before) { plii_world_add_anchors_lost(body); }
+    if (joints_remove(body, state, PLI_NULL_INDEX, rigid)) { plii_world_add_anchors_lost(body); }
 }
 static void joints_on_body_removed(pli_body* body, void* state, const pli_body* other) {
-    joints_remove(body, state, PLI_NULL_INDEX, other);
+    (void)joints_remove(body, state, PLI_NULL_INDEX, other);
 }
 
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
@@ -252,12 +244,10 @@ static void joint_renew_frame(const pli_body* body, int cluster) {
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
-    const bool was_enabled = plii_feature_is_enabled(body, &plii_joints_class);
     PLII_TRY_ENABLE(body, joints_state, joints, plii_joints_class);
     if (!plii_id_pool_reserve(body->context, &joints->ids, 1) ||
         !PLII_GROW(body->context, &joints->items, &joints->capacity, joints->count)) {
-        if (!was_enabled) { plii_feature_disable(body, &plii_joints_class); }
-        return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
+        return PLII_FAIL_ENABLED(body, plii_joints_class, function, "no memory for another joint");
     }
     joint_renew_frame(body, joint->cluster);
     if (joint->other.body != NULL) { joint_renew_frame(joint->other.body, joint->other.cluster); }
@@ -276,7 +266,7 @@ pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
     const int item = joints != NULL ? plii_id_pool_find(&joints->ids, joint.index1, joint.generation) : PLI_NULL_INDEX;
     PLII_FAIL_IF(item == PLI_NULL_INDEX, body->context, PLI_ERROR_STALE_ID, __func__,
                  "joint %d of generation %u is gone", (int)joint.index1, (unsigned)joint.generation);
-    joints_remove(body, joints, joints->items[item].slot, NULL);
+    (void)joints_remove(body, joints, joints->items[item].slot, NULL);
     return plii_body_changed(body, PLI_OK);
 }
 PLII_DEFINE_STATE_GET(int, pli_body_joint_count, joints_state, plii_joints_class, state->count, 0)

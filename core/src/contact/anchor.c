@@ -274,22 +274,13 @@ enum { ANCHOR_LISTED = 2 };
    keep their order. Returns whether there were some. */
 static bool anchor_remove(pli_body* body, plii_anchors* anchors, int slot, const pli_rigid* gone) {
     const int before = anchors->item_count;
-    int kept = 0;
-    for (int i = 0; i < before; ++i) {
-        const plii_anchor anchor = anchors->items[i];
-        if (anchor.slot == slot || anchor.rigid == gone || body->anchored[anchor.node] == ANCHOR_LISTED) {
-            plii_id_pool_free(&anchors->ids, anchor.slot);
-            continue;
-        }
-        anchors->items[kept] = anchor;
-        anchors->ids.slots[anchor.slot].item = kept++;
-    }
-    anchors->item_count = kept;
+    PLII_ID_POOL_REMOVE_IF(&anchors->ids, plii_anchor, at, anchors->items, anchors->item_count,
+                           at->slot == slot || at->rigid == gone || body->anchored[at->node] == ANCHOR_LISTED);
     memset(body->anchored, 0, (size_t)body->node_count);
-    for (int i = 0; i < kept; ++i) {
+    for (int i = 0; i < anchors->item_count; ++i) {
         body->anchored[anchors->items[i].node] = 1;
     }
-    return kept < before;
+    return anchors->item_count < before;
 }
 
 static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
@@ -415,13 +406,10 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
 pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check(body, def, __func__));
-    const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
     PLII_TRY_ENABLE(body, plii_anchors, anchors, plii_anchor_class);
-    pli_status status = anchor_reserve(body, anchors, 1) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-    if (status == PLI_OK && def->disable_collision) { status = pli_body_ignore_rigid(body, def->rigid, true); }
-    if (status != PLI_OK) {
-        if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
-        return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
+    if (!anchor_reserve(body, anchors, 1) ||
+        (def->disable_collision && pli_body_ignore_rigid(body, def->rigid, true) != PLI_OK)) {
+        return PLII_FAIL_ENABLED(body, plii_anchor_class, __func__, "no memory for an anchor");
     }
     const plii_anchor* anchor = anchor_append(body, anchors, def);
     if (id != NULL) { *id = (pli_anchor_id){anchor->slot + 1, anchors->ids.slots[anchor->slot].generation}; }
@@ -482,10 +470,11 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check_list(body, nodes, count, __func__));
     PLII_TRY(anchor_check_rigid(body, rigid, "rigid", __func__));
-    const bool was_enabled = plii_feature_is_enabled(body, &plii_anchor_class);
     PLII_TRY_ENABLE(body, void, state, plii_anchor_class);
-    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (anchor_reserve(body, state, count)) { status = anchor_mark_nodes(body, nodes, count, false, __func__); }
+    if (!anchor_reserve(body, state, count)) {
+        return PLII_FAIL_ENABLED(body, plii_anchor_class, __func__, "no memory for %d anchors", count);
+    }
+    const pli_status status = anchor_mark_nodes(body, nodes, count, false, __func__);
     pli_anchor_def def = pli_anchor_def_default();
     def.rigid = rigid;
     for (int i = 0; i < count && status == PLI_OK; ++i) {
@@ -493,9 +482,8 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
         anchor_append(body, state, &def);
     }
     if (status == PLI_OK && count > 0) { return plii_body_changed(body, PLI_OK); }
-    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
-    return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for %d anchors", count)
-                                             : status;
+    plii_feature_undo(body, &plii_anchor_class);
+    return status;
 }
 
 pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {

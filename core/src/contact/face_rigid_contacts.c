@@ -383,17 +383,9 @@ static void rigid_faces_on_shapes_changed(pli_body* body, void* data, const pli_
     if (are_others) { plii_pair_cache_forget(body->context, &((plii_rigid_faces*)data)->memory, rigid); }
 }
 
-static pli_status rigid_faces_enable(pli_body* body, void* data) {
-    ++body->sweeping_features;
-    return PLI_OK;
-}
 static void rigid_faces_build(pli_body* body, void* data) {
     rigid_faces_clear(body, data);
     plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
-}
-static void rigid_faces_disable(pli_body* body, void* data) {
-    --body->sweeping_features;
-    rigid_faces_build(body, data);
 }
 
 /* After contacts of nodes with rigid bodies; in substeps before them. */
@@ -434,8 +426,8 @@ const plii_feature_class plii_rigid_faces_class = {
                                               .begin = faces_begin,
                                               .restart = faces_restart,
                                               .sweep = faces_sweep},
-    .enable = rigid_faces_enable,
-    .disable = rigid_faces_disable,
+    .disable = rigid_faces_build,
+    .looks_at_motion = true,
     .collide_rigid = plii_rigid_faces_collide,
     .collides_last = true,
     .list_constraints = rigid_faces_list_constraints,

@@ -276,14 +276,12 @@ PLII_DEFINE_DEFAULT(pli_soft_contacts_def, .friction = 0.2f, .hardness = 1.0f, .
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);
-    const bool was_enabled = plii_feature_state(body, &plii_soft_contacts_class) != NULL;
     PLII_TRY_ENABLE(body, plii_soft_contacts_state, state, plii_soft_contacts_class);
     const bool wants_boxes = used.bullet_boxes && state->node_boxes == NULL;
     if (wants_boxes && !(PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&
                          PLII_ALLOCATE(body->context, &state->face_boxes, body->topology->face_count))) {
         soft_release_boxes(body, state);
-        if (!was_enabled) { plii_feature_disable(body, &plii_soft_contacts_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
+        return PLII_FAIL_ENABLED(body, plii_soft_contacts_class, __func__, "no memory for boxes");
     }
     if (!used.bullet_boxes) { soft_release_boxes(body, state); }
     body->sweeping_features += !used.bullet_boxes - state->is_sweeping;

@@ -9,8 +9,7 @@
 #include "geometry/closest_point4.h"
 
 /* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. What moves
-   them aside grows with what falls in a step, not with margins: of that 4 are enough, down to a tenth of the margins.
- */
+   them aside grows with what falls in a step, not with margins: of that 4 are enough, down to a tenth of these. */
 #define SOFT_CONTACTS_SLACK 0.25f
 #define SOFT_CONTACTS_LEAST_SLACK 0.1f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
@@ -115,7 +114,7 @@ static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float
     pli_vec3 point;
     float distance_squared;
     if (!plii_project_origin_on_triangle(pli_vec3_sub(a, origin), pli_vec3_sub(b, origin), pli_vec3_sub(c, origin),
-                                         PLII_EPSILON, PLII_EPSILON, &point, &distance_squared) ||
+                                         &point, &distance_squared) ||
         !(distance_squared < margin * margin)) {
         return PLI_OK;
     }

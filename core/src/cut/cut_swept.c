@@ -492,7 +492,6 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
     PLII_TRY(plii_check_finite_points(body->context, 4, ends, "end", __func__));
-    const bool was_enabled = plii_feature_state(body, &plii_trace_class) != NULL;
     PLII_TRY_ENABLE(body, trace_state, trace, plii_trace_class);
     const bool goes_on = trace_ends_at(trace, from_start, from_end);
     const pli_vec3 corners[2][3] = {{from_start, from_end, to_end}, {from_start, to_end, to_start}};
@@ -500,7 +499,7 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
     if (swept_may_meet(body, corners[0]) || swept_may_meet(body, corners[1])) {
         const pli_status status = swept_run(body, trace, corners, goes_on, __func__, &count);
         if (status != PLI_OK) {
-            if (!was_enabled) { plii_feature_disable(body, &plii_trace_class); }
+            plii_feature_undo(body, &plii_trace_class);
             return status;
         }
     } else if (!goes_on) {

@@ -223,12 +223,10 @@ pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag
                  ? plii_check_node(body, def->node, __func__)
                  : plii_check_index(body->context, def->face, body->topology->face_count, "face", "body", __func__));
     if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
-    const bool was_enabled = plii_feature_state(body, &plii_drag_class) != NULL;
     PLII_TRY_ENABLE(body, drag_state, state, plii_drag_class);
     if (!PLII_GROW(body->context, &state->items, &state->capacity, state->count) ||
         !plii_id_pool_reserve(body->context, &state->ids, 1)) {
-        if (!was_enabled) { plii_feature_disable(body, &plii_drag_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a drag");
+        return PLII_FAIL_ENABLED(body, plii_drag_class, __func__, "no memory for a drag");
     }
     drag_item* item = &state->items[state->count];
     *item = (drag_item){.slot = plii_id_pool_alloc(&state->ids, state->count)};
@@ -263,12 +261,8 @@ pli_status pli_body_end_drag(pli_body* body, pli_drag_id drag) {
     drag_item* item = NULL;
     PLII_TRY(drag_find(body, drag, __func__, &item));
     drag_state* state = plii_feature_state(body, &plii_drag_class);
-    plii_id_pool_free(&state->ids, item->slot);
-    for (int i = (int)(item - state->items) + 1; i < state->count; ++i) {
-        state->items[i - 1] = state->items[i];
-        state->ids.slots[state->items[i].slot].item = i - 1;
-    }
-    state->count -= 1;
+    const int slot = item->slot;
+    PLII_ID_POOL_REMOVE_IF(&state->ids, drag_item, at, state->items, state->count, at->slot == slot);
     return plii_body_changed(body, PLI_OK);
 }
 

@@ -69,7 +69,6 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_vec3_within(body->context, position, PLI_MAX_COORDINATE, "position", __func__));
     PLII_FAIL_IF(body->positions[node].w > 0.0f, body->context, PLI_ERROR_INVALID_VALUE, __func__,
                  "node %d is not pinned", node);
-    const bool was_enabled = plii_feature_is_enabled(body, &plii_node_motion_class);
     PLII_TRY_ENABLE(body, node_motion_state, state, plii_node_motion_class);
     const node_motion motion = {.node = node, .target = position};
     /* So long that it has some node twice, as that of a body that is called for but not stepped. */
@@ -80,8 +79,7 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
         return plii_body_changed(body, PLI_OK);
     }
     if (!PLII_GROW(body->context, &state->motions, &state->capacity, state->count)) {
-        if (!was_enabled) { plii_feature_disable(body, &plii_node_motion_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the motion of a node");
+        return PLII_FAIL_ENABLED(body, plii_node_motion_class, __func__, "no memory for the motion of a node");
     }
     state->motions[state->count++] = motion;
     return plii_body_changed(body, PLI_OK);

@@ -37,11 +37,6 @@ static target_pose target_between(const target_pose* a, const target_pose* b, fl
     return pose;
 }
 
-static pli_vec3 target_any_across(pli_vec3 normal) {
-    const pli_vec3 axis = fabsf(normal.x) < 0.5f ? pli_vec3_make(1, 0, 0) : pli_vec3_make(0, 1, 0);
-    return plii_vec3_safe_normalize(pli_vec3_cross(normal, axis));
-}
-
 /* In the plane of the normal and the node: out of the sphere, but not out of the ball. In double precision, as radii
    may be those of a plane. `along` the normal and `across` it, from the target. */
 static void target_leave_backstop(const pli_target* limits, double* along, double* across) {
@@ -73,7 +68,7 @@ static pli_vec3 target_allowed(const pli_target* limits, const target_pose* pose
     double new_along = (double)along, new_across = (double)across;
     target_leave_backstop(limits, &new_along, &new_across);
     if (new_along == (double)along && new_across == (double)across) { return inside; }
-    const pli_vec3 unit = across > 0.0f ? pli_vec3_scale(side, 1.0f / across) : target_any_across(pose->normal);
+    const pli_vec3 unit = across > 0.0f ? pli_vec3_scale(side, 1.0f / across) : plii_vec3_perpendicular(pose->normal);
     return pli_vec3_add(pose->position, pli_vec3_add(pli_vec3_scale(pose->normal, (float)new_along),
                                                      pli_vec3_scale(unit, (float)new_across)));
 }
@@ -368,11 +363,9 @@ PLII_DEFINE_DEFAULT(pli_targets_def, .cookie = PLII_DEF_COOKIE)
 pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));
-    const bool was_enabled = plii_feature_state(body, &plii_target_class) != NULL;
     PLII_TRY_ENABLE(body, target_state, state, plii_target_class);
     if (!PLII_RESERVE(body->context, &state->items, &state->capacity, def->count)) {
-        if (!was_enabled) { plii_feature_disable(body, &plii_target_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d targets", def->count);
+        return PLII_FAIL_ENABLED(body, plii_target_class, __func__, "no memory for %d targets", def->count);
     }
     target_let_go_all(body, state);
     state->count = state->given = def->count;

@@ -540,8 +540,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     const bool is_new = plii_feature_state(body, &plii_tether_class) == NULL;
     PLII_TRY_ENABLE(body, tether_state, state, plii_tether_class);
     if (!tether_follow_origins(body, state, is_new)) {
-        if (is_new) { plii_feature_disable(body, &plii_tether_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to measure the body");
+        return PLII_FAIL_ENABLED(body, plii_tether_class, __func__, "no memory to measure the body");
     }
     state->def = used;
     return plii_body_changed(body, PLI_OK);

@@ -116,17 +116,14 @@ plii_file_identity plii_file_identify(const plii_file* file, const void* pointer
 }
 
 static const void* file_find_identity(plii_file* file, plii_file_identity identity) {
-    const pli_rigid* rigid = NULL;
+    const bool is_body = identity.kind == PLII_FILE_BODY;
     if (identity.kind == PLII_FILE_NOTHING) { return NULL; }
-    if (identity.kind == PLII_FILE_BODY && identity.index < (uint32_t)file->body_count) {
-        return file->to_bodies[identity.index];
-    }
-    if (identity.kind != PLII_FILE_BODY && identity.index < (uint32_t)file->rigid_count) {
-        rigid = file->to_rigids[identity.index];
-    }
-    if (identity.kind == PLII_FILE_RIGID && rigid != NULL) { return rigid; }
-    if (identity.kind == PLII_FILE_SHAPE && rigid != NULL && identity.shape < (uint32_t)rigid->shape_count) {
-        return rigid->shapes[identity.shape];
+    if (identity.index < (uint32_t)(is_body ? file->body_count : file->rigid_count)) {
+        if (is_body) { return file->to_bodies[identity.index]; }
+        const pli_rigid* rigid = file->to_rigids[identity.index];
+        if (identity.kind == PLII_FILE_RIGID) { return rigid; }
+        const bool is_shape = identity.kind == PLII_FILE_SHAPE && identity.shape < (uint32_t)rigid->shape_count;
+        if (is_shape) { return rigid->shapes[identity.shape]; }
     }
     plii_file_refuse(file, "an index is out of range");
     return NULL;

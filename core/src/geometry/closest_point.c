@@ -65,11 +65,10 @@ pli_vec3 plii_closest_point_on_triangle(pli_vec3 point, pli_vec3 vertex_a, pli_v
     return closest_point_at(plii_dvec3_add_scaled(a, ab, v), ac, w);
 }
 
-static void closest_point_project_on_edge(pli_vec3 a, pli_vec3 b, float min_edge_squared, pli_vec3* point,
-                                          float* distance_squared) {
+static void closest_point_project_on_edge(pli_vec3 a, pli_vec3 b, pli_vec3* point, float* distance_squared) {
     const pli_vec3 d = pli_vec3_sub(b, a);
     const float edge_squared = pli_vec3_length_squared(d);
-    if (!(edge_squared > min_edge_squared)) { return; }
+    if (!(edge_squared > PLII_EPSILON)) { return; }
     const float t = plii_clamp(-pli_vec3_dot(a, d) / edge_squared, 0.0f, 1.0f);
     const pli_vec3 p = pli_vec3_add(a, pli_vec3_scale(d, t));
     const float squared = pli_vec3_length_squared(p);
@@ -79,11 +78,10 @@ static void closest_point_project_on_edge(pli_vec3 a, pli_vec3 b, float min_edge
     }
 }
 
-bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, float min_area_squared, float min_edge_squared,
-                                     pli_vec3* point, float* distance_squared) {
+bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3* point, float* distance_squared) {
     const pli_vec3 q = pli_vec3_cross(pli_vec3_sub(b, a), pli_vec3_sub(c, a));
     const float area_squared = pli_vec3_length_squared(q);
-    if (!(area_squared > min_area_squared)) { return false; }
+    if (!(area_squared > PLII_EPSILON)) { return false; }
     const pli_vec3 normal = plii_vec3_divide(q, sqrtf(area_squared));
     const float k = pli_vec3_dot(a, normal);
     const pli_vec3 p = pli_vec3_scale(normal, k);
@@ -95,9 +93,9 @@ bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, float m
         return true;
     }
     float nearest = FLT_MAX;
-    closest_point_project_on_edge(a, b, min_edge_squared, point, &nearest);
-    closest_point_project_on_edge(b, c, min_edge_squared, point, &nearest);
-    closest_point_project_on_edge(c, a, min_edge_squared, point, &nearest);
+    closest_point_project_on_edge(a, b, point, &nearest);
+    closest_point_project_on_edge(b, c, point, &nearest);
+    closest_point_project_on_edge(c, a, point, &nearest);
     if (!(nearest < FLT_MAX)) { return false; }
     *distance_squared = nearest;
     return true;

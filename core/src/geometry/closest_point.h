@@ -34,10 +34,9 @@ typedef struct plii_closest_feature {
 pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_closest_feature* closest);
 
 /* The point of triangle abc nearest to the origin and its squared distance, in btSoftBody's operations (ProjectOrigin).
-   False, and nothing written, for a triangle that is degenerate: |cross product|^2 or a squared edge not above
-   `min_area_squared` or `min_edge_squared`. Bullet uses FLT_EPSILON for both, whatever the size of the triangle. */
-bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, float min_area_squared, float min_edge_squared,
-                                     pli_vec3* point, float* distance_squared);
+   False, and nothing written, for a triangle that is degenerate: |cross product|^2 or squared edges not above
+   FLT_EPSILON, whatever the size of the triangle. */
+bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3* point, float* distance_squared);
 
 /* Barycentric weights by areas, in btSoftBody's operations (BaryCoord). */
 pli_vec3 plii_barycentric_by_areas(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3 p);

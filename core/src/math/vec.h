@@ -49,6 +49,10 @@ static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
     if (length_squared >= PLII_EPSILON * PLII_EPSILON) { return plii_vec3_divide(a, sqrtf(length_squared)); }
     return pli_vec3_make(1, 0, 0);
 }
+static inline pli_vec3 plii_vec3_perpendicular(pli_vec3 unit) {
+    const pli_vec3 axis = fabsf(unit.x) < 0.5f ? pli_vec3_make(1, 0, 0) : pli_vec3_make(0, 1, 0);
+    return plii_vec3_safe_normalize(pli_vec3_cross(unit, axis));
+}
 /* A point in the frame of a pose, rounded as btTransform::inverse() times the point. */
 static inline pli_vec3 plii_localize(pli_transform pose, pli_vec3 point) {
     return pli_vec3_add(pli_mat3_transpose_mul_vec3(pose.rotation, point),

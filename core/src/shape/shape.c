@@ -114,13 +114,3 @@ pli_bounds pli_shape_bounds(const pli_shape* shape) {
     --plii_shape_queries;
     return bounds;
 }
-
-pli_vec3 plii_shape_perpendicular(pli_vec3 v) {
-    /* Crossing with the axis of the smallest component keeps clear of the parallel case. */
-    const float x = fabsf(v.x), y = fabsf(v.y), z = fabsf(v.z);
-    const pli_vec3 axis = x <= y && x <= z ? pli_vec3_make(1, 0, 0)
-                          : y <= z         ? pli_vec3_make(0, 1, 0)
-                                           : pli_vec3_make(0, 0, 1);
-    const pli_vec3 side = pli_vec3_cross(v, axis);
-    return plii_vec3_divide(side, pli_vec3_length(side));
-}

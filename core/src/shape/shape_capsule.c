@@ -45,7 +45,7 @@ pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment,
     capsule_data capsule = {half_segment, 0.0f, radius, {1, 0, 0}};
     if (squared >= PLII_SHAPE_TINY_SQUARED) {
         capsule.inverse_squared = 1.0f / squared;
-        capsule.side = plii_shape_perpendicular(half_segment);
+        capsule.side = plii_vec3_perpendicular(plii_vec3_safe_normalize(half_segment));
     }
     const pli_shape_def def = {
         .distances = capsule_distances, .bounds = capsule_bounds, .support = capsule_support, .radius = radius};

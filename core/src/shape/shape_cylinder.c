@@ -67,7 +67,7 @@ pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, f
                  "the length of half_axis is %g", (double)half_height);
     const pli_vec3 axis =
         pli_vec3_make(half_axis.x / half_height, half_axis.y / half_height, half_axis.z / half_height);
-    const cylinder_data cylinder = {axis, half_height, radius, plii_shape_perpendicular(axis)};
+    const cylinder_data cylinder = {axis, half_height, radius, plii_vec3_perpendicular(axis)};
     const pli_shape_def def = {.distances = cylinder_distances, .bounds = cylinder_bounds, .support = cylinder_support};
     return plii_shape_create_owning(context, PLII_SHAPE_CYLINDER, &def, &cylinder, sizeof cylinder, __func__, shape);
 }

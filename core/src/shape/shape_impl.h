@@ -69,6 +69,3 @@ static inline float plii_shape_interpolate(const float d[8], pli_vec3 f, pli_vec
     const float high = plii_lerp(plii_lerp(d[4], d[5], f.x), plii_lerp(d[7], d[6], f.x), f.y);
     return plii_lerp(low, high, f.z);
 }
-
-/* Some unit vector at a right angle to `v`, which is not zero. */
-pli_vec3 plii_shape_perpendicular(pli_vec3 v);

@@ -127,7 +127,7 @@ static int groups_part(int count, int64_t nodes, int worth) {
 
 typedef struct groups_task {
     pli_world* world;
-    plii_groups_fn* run_group;
+    void (*run_group)(pli_body* const* bodies, int count);
     void (*run_body)(pli_body* body);
     int alone; /* was done before */
 } groups_task;
@@ -175,7 +175,7 @@ static bool groups_run(groups_task* task, int count, int64_t least, int worth) {
     return true;
 }
 
-void plii_groups_run(pli_world* world, plii_groups_fn* run) {
+void plii_groups_run(pli_world* world, void (*run)(pli_body* const* bodies, int count)) {
     groups_task task = {.world = world, .run_group = run};
     (void)groups_run(&task, world->group_count, 0, GROUPS_SOLVE_NODES);
     world->are_groups_parted = task.alone == PLI_NULL_INDEX;

@@ -1,7 +1,6 @@
 #include "world/world_impl.h"
 
 #include "base/union_find.h"
-#include "body/pipeline.h"
 
 void plii_islands_start(pli_world* world) {
     if (!world->has_islands) { return; }

@@ -1,7 +1,6 @@
 /* The world: lists of bodies and rigid proxies, the order of a step, and which pairs meet. */
 
 #include "body/pipeline.h"
-#include "math/bounds.h"
 #include "shape/shape_impl.h"
 #include "world/world_impl.h"
 

@@ -32,9 +32,8 @@ bool plii_groups_find(pli_world* world);
 /* How many of `count` items with so many nodes make a part worth a thread, of a prediction or of rigid contacts. */
 int plii_groups_grain(const pli_world* world, int count, int64_t nodes);
 
-typedef void plii_groups_fn(pli_body* const* bodies, int count);
 /* All groups, on any thread. */
-void plii_groups_run(pli_world* world, plii_groups_fn* run);
+void plii_groups_run(pli_world* world, void (*run)(pli_body* const* bodies, int count));
 /* Each body for itself, where there are groups and enough bodies to part. False: nothing was done. */
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body));
 

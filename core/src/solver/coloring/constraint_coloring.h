@@ -10,22 +10,21 @@
 /* Constraints of a colour share no node; those of the last one may, which have found no other free. */
 enum { PLII_CONSTRAINT_COLORS = 64 };
 
-/* nodes: [arity * count]; masks: [node_count] zero; colors: [count]; order: [count] receives a permutation. */
-static inline void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* masks, uint8_t* colors,
+/* nodes: [count]; masks: [node_count] zero; colors: [count]; order: [count] receives a permutation. */
+static inline void plii_constraint_order(int count, const int (*nodes)[4], uint64_t* masks, uint8_t* colors,
                                          int* order) {
     int begin[PLII_CONSTRAINT_COLORS + 1] = {0};
     for (int i = 0; i < count; ++i) {
-        const int* own = nodes + (int64_t)arity * i;
         uint64_t used = 0;
-        for (int k = 0; k < arity; ++k) {
-            used |= masks[own[k]];
+        for (int k = 0; k < 4; ++k) {
+            used |= masks[nodes[i][k]];
         }
         int color = 0;
         while (color < PLII_CONSTRAINT_COLORS - 1 && (used >> color & 1u) != 0) {
             ++color;
         }
-        for (int k = 0; k < arity; ++k) {
-            masks[own[k]] |= (uint64_t)1 << color;
+        for (int k = 0; k < 4; ++k) {
+            masks[nodes[i][k]] |= (uint64_t)1 << color;
         }
         colors[i] = (uint8_t)color;
         ++begin[color];

@@ -481,8 +481,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     plii_dvec3** direction = &system->direction;
     if (implicit_needs_direction(&used) && *direction == NULL &&
         !PLII_ALLOCATE(body->context, direction, body->node_count)) {
-        if (is_new) { plii_feature_disable(body, &plii_implicit_class); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
+        return PLII_FAIL_ENABLED(body, plii_implicit_class, __func__, "no memory for conjugate gradients");
     }
     if (is_new) { system->had_links = plii_feature_disable(body, &plii_links_class); }
     system->def = used;

@@ -140,7 +140,7 @@ static pli_status xpbd_bending_enable(pli_body* body, void* data) {
     plii_csr_sort_edges(body->node_count, body->topology->face_count, (const int(*)[3])body->topology->faces,
                         state->keys, state->begin, state->corners);
     state->hinge_count = xpbd_bending_pair(body, state);
-    plii_constraint_order(state->hinge_count, 4, state->nodes[0], state->masks, state->colors, state->order);
+    plii_constraint_order(state->hinge_count, (const int(*)[4])state->nodes, state->masks, state->colors, state->order);
     for (int i = 0; i < state->hinge_count; ++i) {
         const int* nodes = state->nodes[state->order[i]];
         pli_vec3 x[4];

@@ -180,7 +180,7 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
     uint8_t* colors = PLII_TAKE(&scratch, uint8_t, topology->tetra_count);
     int* order = PLII_TAKE(&scratch, int, topology->tetra_count);
     if (!scratch.is_short) {
-        plii_constraint_order(topology->tetra_count, 4, topology->tetras[0], masks, colors, order);
+        plii_constraint_order(topology->tetra_count, (const int(*)[4])topology->tetras, masks, colors, order);
         xpbd_tetras_count_groups(state, topology->tetra_count, colors);
         if (PLII_ALLOCATE(body->context, &state->groups, state->group_count)) {
             xpbd_tetras_fill_groups(body, state, colors, order);
