@@ -557,6 +557,27 @@ static void test_pressure_does_not_shoot_light_nodes_away(void** unused) {
     pli_world_destroy(reference);
 }
 
+/* Flat, the gas gives what it would at the volume after the step, c / 2 at most, and not what the limit allows. */
+static void test_gas_gives_a_flat_body_no_more_energy_than_it_has(void** unused) {
+    (void)unused;
+    const float pressure = 0.5f, flat = 1e-3f;
+    pli_body* ball = make_ball(0);
+    make_light(ball, 0.01f);
+    assert_int_equal(pli_body_enable_pressure(ball, pressure), PLI_OK);
+    const float full = pli_body_volume(ball);
+    const pli_body_view view = pli_body_get_view(ball);
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i];
+        assert_int_equal(pli_body_set_node_position(ball, i, pli_vec3_make(x.x, flat * x.y, x.z)), PLI_OK);
+    }
+    const float before = pli_body_volume(ball);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    const float after = pli_body_volume(ball);
+    assert_true(after < 0.1f * full); /* the limit allows more than twice as much */
+    check_near(after, 0.0800, 1e-4);
+    check_near(kinetic_energy_of(ball), 0.5f * pressure * (after - before) / after, 1e-5);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_air_makes_no_node_faster_against_the_wind, setup_weightless_world,
@@ -567,6 +588,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_air_gives_a_stiff_sheet_no_energy_in_substeps, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_pressure_does_not_shoot_light_nodes_away, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_gas_gives_a_flat_body_no_more_energy_than_it_has, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_drag_follows_the_formula_of_each_model, setup_weightless_world,
                                         teardown_world),
