@@ -156,6 +156,53 @@ static void soft_bodies_take_the_impulses_that_are_told(void** state) {
     }
 }
 
+static int setup_reference_world(void** state) {
+    if (setup_context(state) != 0) { return -1; }
+    pli_world_def def = pli_world_def_default();
+    def.gravity = pli_vec3_make(0, 0, 0);
+    def.reference_mode = true;
+    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
+}
+
+/* A sheet meets one that is solved before it, or after it, and both have the velocities of what they are told. */
+static void soft_bodies_of_reference_mode_take_the_impulses_that_are_told(void** state) {
+    (void)state;
+    for (int falling = 0; falling < 2; ++falling) {
+        pli_body* sheets[2];
+        pli_soft_contacts_def contacts = pli_soft_contacts_def_default();
+        contacts.bullet_boxes = true;
+        contacts.recovery_speed = 1;
+        for (int k = 0; k < 2; ++k) {
+            sheets[k] = make_told_sheet(SHEET_LOOSE, POSITION, false, false);
+            CHECK_OK(pli_body_enable_soft_contacts(sheets[k], &contacts));
+        }
+        CHECK_OK(pli_body_transform(sheets[falling],
+                                    (pli_transform){pli_mat3_from_euler_zyx(0, 0.5f, 0), pli_vec3_make(0, 0.1f, 0)}));
+        CHECK_OK(pli_body_add_velocity(sheets[falling], pli_vec3_make(0, -1, 0)));
+        double worst[2] = {0}, pushed[2] = {0}, odd = 0;
+        for (int step = 0; step < 20; ++step) {
+            pli_vec3 before[2], told[2];
+            for (int k = 0; k < 2; ++k) {
+                before[k] = pli_body_momentum(sheets[k]);
+            }
+            CHECK_OK(pli_world_step(world, STEP));
+            for (int k = 0; k < 2; ++k) {
+                told[k] = impulse_on(sheets[k]);
+                const pli_vec3 change = pli_vec3_sub(pli_body_momentum(sheets[k]), before[k]);
+                worst[k] = fmax(worst[k], (double)pli_vec3_length(pli_vec3_sub(change, told[k])));
+                pushed[k] += (double)told[k].y;
+            }
+            odd = fmax(odd, (double)pli_vec3_length(pli_vec3_add(told[0], told[1])));
+        }
+        check_at_most(worst[0], 5e-6);
+        check_at_most(worst[1], 5e-6);
+        check_at_most(odd, 3e-6);
+        check_near(pushed[falling], 0.47, 0.01);
+        pli_body_destroy(sheets[0]);
+        pli_body_destroy(sheets[1]);
+    }
+}
+
 // ------------------------------------------------------------------------------------------------------- phases
 
 /* A loose sheet comes down on a ball that then goes away. */
@@ -345,6 +392,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_ball_takes_the_impulses_that_are_told, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_sheet_takes_the_impulses_that_are_told, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(soft_bodies_take_the_impulses_that_are_told, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(soft_bodies_of_reference_mode_take_the_impulses_that_are_told,
+                                        setup_reference_world, teardown_world),
         cmocka_unit_test_setup_teardown(contacts_begin_persist_and_end, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(an_end_after_a_cut_names_no_face, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(each_element_is_told_when_wanted, setup_world, teardown_world),
