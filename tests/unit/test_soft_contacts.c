@@ -758,6 +758,48 @@ static void test_soft_contacts_of_different_time_scales(void** state) {
     }
 }
 
+/* Four nodes fall on four faces, two of which have a corner in common, in any place of the second: one pushes after the
+   other there, and neither face is driven away from its node. */
+static void test_soft_contacts_of_faces_with_a_common_corner(void** state) {
+    fixture* f = *state;
+    for (int slot = 0; slot < 3; ++slot) {
+        pli_mesh *faces = NULL, *nodes = NULL;
+        assert_int_equal(pli_mesh_create(f->context, &faces), PLI_OK);
+        assert_int_equal(pli_mesh_create(f->context, &nodes), PLI_OK);
+        const float at[4] = {0, 0, 10, 20};
+        int corners[4][3];
+        for (int k = 0; k < 4; ++k) {
+            const float side = k == 1 ? -1.0f : 1.0f;
+            const pli_vec3 points[3] = {{at[k], 0, 0}, {at[k] + side, 0, side}, {at[k] + side, 0, -side}};
+            for (int i = 0; i < 3; ++i) {
+                corners[k][i] = corners[0][0];
+                if (k == 1 && i == 0) { continue; }
+                assert_int_equal(pli_mesh_append_node(faces, points[i], 0.1f, &corners[k][i]), PLI_OK);
+            }
+            const int* c = corners[k];
+            const int first = k == 1 ? (3 - slot) % 3 : 0;
+            assert_int_equal(pli_mesh_append_face(faces, c[first], c[(first + 1) % 3], c[(first + 2) % 3], 0, NULL),
+                             PLI_OK);
+            const pli_vec3 above = pli_vec3_make(at[k] + 0.2f * side, 0.101f, 0);
+            assert_int_equal(pli_mesh_append_node(nodes, above, 1, NULL), PLI_OK);
+        }
+        pli_body *sheet = make_body(f, faces, 0.05f, false), *loose = make_body(f, nodes, 0.05f, false);
+        assert_int_equal(pli_body_add_velocity(loose, pli_vec3_make(0, -1, 0)), PLI_OK);
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        assert_int_equal(pli_body_get_soft_contacts(loose, 0, NULL), 4);
+        const pli_body_view view = pli_body_get_view(sheet);
+        for (int k = 0; k < 4; ++k) {
+            const int* c = corners[k];
+            const float face =
+                0.8f * view.velocities[c[0]].y + 0.1f * (view.velocities[c[1]].y + view.velocities[c[2]].y);
+            check_at_most(-face, 1.005); /* all at once: 1.71 */
+            if (k > 0) { check_near(face, pli_body_get_view(loose).velocities[k].y, 1e-5); }
+        }
+        pli_body_destroy(sheet);
+        pli_body_destroy(loose);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown_fixture),
@@ -767,6 +809,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_of_faces_with_a_common_corner, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_take_overlaps_back_without_speed, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_corner, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_a_node_that_bears_little_is_not_thrown_away, setup, teardown_fixture),
