@@ -194,11 +194,43 @@ static void test_many_strips_stop_a_box_once(void** unused) {
     }
 }
 
+/* No node may be farther than 5 cm from where it began: a ball that falls on the sheet comes to lie there. */
+static void test_targets_bear_a_heavy_ball(void** unused) {
+    (void)unused;
+    for (int has_faces = 0; has_faces < 2; ++has_faces) {
+        const fall f = {.mass = 50, .substeps = 10, .has_faces = has_faces != 0};
+        pli_body* sheet = make_cloth(&f);
+        pli_rigid* ball = make_ball(ball_radius + 0.1f, f.mass);
+        static pli_target targets[SHEET_NODES];
+        static pli_vec3 places[SHEET_NODES];
+        for (int i = 0; i < SHEET_NODES; ++i) {
+            const pli_vec4 x = pli_body_get_view(sheet).positions[i];
+            targets[i] = (pli_target){.node = i, .max_distance = 0.05f};
+            places[i] = pli_vec3_make(x.x, x.y, x.z);
+        }
+        pli_targets_def def = pli_targets_def_default();
+        def.targets = targets;
+        def.positions = places;
+        def.count = SHEET_NODES;
+        CHECK_OK(pli_body_enable_targets(sheet, &def));
+        float lowest = 1;
+        for (int i = 0; i < 180; ++i) {
+            lowest = fminf(lowest, step_ball(ball, 0));
+        }
+        /* 0.27: its radius and the margin above the 5 cm. */
+        check_near(lowest, has_faces != 0 ? 0.2686f : 0.2644f, 0.003);
+        check_near(pli_rigid_get_state(ball).pose.origin.y, 0.2675, 0.004);
+        pli_body_destroy(sheet);
+        pli_rigid_destroy(ball);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_trampolines_throw_nothing_higher_than_it_fell, setup_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_ball_rests_on_faces, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_targets_bear_a_heavy_ball, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_many_strips_stop_a_box_once, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_weight_on_an_arm_rocks_no_wilder, setup_world, teardown_world),
     };
