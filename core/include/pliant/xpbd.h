@@ -55,7 +55,9 @@ PLI_API pli_xpbd_links_def pli_xpbd_links_def_default(void);
 /// Keeps links at their rest lengths, or changes how. Links of a closed surface of triangles with none or few others
 /// inside take half of their error in a sweep at most, with some more inside two thirds, as such a surface would get
 /// energy from sweeps; so do the parts of one that is cut, and links of bodies in which the masses of many neighbours
-/// differ by more than 1 to 10 (docs/solvers.md).
+/// differ by more than 1 to 10. Rigid links may give energy to nodes that have eight or more and are not much heavier
+/// than their neighbours, as the hub of a wheel: such nodes are to be heavier, or links to have a compliance
+/// (docs/solvers.md).
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def);
