@@ -22,6 +22,26 @@ static double milliseconds(void) {
     return (double)clock() * 1e3 / CLOCKS_PER_SEC;
 }
 
+/* s, until all sheets are asleep, where they may. */
+static double time_to_sleep(const pile_def* def) {
+    pli_context* context = NULL;
+    pli_world* world = NULL;
+    pile sheets;
+    pile_def sleeping = *def;
+    sleeping.may_sleep = true;
+    check(pli_context_create(NULL, &context));
+    check(pli_world_create(context, NULL, &world));
+    check(pile_make_sheets(world, &sleeping, &sheets));
+    int frames = 0;
+    while (frames < 600 && !pile_is_asleep(&sheets)) {
+        check(pli_world_step(world, 1.0f / 60.0f));
+        ++frames;
+    }
+    pli_world_destroy(world);
+    pli_context_destroy(context);
+    return frames < 600 ? frames / 60.0 : (double)INFINITY;
+}
+
 static void run(const pile_def* def, int frames) {
     pli_context* context = NULL;
     pli_world* world = NULL;
@@ -40,8 +60,9 @@ static void run(const pile_def* def, int frames) {
         stretch = fmax(stretch, pile_stretch(&sheets));
         if (frame >= frames - 60) { speed = fmax(speed, pile_rms_speed(&sheets)); }
     }
-    printf("%6g %8.1f %7.3f %9.4f %7d %7d %7.1f\n", (double)def->margin * 100, (double)contacts / pile_nodes(&sheets),
-           stretch, speed, pile_nodes_below(&sheets, 0.005f), pile_nodes_below(&sheets, 0.04f), spent / frames);
+    printf("%6g %8.1f %7.3f %9.4f %7d %7d %7.1f %6.1f\n", (double)def->margin * 100,
+           (double)contacts / pile_nodes(&sheets), stretch, speed, pile_nodes_below(&sheets, 0.005f),
+           pile_nodes_below(&sheets, 0.04f), spent / frames, time_to_sleep(def));
     pli_world_destroy(world);
     pli_context_destroy(context);
 }
@@ -53,11 +74,11 @@ int main(int argc, char** argv) {
     printf("margin: cm; contacts per node, rms stretch: the most in a frame; rms speed, m/s: the most of the last "
            "second;\n"
            "nodes of 3,380 that are 0.5 and 4 cm below the next layer at the end; processor time per step, ms: the "
-           "mean\n");
+           "mean; asleep, s: when all sleep that may (the rest of the row is awake)\n");
     for (int solver = PILE_POSITION_BASED; solver <= PILE_XPBD; ++solver) {
         for (int iterations = 5; iterations <= 10; iterations += 5) {
-            printf("%s, %d %s\nmargin contacts stretch     speed  0.5 cm    4 cm      ms\n", names[solver], iterations,
-                   solver == PILE_XPBD ? "substeps" : "iterations");
+            printf("%s, %d %s\nmargin contacts stretch     speed  0.5 cm    4 cm      ms asleep\n", names[solver],
+                   iterations, solver == PILE_XPBD ? "substeps" : "iterations");
             for (int m = 0; m < 3; ++m) {
                 const pile_def def = {.solver = (pile_solver)solver,
                                       .margin = margins[m],

@@ -13,7 +13,14 @@
 #include <math.h>
 #include <string.h>
 
-enum { PILE_SHEETS = 6, PILE_SIDE = 26, PILE_BALLS = 100, PILE_BALL_NODES = 20, PILE_MAX_BODIES = 128 };
+enum {
+    PILE_SHEETS = 6,
+    PILE_SIDE = 26,
+    PILE_BALLS = 100,
+    PILE_BALL_NODES = 20,
+    PILE_MAX_BODIES = 128,
+    PILE_MAX_CONTACTS = 8192
+};
 
 typedef enum pile_solver { PILE_POSITION_BASED, PILE_IMPLICIT, PILE_XPBD } pile_solver;
 
@@ -24,6 +31,7 @@ typedef struct pile_def {
     float recovery_speed; /* m/s */
     bool colored;         /* links; position-based solver */
     bool has_tethers;
+    bool may_sleep;
     float damping; /* share of the velocity lost per step */
 } pile_def;
 
@@ -62,6 +70,7 @@ static inline pli_status pile_add(pile* all, const pile_def* def, pli_mesh* mesh
     pli_soft_contacts_def contacts = pli_soft_contacts_def_default();
     contacts.recovery_speed = def->recovery_speed;
     if (status == PLI_OK) { status = pli_body_enable_soft_contacts(body, &contacts); }
+    if (status == PLI_OK && def->may_sleep) { status = pli_body_enable_sleep(body, NULL); }
     all->bodies[all->count++] = body;
     return status;
 }
@@ -114,6 +123,28 @@ static inline int pile_contacts(const pile* all) {
         count += pli_body_get_soft_contacts(all->bodies[k], 0, NULL);
     }
     return count;
+}
+
+/* Contacts of the node that has most. */
+static inline int pile_most_contacts_of_node(const pile* all) {
+    static pli_soft_contact contacts[PILE_MAX_CONTACTS];
+    int most = 0;
+    for (int k = 0; k < all->count; ++k) {
+        int of_node[PILE_SIDE * PILE_SIDE] = {0};
+        const int count = pli_body_get_soft_contacts(all->bodies[k], PILE_MAX_CONTACTS, contacts);
+        for (int i = 0; i < count && i < PILE_MAX_CONTACTS; ++i) {
+            const int found = ++of_node[contacts[i].node];
+            most = found > most ? found : most;
+        }
+    }
+    return most;
+}
+
+static inline bool pile_is_asleep(const pile* all) {
+    for (int k = 0; k < all->count; ++k) {
+        if (!pli_body_is_asleep(all->bodies[k])) { return false; }
+    }
+    return true;
 }
 
 static inline int pile_nodes(const pile* all) {

@@ -161,6 +161,40 @@ static void soft_visit(const pli_body* body, const void* data, plii_contact_visi
     }
 }
 
+// ------------------------------------------------------------------------------------------------ contacts of a node
+
+/* With all other bodies together: layers behind the nearest ones are stopped by these. */
+#define SOFT_CONTACTS_MOST_PER_NODE 4.0f
+
+/* `of_node`: how many contacts the node has, and how far the farthest is, m. In a round each node loses one of them. */
+static bool soft_is_too_many(pli_vec3* of_node, const plii_soft_contact* contact) {
+    if (contact->is_bullet || of_node->x <= SOFT_CONTACTS_MOST_PER_NODE || contact->distance < of_node->y) {
+        return false;
+    }
+    of_node->x = 0.0f;
+    return true;
+}
+
+void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_state* state) {
+    pli_vec3* of_nodes = state->shifts; /* zero before and after */
+    for (bool is_crowded = state->count > 0; is_crowded;) {
+        is_crowded = false;
+        for (PLII_EACH(const plii_soft_contact, contact, state->contacts, state->count)) {
+            pli_vec3* of_node = &of_nodes[contact->node];
+            if (contact->is_bullet) { continue; }
+            of_node->x += 1.0f;
+            of_node->y = plii_max(of_node->y, contact->distance);
+            is_crowded = is_crowded || of_node->x > SOFT_CONTACTS_MOST_PER_NODE;
+        }
+        if (is_crowded) {
+            PLII_REMOVE_IF(plii_soft_contact, contact, state->contacts, state->count,
+                           soft_is_too_many(&of_nodes[contact->node], contact));
+        }
+        memset(of_nodes, 0, (size_t)body->node_count * sizeof *of_nodes);
+    }
+    if (state->impulse_count > state->count) { state->impulse_count = state->count; }
+}
+
 // ----------------------------------------------------------------------------------------------------- the feature
 
 static void soft_refresh(pli_body* body, void* data) {

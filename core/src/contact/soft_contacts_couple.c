@@ -281,6 +281,7 @@ void plii_soft_contacts_couple(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     plii_soft_contact* contacts = state->contacts;
     const bool is_new = state->sweeps == 0;
+    if (is_new) { plii_soft_contacts_keep_nearest(body, state); }
     couple_sweep sweep = state->sweeps > 2 ? SOFT_COUPLE_LATER : is_new ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT;
     if (body->substep != NULL) { sweep = body->substep->is_first_sweep ? SOFT_COUPLE_FIRST : SOFT_COUPLE_NEXT; }
     state->sweeps += 1;

@@ -211,6 +211,7 @@ static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const in
     plii_closest_feature closest;
     const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
+    pick->distance = 0.0f;
     pick->weights = closest.weights;
     pick->normal = from > 0.0f ? normal : pli_vec3_neg(normal);
     return true;
@@ -333,6 +334,7 @@ static pli_status soft_add(const plii_soft_contacts_pass* pass, plii_soft_contac
     return soft_append(pass, (plii_soft_contact){.node = near.node,
                                                  .face = pick->face,
                                                  .weights = pick->weights,
+                                                 .distance = pick->distance,
                                                  .normal = pick->normal,
                                                  .margin = near.margin});
 }

@@ -12,7 +12,10 @@ typedef struct plii_soft_contact {
     pli_body* face_body;
     int node, face;
     pli_vec3 weights;
-    pli_vec3 start;  /* m, of the node from the point of the face, with shifts, when all bodies had their first sweep */
+    union {
+        float distance; /* m, of the nearest point, 0 where the node crosses the face; until the first sweep */
+        pli_vec3 start; /* m, of the node from the point of the face, with shifts, when all bodies had that sweep */
+    };
     pli_vec3 normal; /* from the face to the node */
     float margin, friction;
     bool is_bullet;  /* of Bullet's boxes: every face in reach, which is the margin */
@@ -93,5 +96,7 @@ typedef struct plii_soft_contacts_pass {
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
 void plii_soft_contacts_reserve(pli_body* body, void* data);
 
+/* Of the contacts of a node with all bodies together those with the nearest faces. */
+void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_state* state);
 void plii_soft_contacts_couple(pli_body* body, void* data);
 void plii_soft_contacts_settle(pli_body* body, void* data);
