@@ -29,7 +29,7 @@ static bool is_near(pli_bounds box, pli_vec3 p, float radius) {
 static const pli_bounds everything = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
 
 static int find(const plii_bvh4* boxes, pli_bounds around, pli_vec3 point, float radius, int* found) {
-    int groups[MAX_BOXES / 4 + 1];
+    int groups[PLII_BVH4_GROUP_ROOM(MAX_BOXES)];
     const int count = plii_bvh4_find_groups(boxes, &around, groups);
     return plii_bvh4_find(boxes, groups, count, point, radius, found);
 }
@@ -38,7 +38,7 @@ static void test_finds_what_is_near(void** state) {
     (void)state;
     static const int counts[] = {0, 1, 3, 4, 5, 16, 17, 64, 257, MAX_BOXES, 2};
     static pli_bounds bounds[MAX_BOXES];
-    int found[MAX_BOXES], total = 0;
+    int found[PLII_BVH4_ROOM(MAX_BOXES)], total = 0;
     uint64_t seed = 7;
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
@@ -104,7 +104,7 @@ static void test_finds_no_more_than_there_are(void** state) {
     static const float radii[] = {1e19f, 1e20f, 3e38f, INFINITY, -INFINITY, NAN};
     static const pli_vec3 points[] = {{0, 0, 0}, {3e38f, -3e38f, 3e38f}, {INFINITY, 0, 0}, {NAN, NAN, NAN}};
     static pli_bounds bounds[257];
-    int found[257];
+    int found[PLII_BVH4_ROOM(257)];
     uint64_t seed = 3;
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(NULL, &context), PLI_OK);

@@ -429,8 +429,8 @@ static bool soft_reserve_search(pli_context* context, plii_soft_contacts_state* 
     return PLII_RESERVE(context, &search->nodes, &search->node_capacity, nodes) &&
            PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
            PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
-           PLII_RESERVE(context, &search->hits, &search->hit_capacity, faces) &&
-           PLII_RESERVE(context, &search->groups, &search->group_capacity, faces / 4 + 1) &&
+           PLII_RESERVE(context, &search->hits, &search->hit_capacity, PLII_BVH4_ROOM(faces)) &&
+           PLII_RESERVE(context, &search->groups, &search->group_capacity, PLII_BVH4_GROUP_ROOM(faces)) &&
            plii_bvh4_reserve(context, &search->near, faces);
 }
 

@@ -67,9 +67,9 @@ typedef struct plii_soft_contacts_state {
     plii_bvh4 near;
     int* face_order; /* [order_count] own faces, neighbours in space one after the other; 0: not known */
     int order_count, order_capacity;
-    int* hits; /* as many as there are boxes */
+    int* hits; /* PLII_BVH4_ROOM of them */
     int hit_count, hit_capacity;
-    int* groups; /* of boxes, four in each */
+    int* groups; /* PLII_BVH4_GROUP_ROOM */
     int group_capacity;
 } plii_soft_contacts_state;
 

@@ -90,8 +90,8 @@ PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const pli
            bvh4_outside(point.z, group->low.z, group->high.z);
 }
 
-/* Visits boxes of the lowest level that counts, depth first, ascending or backwards; `bits`: what is left of groups. */
-PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, bool backwards,
+/* Visits boxes of the lowest level, depth first, ascending or backwards; `bits`: what is left of groups. */
+PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds, bool backwards,
                                 plii_bvh_visit_fn* visit, void* user) {
     const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
     int bits[PLII_BVH_MAX_LEVELS], group[PLII_BVH_MAX_LEVELS];
@@ -107,7 +107,7 @@ PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds
         const int lane = backwards ? 31 - __builtin_clz((unsigned)bits[level]) : __builtin_ctz((unsigned)bits[level]);
         const int box = 4 * group[level] + lane;
         bits[level] ^= 1 << lane;
-        if (level == lowest) {
+        if (level == 0) {
             visit(box, user);
         } else {
             --level;
@@ -129,16 +129,39 @@ static inline void bvh4_append(int box, void* user) {
 
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
     bvh4_list list = {items, 0};
-    bvh4_walk(boxes, bounds, 0, false, bvh4_append, &list);
+    bvh4_walk(boxes, bounds, false, bvh4_append, &list);
     return list.count;
 }
 
+/* Appends those of four boxes from `first` on whose bits are set, and writes all four places: nobody could predict
+   branches for each. */
+PLII_SIMD_INLINE int bvh4_append_set(int* items, int count, int first, int bits) {
+    static const plii_mask4 set[16] = {{0}, {0},    {1},    {0, 1},    {2},    {0, 2},    {1, 2},    {0, 1, 2},
+                                       {3}, {0, 3}, {1, 3}, {0, 1, 3}, {2, 3}, {0, 2, 3}, {1, 2, 3}, {0, 1, 2, 3}};
+    const plii_mask4 boxes = set[bits] + first;
+    memcpy(&items[count], &boxes, sizeof boxes);
+    return count + (int)(UINT64_C(0x4332322132212110) >> 4 * bits & 7u);
+}
+
+/* Level by level, with the lists of two levels in turn: what is tested does not wait for the tests before. */
 int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups) {
-    if (boxes->level_count == 1) { groups[0] = 0; }
-    if (boxes->level_count <= 1) { return boxes->level_count; }
-    bvh4_list list = {groups, 0};
-    bvh4_walk(boxes, bounds, 1, false, bvh4_append, &list);
-    return list.count;
+    const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
+    const int top = boxes->level_count - 1;
+    if (top < 0) { return 0; }
+    int* lists[2] = {groups, groups + boxes->begin[1] + PLII_BVH4_SPARE};
+    int count = 1;
+    lists[top & 1][0] = 0;
+    for (int level = top; level > 0; --level) {
+        const plii_box4* tested = boxes->groups + boxes->begin[level];
+        const int* from = lists[level & 1];
+        const int from_count = count;
+        count = 0;
+        for (int i = 0; i < from_count; ++i) {
+            const int bits = bvh4_overlaps(low, high, &tested[from[i]]);
+            count = bvh4_append_set(lists[~level & 1], count, 4 * from[i], bits);
+        }
+    }
+    return count;
 }
 
 int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
@@ -147,9 +170,7 @@ int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, p
     int count = 0;
     for (int i = 0; i < group_count; ++i) {
         const plii_float4 squared = bvh4_squared_distances(p, &boxes->groups[groups[i]]);
-        for (int bits = plii_lanes_bits(squared <= radius * radius); bits != 0; bits &= bits - 1) {
-            items[count++] = 4 * groups[i] + __builtin_ctz((unsigned)bits);
-        }
+        count = bvh4_append_set(items, count, 4 * groups[i], plii_lanes_bits(squared <= radius * radius));
     }
     return count;
 }
@@ -251,7 +272,7 @@ static inline void bvh_visit(int box, void* user) {
 
 void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* visit, void* user) {
     bvh_visitor visitor = {tree->items, visit, user};
-    bvh4_walk(&tree->boxes, &box, 0, true, bvh_visit, &visitor);
+    bvh4_walk(&tree->boxes, &box, true, bvh_visit, &visitor);
 }
 
 /* A box, or a group of boxes below it. */
