@@ -48,6 +48,7 @@ struct plii_contact_report;
 typedef void plii_run_fn(pli_body* body, void* state);
 typedef void plii_joined_fn(pli_body* body, pli_rigid* rigid, void* user);
 typedef void plii_spring_fn(const struct plii_node_spring* spring, void* user);
+typedef void plii_contact_visit_fn(pli_body* body, const struct plii_contact_report* report, void* user);
 
 /* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
    `b` may be new nodes themselves, of smaller index. */
@@ -219,8 +220,7 @@ typedef struct plii_feature_class {
     /* Springs of nodes to fixed points, for solvers with `solves_constraints`; after FORCES. */
     void (*visit_springs)(pli_body* body, void* state, plii_spring_fn* visit, void* user);
     /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
-    void (*visit_contacts)(const pli_body* body, const void* state,
-                           void (*visit)(const struct plii_contact_report* report, void* user), void* user);
+    void (*visit_contacts)(pli_body* body, const void* state, plii_contact_visit_fn* visit, void* user);
     /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. Bodies that are joined
        to the same rigid body are solved by one thread. */
     void (*visit_joined)(const void* state, plii_joined_fn* visit, void* user);

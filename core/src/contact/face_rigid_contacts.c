@@ -302,8 +302,7 @@ static int rigid_faces_list_constraints(const pli_body* body, const void* data, 
     return state->count;
 }
 
-static void rigid_faces_visit_contacts(const pli_body* body, const void* data, plii_contact_visit_fn* visit,
-                                       void* user) {
+static void rigid_faces_visit_contacts(pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
     const plii_rigid_faces* state = data;
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_face_contact* contact = &state->contacts[i];
@@ -319,7 +318,7 @@ static void rigid_faces_visit_contacts(const pli_body* body, const void* data, p
         memcpy(report.weights, &contact->weights, sizeof report.weights);
         report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
         report.gap = pli_vec3_dot(n, pli_vec3_sub(x, pli_vec3_add(contact->base, motion))) - body->collision_margin;
-        visit(&report, user);
+        visit(body, &report, user);
     }
 }
 

@@ -394,7 +394,7 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
     return state->count;
 }
 
-static void rigid_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
+static void rigid_contacts_visit(pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
     const plii_rigid_contacts* state = data;
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
@@ -412,7 +412,7 @@ static void rigid_contacts_visit(const pli_body* body, const void* data, plii_co
             pli_vec3_sub(x, contact->rigid->state.pose.origin); /* what moves alone takes planes along */
         const float moved = pli_vec3_dot(plii_rigid_velocity_at(contact->rigid, arm), n) * body->host_dt;
         report.gap = pli_vec3_dot(n, x) + contact->normal.w - (contact->is_fixed ? moved : 0.0f);
-        visit(&report, user);
+        visit(body, &report, user);
     }
 }
 
