@@ -3,7 +3,7 @@
 #include "body/pipeline.h"
 #include "cluster/cluster_impl.h"
 
-PLII_DEFINE_DEFAULT(pli_clusters_def, .iterations = 4, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_clusters_def, .iterations = 4)
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_clusters_def, used, def, plii_clusters_class);

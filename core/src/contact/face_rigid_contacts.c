@@ -437,8 +437,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .build = rigid_faces_build,
 };
 
-PLII_DEFINE_DEFAULT(pli_rigid_face_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_rigid_face_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f)
 PLII_DEFINE_ENABLE(pli_body_enable_rigid_face_contacts, plii_check_body_change, pli_rigid_face_contacts_def,
                    plii_rigid_faces_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_face_contacts, plii_check_body_change, plii_rigid_faces_class)

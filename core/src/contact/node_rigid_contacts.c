@@ -494,8 +494,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .build = rigid_contacts_clear,
 };
 
-PLII_DEFINE_DEFAULT(pli_rigid_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_rigid_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f)
 PLII_DEFINE_ENABLE(pli_body_enable_rigid_contacts, plii_check_body_change, pli_rigid_contacts_def,
                    plii_rigid_contacts_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)

@@ -272,7 +272,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .build = soft_build,
 };
 
-PLII_DEFINE_DEFAULT(pli_soft_contacts_def, .friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_soft_contacts_def, .friction = 0.2f, .hardness = 1.0f)
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);

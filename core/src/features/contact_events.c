@@ -314,7 +314,7 @@ const plii_feature_class plii_contact_events_class = {
     .build = contact_events_build,
 };
 
-PLII_DEFINE_DEFAULT(pli_contact_events_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_contact_events_def, 0)
 pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_contact_events_def, used, def, plii_contact_events_class);
