@@ -245,8 +245,8 @@ static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, 
 #endif
 
 #define PLII_DEF_COOKIE 0x706c6931u
-/* The call that gives the default of a definition: its members that are not 0, with the cookie. */
+/* The call that gives the default of a definition: its members that are not 0, or 0. */
 #define PLII_DEFINE_DEFAULT(type, ...)                                                                                 \
     type type##_default(void) {                                                                                        \
-        return (type){__VA_ARGS__};                                                                                    \
+        return (type){__VA_ARGS__, .cookie = PLII_DEF_COOKIE};                                                         \
     }

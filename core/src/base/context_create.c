@@ -40,8 +40,7 @@ static pli_simd context_best_simd(void) {
     return PLI_SIMD_PORTABLE;
 }
 
-PLII_DEFINE_DEFAULT(pli_context_def, .allocator = {context_default_allocate, context_default_release, NULL},
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_context_def, .allocator = {context_default_allocate, context_default_release, NULL})
 
 pli_status pli_context_create(const pli_context_def* def, pli_context** context) {
     if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }

@@ -31,8 +31,6 @@ static inline plii_contact_report plii_contact_report_make(pli_rigid* rigid, pli
                                  .other_face = PLI_NULL_INDEX};
 }
 
-typedef void plii_contact_visit_fn(const plii_contact_report* report, void* user);
-
 /* What each contact of a feature has pushed the body by in this step, N s. Not there unless it is recorded. */
 typedef struct plii_contact_impulses {
     pli_vec3* items;

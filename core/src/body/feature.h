@@ -48,6 +48,7 @@ struct plii_contact_report;
 typedef void plii_run_fn(pli_body* body, void* state);
 typedef void plii_joined_fn(pli_body* body, pli_rigid* rigid, void* user);
 typedef void plii_spring_fn(const struct plii_node_spring* spring, void* user);
+typedef void plii_contact_visit_fn(pli_body* body, const struct plii_contact_report* report, void* user);
 
 /* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
    `b` may be new nodes themselves, of smaller index. */
@@ -82,9 +83,8 @@ typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PL
 typedef enum plii_snapshot_share {
     PLII_NOT_SAID,
     PLII_SAVED,
-    PLII_LEFT,  /* made anew in every step, or follows from topology and rest lengths, which a snapshot has not */
-    PLII_FILED, /* left, but in files: it follows from how the body was when the feature was enabled */
-    PLII_SAME   /* a part that nothing in a step changes: where it is another now, the snapshot does not fit */
+    PLII_LEFT, /* made anew in every step, or follows from topology and rest lengths, which a snapshot has not */
+    PLII_FILED /* left, but in files: it follows from how the body was when the feature was enabled */
 } plii_snapshot_share;
 
 /* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
@@ -219,8 +219,7 @@ typedef struct plii_feature_class {
     /* Springs of nodes to fixed points, for solvers with `solves_constraints`; after FORCES. */
     void (*visit_springs)(pli_body* body, void* state, plii_spring_fn* visit, void* user);
     /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
-    void (*visit_contacts)(const pli_body* body, const void* state,
-                           void (*visit)(const struct plii_contact_report* report, void* user), void* user);
+    void (*visit_contacts)(pli_body* body, const void* state, plii_contact_visit_fn* visit, void* user);
     /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. Bodies that are joined
        to the same rigid body are solved by one thread. */
     void (*visit_joined)(const void* state, plii_joined_fn* visit, void* user);
@@ -286,7 +285,7 @@ typedef struct plii_pipeline {
     plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
     int begin[PLII_PASS_COUNT + 1];
-    uint32_t revision; /* counts features that come and go */
+    uint32_t revision; /* counts features, and clusters, that come and go */
 } plii_pipeline;
 /* In a `for`: each feature of a body. */
 #define PLII_EACH_FEATURE(feature, body)                                                                               \

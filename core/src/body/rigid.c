@@ -15,8 +15,7 @@ static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* 
 }
 
 PLII_DEFINE_DEFAULT(pli_rigid_def, .kind = PLI_RIGID_STATIC, .state = {.pose = pli_transform_identity()},
-                    .friction = 0.5f, .restitution = 1.0f, .linear_factor = {1, 1, 1}, .angular_factor = {1, 1, 1},
-                    .cookie = PLII_DEF_COOKIE)
+                    .friction = 0.5f, .restitution = 1.0f, .linear_factor = {1, 1, 1}, .angular_factor = {1, 1, 1})
 
 #define RIGID_MAX_ROTATION 2.0f /* of the numbers of a rotation */
 

@@ -274,7 +274,7 @@ const plii_feature_class plii_cluster_contacts_class = {
 
 PLII_DEFINE_DEFAULT(pli_cluster_contacts_def, .with_rigids = true, .with_bodies = true, .friction = 0.2f,
                     .dynamic_hardness = 0.1f, .static_hardness = 1.0f, .soft_hardness = 0.5f, .dynamic_split = 0.5f,
-                    .static_split = 0.5f, .soft_split = 0.5f, .cookie = PLII_DEF_COOKIE)
+                    .static_split = 0.5f, .soft_split = 0.5f)
 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));

@@ -48,7 +48,7 @@ static pli_vec3 angular_joint_solve(const plii_joint* joint) {
 
 const plii_joint_class plii_angular_joint_class = {true, angular_joint_prepare, angular_joint_solve};
 
-PLII_DEFINE_DEFAULT(pli_angular_joint_def, .softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_angular_joint_def, .softness = {1.0f, 1.0f, 1.0f})
 pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_def* def, pli_joint_id* joint) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(PLII_CHECK_MADE(body->context, pli_angular_joint_def, def, __func__));

@@ -34,7 +34,7 @@ static pli_vec3 linear_joint_solve(const plii_joint* joint) {
 
 const plii_joint_class plii_linear_joint_class = {false, linear_joint_prepare, linear_joint_solve};
 
-PLII_DEFINE_DEFAULT(pli_linear_joint_def, .softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_linear_joint_def, .softness = {1.0f, 1.0f, 1.0f})
 pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_joint_def* def, pli_joint_id* joint) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(PLII_CHECK_MADE(body->context, pli_linear_joint_def, def, __func__));

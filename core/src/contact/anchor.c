@@ -354,7 +354,7 @@ const plii_feature_class plii_anchor_class = {
     .on_rigid_removed = anchor_on_rigid_removed,
 };
 
-PLII_DEFINE_DEFAULT(pli_anchor_def, .influence = 1.0f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_anchor_def, .influence = 1.0f)
 
 static pli_status anchor_check_rigid(const pli_body* body, const pli_rigid* rigid, const char* name,
                                      const char* function) {

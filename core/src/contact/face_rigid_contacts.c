@@ -302,8 +302,7 @@ static int rigid_faces_list_constraints(const pli_body* body, const void* data, 
     return state->count;
 }
 
-static void rigid_faces_visit_contacts(const pli_body* body, const void* data, plii_contact_visit_fn* visit,
-                                       void* user) {
+static void rigid_faces_visit_contacts(pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
     const plii_rigid_faces* state = data;
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_face_contact* contact = &state->contacts[i];
@@ -319,7 +318,7 @@ static void rigid_faces_visit_contacts(const pli_body* body, const void* data, p
         memcpy(report.weights, &contact->weights, sizeof report.weights);
         report.impulse = plii_contact_impulses_get(body, &state->impulses, i);
         report.gap = pli_vec3_dot(n, pli_vec3_sub(x, pli_vec3_add(contact->base, motion))) - body->collision_margin;
-        visit(&report, user);
+        visit(body, &report, user);
     }
 }
 
@@ -438,8 +437,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .build = rigid_faces_build,
 };
 
-PLII_DEFINE_DEFAULT(pli_rigid_face_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_rigid_face_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f)
 PLII_DEFINE_ENABLE(pli_body_enable_rigid_face_contacts, plii_check_body_change, pli_rigid_face_contacts_def,
                    plii_rigid_faces_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_face_contacts, plii_check_body_change, plii_rigid_faces_class)

@@ -397,7 +397,7 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
     return state->count;
 }
 
-static void rigid_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
+static void rigid_contacts_visit(pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
     const plii_rigid_contacts* state = data;
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
@@ -415,7 +415,7 @@ static void rigid_contacts_visit(const pli_body* body, const void* data, plii_co
             pli_vec3_sub(x, contact->rigid->state.pose.origin); /* what moves alone takes planes along */
         const float moved = pli_vec3_dot(plii_rigid_velocity_at(contact->rigid, arm), n) * body->host_dt;
         report.gap = pli_vec3_dot(n, x) + contact->normal.w - (contact->is_fixed ? moved : 0.0f);
-        visit(&report, user);
+        visit(body, &report, user);
     }
 }
 
@@ -497,8 +497,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .build = rigid_contacts_clear,
 };
 
-PLII_DEFINE_DEFAULT(pli_rigid_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f,
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_rigid_contacts_def, .friction = 0.2f, .dynamic_hardness = 1.0f, .static_hardness = 0.1f)
 PLII_DEFINE_ENABLE(pli_body_enable_rigid_contacts, plii_check_body_change, pli_rigid_contacts_def,
                    plii_rigid_contacts_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)

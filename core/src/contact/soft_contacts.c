@@ -139,11 +139,11 @@ static plii_contact_report soft_contact_report(const pli_body* node_body, const 
     return report;
 }
 
-static void soft_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
+static void soft_visit(pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
     const plii_soft_contacts_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         const plii_contact_report report = soft_contact_report(body, state, i);
-        visit(&report, user);
+        visit(body, &report, user);
     }
     for (PLII_EACH_AT(pli_body, other, state->met, state->met_count)) {
         const plii_soft_contacts_state* others = plii_feature_state(other, &plii_soft_contacts_class);
@@ -156,7 +156,7 @@ static void soft_visit(const pli_body* body, const void* data, plii_contact_visi
             report.node = report.other_face = PLI_NULL_INDEX;
             report.normal = pli_vec3_neg(report.normal);
             report.impulse = pli_vec3_neg(report.impulse);
-            visit(&report, user);
+            visit(body, &report, user);
         }
     }
 }
@@ -306,7 +306,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .build = soft_build,
 };
 
-PLII_DEFINE_DEFAULT(pli_soft_contacts_def, .friction = 0.2f, .hardness = 1.0f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_soft_contacts_def, .friction = 0.2f, .hardness = 1.0f)
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);

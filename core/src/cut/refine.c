@@ -23,7 +23,7 @@ typedef struct refine_work {
 /* What lies at a node that is on the surface. */
 enum { REFINE_INSIDE = 1, REFINE_OUTSIDE = 2 };
 
-PLII_DEFINE_DEFAULT(pli_refine_def, .accuracy = 1e-4f, .cut = true, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_refine_def, .accuracy = 1e-4f, .cut = true)
 
 // ------------------------------------------------------------------------------------------------ the surface
 

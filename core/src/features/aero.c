@@ -307,7 +307,7 @@ const plii_feature_class plii_aero_face_class = {
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
 };
 
-PLII_DEFINE_DEFAULT(pli_aero_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_aero_def, 0)
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_aero_def, used, def, plii_aero_vertex_class);

@@ -94,15 +94,8 @@ static void contact_item_add(contact_item* item, const plii_contact_report* repo
     event->contact_count += weight > 0.0f || report->is_sensor;
 }
 
-typedef struct contact_visit {
-    const pli_body* body;
-    contact_events* state;
-} contact_visit;
-
-static void contact_events_visit(const plii_contact_report* report, void* user) {
-    const contact_visit* visit = user;
-    const pli_body* body = visit->body;
-    contact_events* state = visit->state;
+static void contact_events_visit(pli_body* body, const plii_contact_report* report, void* data) {
+    contact_events* state = data;
     const float weight = pli_vec3_length(report->impulse);
     const bool touches = weight > 0.0f || report->is_sensor;
     if (!touches && !(report->gap <= CONTACT_EVENTS_SLACK * body->collision_margin)) { return; }
@@ -134,8 +127,7 @@ static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* 
     return PLI_OK;
 }
 
-static void contact_events_sense(contact_visit* visit, pli_rigid* sensor, int shape) {
-    const pli_body* body = visit->body;
+static void contact_events_sense(pli_body* body, contact_events* state, pli_rigid* sensor, int shape) {
     const pli_shape_def* def = &sensor->shapes[shape]->def;
     const pli_transform pose = plii_rigid_shape_transform(sensor, shape);
     const float margin = body->collision_margin;
@@ -156,7 +148,7 @@ static void contact_events_sense(contact_visit* visit, pli_rigid* sensor, int sh
         report.point = pli_vec3_sub(x, pli_vec3_scale(normal, distance));
         report.gap = distance - margin;
         report.is_sensor = true;
-        contact_events_visit(&report, visit);
+        contact_events_visit(body, &report, state);
     }
 }
 
@@ -205,14 +197,13 @@ static void contact_events_end(pli_body* body, void* data) {
     contact_list_clear(&state->present);
     /* Both have the same size, so that a snapshot of one fits the other. */
     (void)contact_list_reserve(body->context, &state->present, state->past.capacity);
-    contact_visit visit = {body, state};
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_contacts == NULL) { continue; }
-        feature->klass->visit_contacts(body, feature->state, contact_events_visit, &visit);
+        feature->klass->visit_contacts(body, feature->state, contact_events_visit, state);
     }
     for (PLII_EACH_AT(pli_rigid, rigid, state->sensed, state->sensed_count)) {
         for (int k = 0; k < rigid->shape_count; ++k) {
-            contact_events_sense(&visit, rigid, k);
+            contact_events_sense(body, state, rigid, k);
         }
     }
     for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
@@ -323,7 +314,7 @@ const plii_feature_class plii_contact_events_class = {
     .build = contact_events_build,
 };
 
-PLII_DEFINE_DEFAULT(pli_contact_events_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_contact_events_def, 0)
 pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_contact_events_def, used, def, plii_contact_events_class);

@@ -176,8 +176,7 @@ const plii_feature_class plii_drag_class = {
     .topology_commit = drag_topology_commit,
 };
 
-PLII_DEFINE_DEFAULT(pli_drag_def, .face = PLI_NULL_INDEX, .frequency = 5.0f, .damping_ratio = 1.0f,
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_drag_def, .face = PLI_NULL_INDEX, .frequency = 5.0f, .damping_ratio = 1.0f)
 
 static const plii_field drag_fields[] = {
     PLII_FIELD(pli_drag_def, point, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),

@@ -36,8 +36,7 @@ PLII_DEFINE_DISABLE(pli_body_disable_normals, plii_check_body_idle, plii_drawn_n
 
 PLII_DEFINE_GET(const pli_vec3*, pli_body_get_face_normals, body, body->face_normals, NULL)
 
-PLII_DEFINE_DEFAULT(pli_vertex_buffer_def, .stride = 6 * (int)sizeof(float), .normal_offset = 3 * (int)sizeof(float),
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_vertex_buffer_def, .stride = 6 * (int)sizeof(float), .normal_offset = 3 * (int)sizeof(float))
 
 static const plii_field vertex_buffer_fields[] = {
     PLII_FIELD(pli_vertex_buffer_def, vertex_count, 0, INT_MAX),

@@ -15,7 +15,7 @@ typedef struct ray_cast {
     pli_ray_hit hit; /* the nearest so far, fraction 1 without one */
 } ray_cast;
 
-PLII_DEFINE_DEFAULT(pli_ray_def, .targets = PLI_RAY_FACES | PLI_RAY_TETRAS, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_ray_def, .targets = PLI_RAY_FACES | PLI_RAY_TETRAS)
 static pli_vec3 ray_position(const ray_cast* ray, int node) {
     return plii_xyz(ray->body->positions[node]);
 }

@@ -25,11 +25,6 @@ typedef struct restitution_state {
     int index, end;                   /* of the next report, and of its kind */
 } restitution_state;
 
-typedef struct restitution_visit {
-    pli_body* body;
-    restitution_state* state;
-} restitution_visit;
-
 /* Of a node along the normal, from the surface. */
 static float restitution_speed(const pli_body* body, const plii_contact_report* report, int k) {
     const pli_vec3 arm = pli_vec3_sub(report->point, report->rigid->state.pose.origin);
@@ -37,13 +32,12 @@ static float restitution_speed(const pli_body* body, const plii_contact_report* 
     return pli_vec3_dot(report->normal, pli_vec3_sub(plii_xyz(body->velocities[report->nodes[k]]), surface));
 }
 
-static void restitution_note(const plii_contact_report* report, void* user) {
-    const restitution_visit* visit = user;
-    restitution_state* state = visit->state;
+static void restitution_note(pli_body* body, const plii_contact_report* report, void* data) {
+    restitution_state* state = data;
     for (int k = 0; k < report->node_count; ++k) {
         if (!(report->weights[k] > RESTITUTION_LEAST_WEIGHT)) { continue; }
-        if (!PLII_GROW(visit->body->context, &state->approaches, &state->capacity, state->count)) { return; }
-        state->approaches[state->count++] = restitution_speed(visit->body, report, k);
+        if (!PLII_GROW(body->context, &state->approaches, &state->capacity, state->count)) { return; }
+        state->approaches[state->count++] = restitution_speed(body, report, k);
     }
 }
 
@@ -60,10 +54,8 @@ static void restitution_push(pli_body* body, const plii_contact_report* report, 
     }
 }
 
-static void restitution_return(const plii_contact_report* report, void* user) {
-    const restitution_visit* visit = user;
-    restitution_state* state = visit->state;
-    pli_body* body = visit->body;
+static void restitution_return(pli_body* body, const plii_contact_report* report, void* data) {
+    restitution_state* state = data;
     const float slow = RESTITUTION_LEAST_STEPS * pli_vec3_length(body->world->def.gravity) * body->step.dt;
     const bool touches = report->gap < RESTITUTION_REACH * body->collision_margin;
     for (int k = 0; k < report->node_count; ++k) {
@@ -77,12 +69,11 @@ static void restitution_return(const plii_contact_report* report, void* user) {
 }
 
 static void restitution_visit_contacts(pli_body* body, restitution_state* state, bool is_solved) {
-    restitution_visit all = {body, state};
     int kind = 0;
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_contacts == NULL || kind == RESTITUTION_MOST_KINDS) { continue; }
         state->end = is_solved ? state->ends[kind] : 0;
-        feature->klass->visit_contacts(body, feature->state, is_solved ? restitution_return : restitution_note, &all);
+        feature->klass->visit_contacts(body, feature->state, is_solved ? restitution_return : restitution_note, state);
         state->ends[kind] = is_solved ? state->ends[kind] : state->count;
         state->index = state->ends[kind++];
     }

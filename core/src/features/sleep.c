@@ -10,7 +10,7 @@ typedef struct sleep_state {
     pli_vec3* places; /* [node_count] m */
 } sleep_state;
 
-PLII_DEFINE_DEFAULT(pli_sleep_def, .speed = 0.05f, .time = 0.5f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_sleep_def, .speed = 0.05f, .time = 0.5f)
 
 static bool sleep_is_near(pli_vec3 a, pli_vec3 b, float reach) {
     const pli_vec3 d = pli_vec3_sub(a, b);

@@ -359,7 +359,7 @@ static pli_status target_move(pli_body* body, const pli_vec3* positions, const p
     return PLI_OK;
 }
 
-PLII_DEFINE_DEFAULT(pli_targets_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_targets_def, 0)
 pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(target_check_def(body, def, __func__));

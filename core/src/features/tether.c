@@ -533,7 +533,7 @@ const plii_feature_class plii_tether_class = {
     .visit_springs = tether_visit_springs,
 };
 
-PLII_DEFINE_DEFAULT(pli_tethers_def, .slack = 0.01f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_tethers_def, .slack = 0.01f)
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_tethers_def, used, def, plii_tether_class);

@@ -16,7 +16,7 @@ enum { FILE_VERSION = 5 };
 #define FILE_MAGIC_0 0x57494c50u
 #define FILE_MAGIC_1 0x444c524fu
 
-PLII_DEFINE_DEFAULT(pli_world_file_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_world_file_def, 0)
 
 /* Little-endian; zeros for what is missing of a word. */
 static uint64_t file_word(const unsigned char* bytes, size_t size) {

@@ -6,7 +6,7 @@
 #include "pliant/generate.h"
 
 PLII_DEFINE_DEFAULT(pli_patch_def, .corner_00 = {-1, 0, -1}, .corner_10 = {1, 0, -1}, .corner_01 = {-1, 0, 1},
-                    .corner_11 = {1, 0, 1}, .columns = 16, .rows = 16, .diagonals = true, .cookie = PLII_DEF_COOKIE)
+                    .corner_11 = {1, 0, 1}, .columns = 16, .rows = 16, .diagonals = true)
 
 static const plii_field patch_fields[] = {
     PLII_FIELD(pli_patch_def, corner_00, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),

@@ -221,7 +221,7 @@ const plii_feature_class plii_self_faces_class = {
     .topology_commit = self_faces_topology_commit,
 };
 
-PLII_DEFINE_DEFAULT(pli_self_faces_def, .thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_self_faces_def, .thickness = 0.01f, .friction = 0.1f)
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_self_faces_def, used, def, plii_self_faces_class);

@@ -98,7 +98,7 @@ const plii_feature_class plii_self_grids_class = {
                           PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs)),
 };
 
-PLII_DEFINE_DEFAULT(pli_self_grids_def, .distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_self_grids_def, .distance = 0.01f, .separation = 0.5f)
 PLII_DEFINE_ENABLE(pli_body_enable_self_grids, plii_check_body_idle, pli_self_grids_def, plii_self_grids_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_grids, plii_check_body_idle, plii_self_grids_class)
 PLII_DEFINE_STATE_GET(pli_self_grids_report, pli_body_get_self_grids_report, self_grids_state, plii_self_grids_class,

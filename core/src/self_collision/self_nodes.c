@@ -305,8 +305,7 @@ const plii_feature_class plii_self_nodes_class = {
     .topology_commit = self_nodes_topology_commit,
 };
 
-PLII_DEFINE_DEFAULT(pli_self_collision_def, .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f,
-                    .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_self_collision_def, .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f)
 PLII_DEFINE_ENABLE(pli_body_enable_self_collision, plii_check_body_idle, pli_self_collision_def, plii_self_nodes_class)
 PLII_DEFINE_DISABLE(pli_body_disable_self_collision, plii_check_body_idle, plii_self_nodes_class)
 PLII_DEFINE_STATE_GET(pli_self_collision_report, pli_body_get_self_collision_report, self_nodes_state,

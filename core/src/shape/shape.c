@@ -4,7 +4,7 @@
 #include "math/definition.h"
 #include "shape/shape_impl.h"
 
-PLII_DEFINE_DEFAULT(pli_shape_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_shape_def, 0)
 
 pli_status plii_shape_create_owning(pli_context* context, plii_shape_kind kind, const pli_shape_def* def,
                                     const void* data, size_t size, const char* function, pli_shape** shape) {

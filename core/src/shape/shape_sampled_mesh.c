@@ -21,7 +21,7 @@ typedef struct sampled_mesh {
     float* samples; /* distances in cells, as plii_soup_sample gives them */
 } sampled_mesh;
 
-PLII_DEFINE_DEFAULT(pli_sampled_mesh_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_sampled_mesh_def, 0)
 
 /* The cell of a coordinate within the grid, and how far along it. */
 static int sampled_mesh_cell(float coordinate, int count, float* fraction) {

@@ -27,7 +27,7 @@ static pli_status world_leave(pli_world* world, pli_status status) {
 // ----------------------------------------------------------------------------------------------------- life
 
 PLII_DEFINE_DEFAULT(pli_world_def, .gravity = {0, -10, 0}, .air_density = 1.2f, .max_force_displacement = 1000.0f,
-                    .preallocates = true, .cookie = PLII_DEF_COOKIE)
+                    .preallocates = true)
 
 static const plii_field world_fields[] = {
     PLII_FIELD(pli_world_def, gravity, -PLI_MAX_ACCELERATION, PLI_MAX_ACCELERATION),

@@ -468,7 +468,7 @@ const plii_feature_class plii_implicit_class = {
     .build = implicit_build,
 };
 
-PLII_DEFINE_DEFAULT(pli_implicit_def, .stiffness = 1000.0f, .sweeps = 5, .tolerance = 1e-4f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_implicit_def, .stiffness = 1000.0f, .sweeps = 5, .tolerance = 1e-4f)
 
 /* A tolerance of 1 is not below the first residual. */
 pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {

@@ -212,7 +212,7 @@ const plii_feature_class plii_xpbd_bending_class = {
         &(const plii_substep_class){.order = XPBD_BENDING_ORDER, .is_of_xpbd = true, .sweep = xpbd_bending_sweep},
 };
 
-PLII_DEFINE_DEFAULT(pli_xpbd_bending_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_xpbd_bending_def, 0)
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_bending_def, used, def, plii_xpbd_bending_class);

@@ -138,7 +138,7 @@ const plii_feature_class plii_xpbd_links_class = {
                                               .sweep = xpbd_links_sweep},
 };
 
-PLII_DEFINE_DEFAULT(pli_xpbd_links_def, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_xpbd_links_def, 0)
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_links_def, used, def, plii_xpbd_links_class);

@@ -185,7 +185,7 @@ const plii_feature_class plii_xpbd_volume_class = {
                                               .after_links = xpbd_volume_after_links},
 };
 
-PLII_DEFINE_DEFAULT(pli_xpbd_volume_def, .pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE)
+PLII_DEFINE_DEFAULT(pli_xpbd_volume_def, .pressure_ratio = 1.0f)
 pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY_SETTINGS(body, pli_xpbd_volume_def, used, def, plii_xpbd_volume_class);
