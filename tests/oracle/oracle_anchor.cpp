@@ -40,11 +40,18 @@ void test_impulse_matrix_equals_bullet(void**) {
         const float rigid = i % 7 == 1 ? 0.0f : random.uniform(0.01f, 10.0f);
         if (rigid == 0.0f) { inertia = pli_mat3{}; }
         const pli_vec3 offset = random.vector(3.0f);
-        const pli_mat3 ours = plii_effective_mass(dt, node, rigid, inertia, offset);
+        pli_rigid body{};
+        body.state.inverse_mass = rigid;
+        body.state.inverse_inertia_world = inertia;
+        body.linear_factor = body.angular_factor = pli_vec3_make(1, 1, 1);
+        pli_mat3 ours, with_factors;
+        plii_effective_mass(dt, node, &body, false, offset, &ours);
+        plii_effective_mass(dt, node, &body, true, offset, &with_factors);
         const pli_mat3 theirs =
             twin::to_pliant(ImpulseMatrix(twin::to_bullet(dt), twin::to_bullet(node), twin::to_bullet(rigid),
                                           twin::to_bullet(inertia), twin::to_bullet(offset)));
         assert_int_equal(std::memcmp(&ours, &theirs, sizeof ours), 0);
+        assert_int_equal(std::memcmp(&with_factors, &theirs, sizeof theirs), 0);
     }
 }
 

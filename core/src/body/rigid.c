@@ -456,26 +456,36 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     return PLI_OK;
 }
 
-/* Bullet: ImpulseMatrix(dt, ima, imb, iwi, r) and MassMatrix, in their order of operations. */
+/* Bullet: ImpulseMatrix(dt, ima, imb, iwi, r) and MassMatrix, in their order of operations. Rows stay in lanes: of a
+   matrix in memory, what was stored in parts would be slow to read. */
 
-pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset) {
-    const pli_mat3 cross = plii_mat3_cross(offset);
-    const pli_mat3 turned = pli_mat3_mul(pli_mat3_mul(cross, inverse_inertia), cross);
-    const pli_mat3 linear = plii_mat3_diagonal(inverse_mass, inverse_mass, inverse_mass);
-    return plii_mat3_add(linear, plii_mat3_scale(turned, -1.0f));
+static const pli_vec3 rigid_no_factors = {1, 1, 1};
+
+PLII_SIMD_INLINE plii_lanes_mat3 rigid_response(float inverse_mass, const pli_mat3* inverse_inertia, pli_vec3 r,
+                                                const pli_vec3* linear_factor, const pli_vec3* angular_factor) {
+    const plii_lanes_mat3 cross = {{{0, -r.z, r.y}, {r.z, 0, -r.x}, {-r.y, r.x, 0}}};
+    plii_lanes_mat3 inertia = plii_lanes_rows(inverse_inertia);
+    inertia.at[0] *= angular_factor->x;
+    inertia.at[1] *= angular_factor->y;
+    inertia.at[2] *= angular_factor->z;
+    plii_lanes_mat3 response = {{{inverse_mass, 0, 0}, {0, inverse_mass, 0}, {0, 0, inverse_mass}}};
+    PLII_UNROLL(3)
+    for (int i = 0; i < 3; ++i) {
+        response.at[i] -= plii_lanes_combine(cross, plii_lanes_combine(inertia, cross.at[i]));
+        response.at[i] *= plii_lanes_from_vec3(linear_factor);
+    }
+    return response;
 }
-
-static pli_mat3 rigid_effective_mass(float dt, float point_inverse_mass, pli_mat3 rigid) {
-    const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
-    return plii_mat3_scale(plii_mat3_inverse(plii_mat3_add(point, rigid)), 1.0f / dt);
+static pli_mat3 rigid_mat3(plii_lanes_mat3 m) {
+    return (pli_mat3){{plii_lanes_vec3(m.at[0]), plii_lanes_vec3(m.at[1]), plii_lanes_vec3(m.at[2])}};
 }
-
-pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
-                             pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
-    return rigid_effective_mass(dt, point_inverse_mass,
-                                plii_point_response(rigid_inverse_mass, rigid_inverse_inertia, offset));
+pli_mat3 plii_point_response(float inverse_mass, const pli_mat3* inverse_inertia, pli_vec3 offset) {
+    return rigid_mat3(rigid_response(inverse_mass, inverse_inertia, offset, &rigid_no_factors, &rigid_no_factors));
 }
-
+pli_mat3 plii_rigid_response(const pli_rigid* rigid, pli_vec3 offset) {
+    return rigid_mat3(rigid_response(rigid->state.inverse_mass, &rigid->state.inverse_inertia_world, offset,
+                                     &rigid->linear_factor, &rigid->angular_factor));
+}
 pli_mat3 plii_rigid_inertia(const pli_rigid* rigid) {
     const pli_vec3 factor = rigid->angular_factor;
     const pli_mat3* inertia = &rigid->state.inverse_inertia_world;
@@ -483,18 +493,22 @@ pli_mat3 plii_rigid_inertia(const pli_rigid* rigid) {
                        pli_vec3_scale(inertia->rows[2], factor.z)}};
 }
 
-pli_mat3 plii_rigid_response(const pli_rigid* rigid, pli_vec3 offset) {
-    pli_mat3 response = plii_point_response(rigid->state.inverse_mass, plii_rigid_inertia(rigid), offset);
+void plii_effective_mass(float dt, float point_inverse_mass, const pli_rigid* rigid, bool has_factors, pli_vec3 offset,
+                         pli_mat3* matrix) {
+    const plii_lanes_mat3 response = rigid_response(rigid->state.inverse_mass, &rigid->state.inverse_inertia_world,
+                                                    offset, has_factors ? &rigid->linear_factor : &rigid_no_factors,
+                                                    has_factors ? &rigid->angular_factor : &rigid_no_factors);
+    const plii_float4 a = response.at[0] + (plii_float4){point_inverse_mass, 0, 0};
+    const plii_float4 b = response.at[1] + (plii_float4){0, point_inverse_mass, 0};
+    const plii_float4 c = response.at[2] + (plii_float4){0, 0, point_inverse_mass}, cofactors = plii_lanes_cross(b, c);
+    const float s = 1.0f / plii_lanes_dot(a, cofactors), rate = 1.0f / dt; /* as plii_mat3_inverse */
+    plii_float4 rows[4] = {cofactors * s * rate, plii_lanes_cross(c, a) * s * rate, plii_lanes_cross(a, b) * s * rate};
+    plii_float4_transpose(rows);
+    PLII_UNROLL(3)
     for (int i = 0; i < 3; ++i) {
-        response.rows[i] = pli_vec3_mul(response.rows[i], rigid->linear_factor);
+        plii_lanes_to_vec3(&matrix->rows[i], rows[i]);
     }
-    return response;
-}
-
-pli_mat3 plii_rigid_effective_mass(float dt, float point_inverse_mass, const pli_rigid* rigid, pli_vec3 offset) {
-    const pli_mat3 matrix = rigid_effective_mass(dt, point_inverse_mass, plii_rigid_response(rigid, offset));
-    if (plii_mat3_is_finite(matrix)) { return matrix; }
+    if (!has_factors || plii_lanes_xyz_finite(rows[0] + rows[1] + rows[2])) { return; }
     /* A pinned point, and a body that is held along an axis: impulses along that do nothing, whatever they are. */
-    return plii_effective_mass(dt, point_inverse_mass, rigid->state.inverse_mass, rigid->state.inverse_inertia_world,
-                               offset);
+    plii_effective_mass(dt, point_inverse_mass, rigid, false, offset, matrix);
 }

@@ -182,14 +182,13 @@ static inline void plii_rigid_apply_along(pli_rigid* rigid, pli_vec3 direction, 
 }
 
 /* Velocity at an offset from the centre of mass per impulse there: inverse_mass * I - [offset]x W [offset]x. */
-pli_mat3 plii_point_response(float inverse_mass, pli_mat3 inverse_inertia, pli_vec3 offset);
+pli_mat3 plii_point_response(float inverse_mass, const pli_mat3* inverse_inertia, pli_vec3 offset);
+/* The same with the factors of a rigid body. */
+pli_mat3 plii_rigid_response(const pli_rigid* rigid, pli_vec3 offset);
+pli_mat3 plii_rigid_inertia(const pli_rigid* rigid); /* the inverse one */
 /* Impulse that changes the relative displacement of a point mass and a rigid body at `offset` by one unit per step:
    (1/dt) * inverse((point_inverse_mass + rigid_inverse_mass) * I - [offset]x rigid_inverse_inertia [offset]x). Bullet:
-   ImpulseMatrix(dt, ...) */
-pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
-                             pli_mat3 rigid_inverse_inertia, pli_vec3 offset);
-/* The same with the factors of a rigid body, which Bullet leaves out here: where they hold a light body, it would seem
-   to give way. Equal bit for bit where all factors are 1. */
-pli_mat3 plii_rigid_inertia(const pli_rigid* rigid); /* the inverse one */
-pli_mat3 plii_rigid_response(const pli_rigid* rigid, pli_vec3 offset);
-pli_mat3 plii_rigid_effective_mass(float dt, float point_inverse_mass, const pli_rigid* rigid, pli_vec3 offset);
+   ImpulseMatrix(dt, ...), which leaves the factors out: where they hold a light body, it would seem to give way. Equal
+   bit for bit where all factors are 1. */
+void plii_effective_mass(float dt, float point_inverse_mass, const pli_rigid* rigid, bool has_factors, pli_vec3 offset,
+                         pli_mat3* matrix);

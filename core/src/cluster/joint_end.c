@@ -33,8 +33,8 @@ static pli_mat3 joint_inverse_or(pli_mat3 m, pli_mat3 other) {
 }
 
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b) {
-    const pli_mat3 own = plii_point_response(a->inverse_mass, a->inverse_inertia, r_a);
-    const pli_mat3 all = plii_mat3_add(own, plii_point_response(b->inverse_mass, b->inverse_inertia, r_b));
+    const pli_mat3 own = plii_point_response(a->inverse_mass, &a->inverse_inertia, r_a);
+    const pli_mat3 all = plii_mat3_add(own, plii_point_response(b->inverse_mass, &b->inverse_inertia, r_b));
     if (!b->has_factors) { return joint_finite_inverse(all); }
     return joint_inverse_or(plii_mat3_add(own, plii_rigid_response(b->target.rigid, r_b)), all);
 }

@@ -75,15 +75,11 @@ static void anchor_prepare(pli_body* body, void* state) {
         pli_rigid* rigid = anchor->rigid;
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
-        const pli_rigid_state* rigid_state = &rigid->state;
-        const float dt = body->step.dt, inverse_mass = body->positions[anchor->node].w;
-        const pli_vec3 offset = pli_mat3_mul_vec3(rigid_state->pose.rotation, anchor->pivot);
+        const pli_vec3 offset = pli_mat3_mul_vec3(rigid->state.pose.rotation, anchor->pivot);
         anchor->step.offset = offset;
-        anchor->step.goal = pli_vec3_add(offset, rigid_state->pose.origin);
-        anchor->step.matrix = body->world->def.reference_mode
-                                  ? plii_effective_mass(dt, inverse_mass, rigid_state->inverse_mass,
-                                                        rigid_state->inverse_inertia_world, offset)
-                                  : plii_rigid_effective_mass(dt, inverse_mass, rigid, offset);
+        anchor->step.goal = pli_vec3_add(offset, rigid->state.pose.origin);
+        plii_effective_mass(body->step.dt, body->positions[anchor->node].w, rigid, !body->world->def.reference_mode,
+                            offset, &anchor->step.matrix);
         if (anchor_is_exact(body, anchor)) {
             anchor->step.goal = pli_transform_point(anchor_end_pose(body, anchor), anchor->pivot);
         }
@@ -233,7 +229,7 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
             anchor->substeps.left = pli_vec3_scale(off, 1.0f - anchor_share(body, anchor, off, 1.0f, substep->host_dt));
         }
         const float inverse_mass = substep->displacements[anchor->node].w + anchor_alpha(anchor, substep);
-        anchor->substeps.inverse = plii_rigid_effective_mass(1.0f, inverse_mass, rigid, pivot->point.offset);
+        plii_effective_mass(1.0f, inverse_mass, rigid, true, pivot->point.offset, &anchor->substeps.inverse);
     }
 }
 

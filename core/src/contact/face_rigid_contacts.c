@@ -46,7 +46,7 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
     contact->arm = plii_dvec3_to_float(
         plii_dvec3_add_scaled(arm, plii_dvec3_from(contact->normal), (double)body->collision_margin));
     contact->base = pli_vec3_sub(surface, plii_rigid_motion_at(body, rigid, contact->arm));
-    contact->impulse_matrix = plii_rigid_effective_mass(dt, face_weight, rigid, contact->arm);
+    plii_effective_mass(dt, face_weight, rigid, true, contact->arm, &contact->impulse_matrix);
     const pli_vec3 torque = pli_vec3_cross(contact->arm, contact->normal);
     const pli_vec3 spin = plii_rigid_spin_of(rigid, contact->normal, contact->arm);
     contact->normal_response =

@@ -59,8 +59,7 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     const plii_rigid_contacts* state = candidate->state;
     const pli_rigid* rigid = candidate->rigid;
     contact->arm = pli_vec3_sub(x, rigid->state.pose.origin);
-    contact->matrix = plii_effective_mass(body->step.dt, body->positions[contact->node].w, rigid->state.inverse_mass,
-                                          rigid->state.inverse_inertia_world, contact->arm);
+    plii_effective_mass(body->step.dt, body->positions[contact->node].w, rigid, false, contact->arm, &contact->matrix);
     const pli_vec3 rigid_motion = plii_rigid_motion_at(body, rigid, contact->arm);
     const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), rigid_motion);
     contact->slip = plii_contact_slip(motion, plii_xyz(contact->normal), state->def.friction * rigid->friction);

@@ -51,8 +51,8 @@ static bool self_limit_fit(const pli_body* body, self_limit* limit) {
     spin = plii_dvec3_sub(spin, plii_dvec3_cross(plii_dvec3_from(mean), momentum));
     const float all = (float)-mass, size = FLT_MIN - inertia.rows[0].x - inertia.rows[1].y - inertia.rows[2].z;
     /* A little more than it is: nodes in a line do not turn about it. */
-    inertia =
-        plii_mat3_add(inertia, plii_point_response(size * (1.0f + 1e-5f), plii_mat3_diagonal(all, all, all), mean));
+    const pli_mat3 diagonal = plii_mat3_diagonal(all, all, all);
+    inertia = plii_mat3_add(inertia, plii_point_response(size * (1.0f + 1e-5f), &diagonal, mean));
     inertia = plii_mat3_scale(inertia, 1.0f / size);
     limit->centre = pli_vec3_add(first, mean);
     limit->move = plii_dvec3_to_float(plii_dvec3_scale(momentum, 1.0 / mass));

@@ -113,9 +113,10 @@ static void xpbd_volume_keep_spin(pli_body* body, xpbd_volume_state* state, cons
     if (is_before_sweep) { return; }
     const float all = -mass[0],
                 size = -(rows[0][0] + rows[1][1] + rows[2][2]) * (1.0f + 1e-5f); /* as in a line it is 0 */
+    const pli_mat3 diagonal = plii_mat3_diagonal(all, all, all);
     const pli_mat3 inertia =
         plii_mat3_add((pli_mat3){{plii_lanes_vec3(rows[0]), plii_lanes_vec3(rows[1]), plii_lanes_vec3(rows[2])}},
-                      plii_point_response(size, plii_mat3_diagonal(all, all, all), plii_lanes_vec3(mean)));
+                      plii_point_response(size, &diagonal, plii_lanes_vec3(mean)));
     const pli_vec3 turn = pli_mat3_mul_vec3(plii_mat3_inverse(inertia), plii_lanes_vec3(missing));
     for (int i = 0; i < body->node_count && plii_vec3_is_finite(turn); ++i) {
         const plii_float4 arm = xpbd_volume_corner(&start, i) - mean;
