@@ -187,7 +187,7 @@ static void test_room_for_contacts(void** state) {
     const double group = 260 + 128, groups = nodes / 8 + 8; /* of eight contacts */
     assert_true(measure_room(use_rigid_contacts, true, true) == 2 * (96 * nodes + group * groups));
     assert_true(measure_room(use_soft_contacts, true, false) == 0);
-    const double expected = 2 * (4 * 96 * nodes + 4 * faces) + 16 * NODES + 65 * faces;
+    const double expected = 2 * (4 * 96 * nodes + 4 * faces) + 16 * NODES + 67 * faces;
     check_near(measure_room(use_soft_contacts, false, true) / expected, 1, 0.001);
 }
 

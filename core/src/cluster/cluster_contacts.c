@@ -148,7 +148,7 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
     for (PLII_EACH_BODY(other, world)) {
         const plii_clusters* others = state->def.with_bodies ? other->clusters : NULL;
         if (others == NULL) { continue; }
-        (void)PLII_RESERVE(context, &state->candidates, &state->candidate_capacity, others->count);
+        (void)PLII_RESERVE(context, &state->candidates, &state->candidate_capacity, PLII_BVH4_ROOM(others->count));
     }
     if (state->def.with_self ||
         (state->def.with_bodies && plii_feature_is_shared(body, &plii_cluster_contacts_class))) {

@@ -7,7 +7,7 @@
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state) {
     const int count = body->clusters->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
-           PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
+           PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, PLII_BVH4_ROOM(count)) &&
            plii_bvh4_reserve(body->context, &state->tree, count);
 }
 
@@ -187,7 +187,8 @@ void plii_cluster_contacts_prepare_pair(pli_body* body, void* data, pli_body* ot
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return; }
     plii_clusters *clusters = body->clusters, *other_clusters = other->clusters;
-    (void)PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, other_clusters->count);
+    (void)PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity,
+                       PLII_BVH4_ROOM(other_clusters->count));
     (void)cluster_contacts_update_tree(other, other_state);
     const float reach = cluster_contacts_reach(body, other);
     plii_clusters_update_frames(body, clusters, cluster_contacts_near(other, reach));
@@ -197,7 +198,8 @@ void plii_cluster_contacts_prepare_pair(pli_body* body, void* data, pli_body* ot
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
-    const bool is_prepared = other_state->has_tree && state->candidate_capacity >= other->clusters->count;
+    const bool is_prepared =
+        other_state->has_tree && state->candidate_capacity >= PLII_BVH4_ROOM(other->clusters->count);
     if (!is_prepared) { return PLI_ERROR_OUT_OF_MEMORY; }
     return cluster_contacts_collide(body, state, other, other_state, cluster_contacts_reach(body, other));
 }

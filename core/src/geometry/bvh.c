@@ -90,49 +90,6 @@ PLII_SIMD_INLINE plii_float4 bvh4_squared_distances(plii_vec3x4 point, const pli
            bvh4_outside(point.z, group->low.z, group->high.z);
 }
 
-/* Visits boxes of the lowest level, depth first, ascending or backwards; `bits`: what is left of groups. */
-PLII_SIMD_INLINE void bvh4_walk(const plii_bvh4* boxes, const pli_bounds* bounds, bool backwards,
-                                plii_bvh_visit_fn* visit, void* user) {
-    const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
-    int bits[PLII_BVH_MAX_LEVELS], group[PLII_BVH_MAX_LEVELS];
-    const int top = boxes->level_count - 1;
-    if (top < 0) { return; }
-    group[top] = 0;
-    bits[top] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[top]]);
-    for (int level = top; level <= top;) {
-        if (bits[level] == 0) {
-            ++level;
-            continue;
-        }
-        const int lane = backwards ? 31 - __builtin_clz((unsigned)bits[level]) : __builtin_ctz((unsigned)bits[level]);
-        const int box = 4 * group[level] + lane;
-        bits[level] ^= 1 << lane;
-        if (level == 0) {
-            visit(box, user);
-        } else {
-            --level;
-            group[level] = box;
-            bits[level] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[level] + box]);
-        }
-    }
-}
-
-typedef struct bvh4_list {
-    int* items;
-    int count;
-} bvh4_list;
-
-static inline void bvh4_append(int box, void* user) {
-    bvh4_list* list = user;
-    list->items[list->count++] = box;
-}
-
-int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
-    bvh4_list list = {items, 0};
-    bvh4_walk(boxes, bounds, false, bvh4_append, &list);
-    return list.count;
-}
-
 /* Appends those of four boxes from `first` on whose bits are set, and writes all four places: nobody could predict
    branches for each. */
 PLII_SIMD_INLINE int bvh4_append_set(int* items, int count, int first, int bits) {
@@ -143,25 +100,32 @@ PLII_SIMD_INLINE int bvh4_append_set(int* items, int count, int first, int bits)
     return count + (int)(UINT64_C(0x4332322132212110) >> 4 * bits & 7u);
 }
 
-/* Level by level, with the lists of two levels in turn: what is tested does not wait for the tests before. */
-int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups) {
+/* Boxes of level `lowest`, ascending: level by level, with the lists of two levels in turn, so that what is tested does
+   not wait for the tests before. */
+static int bvh4_list(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, int* items) {
     const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
     const int top = boxes->level_count - 1;
     if (top < 0) { return 0; }
-    int* lists[2] = {groups, groups + boxes->begin[1] + PLII_BVH4_SPARE};
+    int* lists[2] = {items, items + (lowest == 0 ? 4 : 1) * boxes->begin[1] + PLII_BVH4_SPARE};
     int count = 1;
-    lists[top & 1][0] = 0;
-    for (int level = top; level > 0; --level) {
-        const plii_box4* tested = boxes->groups + boxes->begin[level];
-        const int* from = lists[level & 1];
+    lists[(top - lowest + 1) & 1][0] = 0;
+    for (int level = top; level >= lowest; --level) {
+        const plii_box4* groups = boxes->groups + boxes->begin[level];
+        const int* from = lists[(level - lowest + 1) & 1];
         const int from_count = count;
         count = 0;
         for (int i = 0; i < from_count; ++i) {
-            const int bits = bvh4_overlaps(low, high, &tested[from[i]]);
-            count = bvh4_append_set(lists[~level & 1], count, 4 * from[i], bits);
+            const int bits = bvh4_overlaps(low, high, &groups[from[i]]);
+            count = bvh4_append_set(lists[(level - lowest) & 1], count, 4 * from[i], bits);
         }
     }
     return count;
+}
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
+    return bvh4_list(boxes, bounds, 0, items);
+}
+int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups) {
+    return bvh4_list(boxes, bounds, 1, groups);
 }
 
 int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
@@ -259,20 +223,30 @@ void plii_bvh_free(pli_context* context, plii_bvh* tree) {
     *tree = (plii_bvh){.count = 0};
 }
 
-typedef struct bvh_visitor {
-    const int* items;
-    plii_bvh_visit_fn* visit;
-    void* user;
-} bvh_visitor;
-
-static inline void bvh_visit(int box, void* user) {
-    const bvh_visitor* visitor = user;
-    visitor->visit(visitor->items[box], visitor->user);
-}
-
+/* Depth first, backwards; `bits`: what is left of groups. */
 void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* visit, void* user) {
-    bvh_visitor visitor = {tree->items, visit, user};
-    bvh4_walk(&tree->boxes, &box, true, bvh_visit, &visitor);
+    const plii_bvh4* boxes = &tree->boxes;
+    const plii_vec3x4 low = plii_vec3x4_all(box.min), high = plii_vec3x4_all(box.max);
+    int bits[PLII_BVH_MAX_LEVELS], group[PLII_BVH_MAX_LEVELS];
+    const int top = boxes->level_count - 1;
+    if (top < 0) { return; }
+    group[top] = 0;
+    bits[top] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[top]]);
+    for (int level = top; level <= top;) {
+        if (bits[level] == 0) {
+            ++level;
+            continue;
+        }
+        const int lane = 31 - __builtin_clz((unsigned)bits[level]), found = 4 * group[level] + lane;
+        bits[level] ^= 1 << lane;
+        if (level == 0) {
+            visit(tree->items[found], user);
+        } else {
+            --level;
+            group[level] = found;
+            bits[level] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[level] + found]);
+        }
+    }
 }
 
 /* A box, or a group of boxes below it. */

@@ -53,13 +53,13 @@ void plii_bvh4_free(pli_context* context, plii_bvh4* boxes);
 /* Around all, of which there is one at least. */
 pli_bounds plii_bvh4_bounds(const plii_bvh4* boxes);
 
-/* Writes the boxes that touch `bounds`, ascending, to `items`, which has room for all; returns their number. */
-int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
-/* Room for lists of up to `count` boxes, and of their groups: lists are written four places at a time. */
+/* Lists are written four places at a time, and need room for those of upper levels: of boxes, and of their groups. */
 enum { PLII_BVH4_SPARE = 3 };
-#define PLII_BVH4_ROOM(count) ((count) + PLII_BVH4_SPARE)
+#define PLII_BVH4_ROOM(count) ((count) + (count) / 4 + 12)
 #define PLII_BVH4_GROUP_ROOM(count) ((count) / 2 + 8)
-/* The same for groups of level 0, for points that lie close together; `groups` has room for other lists too. */
+/* Writes the boxes that touch `bounds`, ascending, to `items`; returns their number. */
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
+/* The same for groups of level 0, for points that lie close together. */
 int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups);
 /* Writes the boxes of these groups within `radius` of a point, in the order of the groups; returns their number. */
 int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
