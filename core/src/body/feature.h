@@ -83,9 +83,8 @@ typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PL
 typedef enum plii_snapshot_share {
     PLII_NOT_SAID,
     PLII_SAVED,
-    PLII_LEFT,  /* made anew in every step, or follows from topology and rest lengths, which a snapshot has not */
-    PLII_FILED, /* left, but in files: it follows from how the body was when the feature was enabled */
-    PLII_SAME   /* a part that nothing in a step changes: where it is another now, the snapshot does not fit */
+    PLII_LEFT, /* made anew in every step, or follows from topology and rest lengths, which a snapshot has not */
+    PLII_FILED /* left, but in files: it follows from how the body was when the feature was enabled */
 } plii_snapshot_share;
 
 /* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
@@ -286,7 +285,7 @@ typedef struct plii_pipeline {
     plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
     int begin[PLII_PASS_COUNT + 1];
-    uint32_t revision; /* counts features that come and go */
+    uint32_t revision; /* counts features, and clusters, that come and go */
 } plii_pipeline;
 /* In a `for`: each feature of a body. */
 #define PLII_EACH_FEATURE(feature, body)                                                                               \

@@ -367,8 +367,7 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
     PLII_RELEASE(body->context, clusters->members, clusters->member_capacity);
     PLII_RELEASE(body->context, clusters->node_sums, body->node_count);
     const pli_clusters_def def = clusters->def;
-    const unsigned revision = clusters->revision + 1;
-    *clusters = (plii_clusters){.def = def, .revision = revision};
+    *clusters = (plii_clusters){.def = def};
 }
 
 static pli_status clusters_enable(pli_body* body, void* state) {
@@ -462,8 +461,7 @@ const plii_feature_class plii_clusters_class = {
     .state_size = sizeof(plii_clusters),
     .settings = PLII_LIMITS_AT(offsetof(plii_clusters, def), PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_clusters, def, PLII_SAVED, "iBu"),
-                                    PLII_STATE_SPAN(plii_clusters, next_member_count, keeps_momentum, PLII_LEFT, NULL),
-                                    PLII_STATE_OF(plii_clusters, revision, PLII_SAME, "u")),
+                                    PLII_STATE_SPAN(plii_clusters, next_member_count, keeps_momentum, PLII_LEFT, NULL)),
     .is_sound = clusters_is_sound,
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},

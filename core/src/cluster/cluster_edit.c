@@ -29,6 +29,7 @@ pli_status pli_body_remove_clusters(pli_body* body) {
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
     plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* what holds to them goes with them */
     plii_clusters_release(body, clusters);
+    body->pipeline.revision += 1;
     return plii_body_changed(body, PLI_OK);
 }
 
@@ -41,7 +42,6 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     body->world->needs_reserve = true;
-    clusters->revision += 1;
     clusters->items[clusters->count++] =
         (plii_cluster){.settings = {.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f},
                        .first_member = clusters->member_count,
@@ -78,6 +78,7 @@ pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count
         return PLII_FAIL_ENABLED(body, plii_clusters_class, __func__, "no memory for a cluster of %d nodes",
                                  node_count);
     }
+    body->pipeline.revision += 1;
     plii_clusters_settle(body, clusters, clusters->count - 1);
     if (cluster != NULL) { *cluster = clusters->count - 1; }
     return plii_body_changed(body, PLI_OK);

@@ -56,7 +56,6 @@ typedef struct plii_clusters {
     int count, capacity;
     plii_cluster_member* members; /* of all clusters, one after the other */
     int member_count, member_capacity;
-    unsigned revision;     /* counts clusters that come and go */
     int next_member_count; /* of those that follow them while the topology changes */
     bool keeps_momentum;   /* one or more do, in this step */
     pli_vec4* node_sums;   /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */

@@ -149,21 +149,11 @@ static void snapshot_array(snapshot_walk* walk, pli_body* body, const plii_featu
     }
 }
 
-static void snapshot_part(snapshot_walk* walk, const plii_feature_class* klass, const plii_state_part* part,
-                          void* state) {
-    unsigned char* bytes = (unsigned char*)state + part->offset;
-    if (part->snapshot == PLII_SAVED) { snapshot_bytes(walk, bytes, part->size); }
-    if (part->snapshot != PLII_SAME || !snapshot_has(walk, part->size)) { return; }
-    const bool differs = walk->mode >= SNAPSHOT_COMPARE && memcmp(bytes, walk->from + walk->at, part->size) != 0;
-    snapshot_bytes(walk, bytes, part->size);
-    if (differs) { snapshot_refuse(walk, "what it was made for has changed, the state", klass->name); }
-}
-
 static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
     void* state = feature->state;
     for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
-        snapshot_part(walk, klass, part, state);
+        if (part->snapshot == PLII_SAVED) { snapshot_bytes(walk, (unsigned char*)state + part->offset, part->size); }
     }
     for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
         if (walk->status != PLI_OK) { return; }
@@ -200,7 +190,7 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
         snapshot_same(walk, body->world->removals, "bodies, rigid bodies or clusters have gone");
     }
     snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set");
-    snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled");
+    snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled, or clusters have come or gone");
     snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver");
     snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes");
     snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials");
