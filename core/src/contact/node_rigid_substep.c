@@ -11,10 +11,6 @@
 /* A node that slides away before a rigid body gives way so many times as fast: friction takes some in each step. */
 #define RIGID_SUBSTEP_GIVING_WAY 2.0f
 
-static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps* substeps) {
-    return substeps->fixed_of_node != NULL || PLII_ALLOCATE(body->context, &substeps->fixed_of_node, body->node_count);
-}
-
 /* For `count` contacts, all with dynamic bodies or all with others. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
     enum { MOST_PARTIAL_GROUPS = 8 }; /* as a rule; one per shape that the body touches may not be full */
@@ -24,7 +20,6 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
     }
     if (dynamic_count > 0) {
         (void)PLII_RESERVE(body->context, &substeps->contacts.items, &substeps->contacts.capacity, count);
-        if (dynamic_count < body->world->rigid_count) { (void)rigid_substep_has_nearest(body, substeps); }
     }
     if (dynamic_count == body->world->rigid_count) { return; }
     const int partial_groups = count < MOST_PARTIAL_GROUPS ? count : MOST_PARTIAL_GROUPS;
@@ -126,20 +121,19 @@ static void rigid_substep_restart(pli_body* body, void* data, const plii_substep
                                 plii_contact_recovery_speed(found->def.recovery_speed));
 }
 
-/* The nearest contact of each node with a body that nothing moves. False without memory. */
-static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found) {
-    if (!rigid_substep_has_nearest(body, &found->substeps)) { return false; }
-    int** nearest = &found->substeps.fixed_of_node;
-    memset(*nearest, 0, (size_t)body->node_count * sizeof **nearest);
+/* The nearest contact of each node with a body that nothing moves. */
+static void rigid_substep_find_fixed(plii_rigid_contacts* found) {
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
-        int* of_node = &(*nearest)[contact->node];
-        if (!contact->is_fixed || (*of_node > 0 && !(contact->distance < found->contacts[*of_node - 1].distance))) {
-            continue;
-        }
-        *of_node = i + 1;
+        int* nearest = &found->fixed_of_node[contact->node];
+        const bool is_first = !plii_rigid_contacts_has_fixed(found, *nearest, i, contact->node);
+        if (contact->is_fixed && (is_first || contact->distance < found->contacts[*nearest].distance)) { *nearest = i; }
     }
-    return true;
+}
+/* NULL: there is none. */
+static const plii_rigid_contact* rigid_substep_fixed_of(const plii_rigid_contacts* found, int node) {
+    const int nearest = found->fixed_of_node[node];
+    return plii_rigid_contacts_has_fixed(found, nearest, found->count, node) ? &found->contacts[nearest] : NULL;
 }
 
 /* Nodes or faces, which come before, have met rigid bodies that give way. */
@@ -166,7 +160,8 @@ static void rigid_substep_begin(pli_body* body, void* data) {
         }
     }
     rigid_groups_fill_up(&substeps->groups);
-    substeps->has_fixed_nodes = has_fixed && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
+    substeps->has_fixed_nodes = has_fixed && rigid_substep_is_pressed(body);
+    if (substeps->has_fixed_nodes) { rigid_substep_find_fixed(found); }
 }
 
 /* m/s, of the surface of a contact with a body that nothing moves. */
@@ -181,9 +176,8 @@ static pli_vec3 rigid_groups_velocity(const plii_rigid_groups* groups, const pli
 static float rigid_substep_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
                                 pli_vec3 direction, float wanted) {
     const plii_rigid_contacts* found = data;
-    const int fixed = found->substeps.fixed_of_node[node];
-    if (fixed == 0) { return INFINITY; }
-    const plii_rigid_contact* contact = &found->contacts[fixed - 1];
+    const plii_rigid_contact* contact = rigid_substep_fixed_of(found, node);
+    if (contact == NULL) { return INFINITY; }
     const pli_vec3 normal = plii_xyz(contact->normal);
     const float approach = -pli_vec3_dot(normal, direction);
     if (!(approach > RIGID_SUBSTEP_WEDGE)) { return INFINITY; }
@@ -197,9 +191,8 @@ static float rigid_substep_room(const pli_body* body, const void* data, const pl
 static bool rigid_substep_carry(const pli_body* body, const void* data, const plii_substep* substep, int node,
                                 pli_vec3 direction, pli_vec3 own, pli_vec3* motion) {
     const plii_rigid_contacts* found = data;
-    const int fixed = found->substeps.fixed_of_node[node];
-    if (fixed == 0) { return false; }
-    const plii_rigid_contact* contact = &found->contacts[fixed - 1];
+    const plii_rigid_contact* contact = rigid_substep_fixed_of(found, node);
+    if (contact == NULL) { return false; }
     const pli_vec3 surface = pli_vec3_scale(rigid_groups_velocity(&found->substeps.groups, contact), substep->dt);
     const pli_vec3 normal = plii_xyz(contact->normal), apart = pli_vec3_sub(own, surface);
     const pli_vec3 sliding = pli_vec3_sub(apart, pli_vec3_scale(normal, pli_vec3_dot(normal, apart)));
