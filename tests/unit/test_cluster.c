@@ -92,7 +92,7 @@ static void test_snapshots_know_their_clusters(void** unused) {
     assert_int_equal(pli_world_save(world, snapshot, size, &size), PLI_OK);
     assert_int_equal(pli_world_restore(world, snapshot, size), PLI_OK);
     generate(body, 5);
-    check_error(pli_world_restore(world, snapshot, size), PLI_ERROR_INVALID_VALUE, "the state of clusters");
+    check_error(pli_world_restore(world, snapshot, size), PLI_ERROR_INVALID_VALUE, "clusters have come or gone");
     free(snapshot);
 }
 

@@ -21,9 +21,7 @@ typedef bool plii_substep_carry_fn(const pli_body* body, const void* state, cons
 enum { PLII_MAX_SUBSTEP_LIMITS = 4 };
 typedef struct plii_substep_limits {
     int count;
-    plii_substep_room_fn* rooms[PLII_MAX_SUBSTEP_LIMITS];
-    plii_substep_carry_fn* carries[PLII_MAX_SUBSTEP_LIMITS]; /* or NULL */
-    const void* states[PLII_MAX_SUBSTEP_LIMITS];
+    const plii_pipeline_entry* at[PLII_MAX_SUBSTEP_LIMITS];
 } plii_substep_limits;
 
 /* Nodes are at body->positions + displacements. Positions are those of the start of this substep or of one not long

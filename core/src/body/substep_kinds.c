@@ -13,9 +13,7 @@ static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits*
         if (kind->room == NULL || limits->count == PLII_MAX_SUBSTEP_LIMITS) { continue; }
         if (kind->is_idle != NULL && kind->is_idle(entry->state)) { continue; }
         if (kind->is_limit != NULL && !kind->is_limit(entry->state)) { continue; }
-        limits->rooms[limits->count] = kind->room;
-        limits->carries[limits->count] = kind->carry;
-        limits->states[limits->count++] = entry->state;
+        limits->at[limits->count++] = entry;
     }
 }
 

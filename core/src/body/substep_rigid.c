@@ -13,21 +13,20 @@ static pli_vec3 substep_own_motion(const pli_body* body, const plii_substep* sub
 
 /* Along the normal the node itself is no measure: pressed hard it is thrown to and fro. */
 pli_vec3 plii_substep_carried(const pli_body* body, const plii_substep* substep, int node, pli_vec3 normal) {
-    const plii_substep_limits* limits = substep->limits;
     const pli_vec3 own = substep_own_motion(body, substep, node);
     pli_vec3 across = own, motion = pli_vec3_make(0, 0, 0);
-    for (int i = 0; i < limits->count; ++i) {
-        plii_substep_carry_fn* carry = limits->carries[i];
-        if (carry != NULL && carry(body, limits->states[i], substep, node, normal, own, &motion)) { across = motion; }
+    for (PLII_EACH_AT(const plii_pipeline_entry, limit, substep->limits->at, substep->limits->count)) {
+        plii_substep_carry_fn* carry = limit->klass->substepped->carry;
+        if (carry != NULL && carry(body, limit->state, substep, node, normal, own, &motion)) { across = motion; }
     }
     return pli_vec3_add(across, pli_vec3_scale(normal, pli_vec3_dot(normal, pli_vec3_sub(motion, across))));
 }
 
 float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction, float wanted) {
-    const plii_substep_limits* limits = substep->limits;
     float room = INFINITY;
-    for (int i = 0; i < limits->count; ++i) {
-        room = plii_min(room, limits->rooms[i](body, limits->states[i], substep, node, direction, wanted));
+    for (PLII_EACH_AT(const plii_pipeline_entry, limit, substep->limits->at, substep->limits->count)) {
+        plii_substep_room_fn* own = limit->klass->substepped->room;
+        room = plii_min(room, own(body, limit->state, substep, node, direction, wanted));
     }
     return room;
 }

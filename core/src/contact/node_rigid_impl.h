@@ -35,23 +35,26 @@ typedef struct plii_rigid_contact {
 typedef struct plii_rigid_substeps {
     plii_rigid_groups groups;     /* with bodies that nothing moves */
     plii_point_contacts contacts; /* with others */
-    /* Where they may press nodes against bodies that nothing moves. */
-    bool has_fixed_nodes;
-    int* fixed_of_node; /* [node_count] index + 1 of a contact */
+    bool has_fixed_nodes;         /* these may press nodes against bodies that nothing moves */
 } plii_rigid_substeps;
 
 typedef struct plii_rigid_contacts {
     pli_rigid_contacts_def def;
     plii_rigid_contact* contacts;
     int count, capacity;
-    int linked;        /* contacts that `last_of_node` knows */
-    int* last_of_node; /* [node_count] index of a contact */
+    int linked;         /* contacts that `fixed_of_node` knows */
+    int* fixed_of_node; /* [node_count] a contact with a body that takes no impulses: the last one while they are found,
+                           in substeps the nearest. A hint, see plii_rigid_contacts_has_fixed */
     plii_contact_impulses impulses;
     plii_rigid_substeps substeps;
 } plii_rigid_contacts;
 
 extern const plii_substep_class plii_rigid_contacts_substepped;
 
+/* Indices that are kept of contacts are hints: of a step before, or of before some were taken out or put in order. */
+static inline bool plii_rigid_contacts_has_fixed(const plii_rigid_contacts* found, int index, int end, int node) {
+    return index >= 0 && index < end && found->contacts[index].node == node && found->contacts[index].is_fixed;
+}
 /* Gives way to nodes that have no room between the surfaces found last and others. */
 void plii_rigid_contacts_squeeze(const pli_body* body, plii_rigid_contacts* found);
 /* Room for the contacts of a step. */

@@ -33,16 +33,13 @@ static void squeeze_node(const pli_body* body, plii_rigid_contact* a, plii_rigid
     b->normal.w += 0.5f * missing;
 }
 
-/* Indices that are kept of contacts are hints: of a step before, or of before some were taken out or put in order. */
-static bool squeeze_is_before(const plii_rigid_contacts* found, int index, int end, int node) {
-    return index >= 0 && index < end && found->contacts[index].node == node && found->contacts[index].is_fixed;
-}
-
 static void squeeze_contact(const pli_body* body, plii_rigid_contacts* found, int index) {
     plii_rigid_contact* contact = &found->contacts[index];
     if (!contact->is_fixed) { return; }
-    int* last = &found->last_of_node[contact->node];
-    for (int i = *last, end = index; squeeze_is_before(found, i, end, contact->node); i = found->contacts[i].before) {
+    const int node = contact->node;
+    int* last = &found->fixed_of_node[node];
+    for (int i = *last, end = index; plii_rigid_contacts_has_fixed(found, i, end, node);
+         i = found->contacts[i].before) {
         squeeze_node(body, &found->contacts[i], contact);
         end = i;
     }

@@ -11,31 +11,20 @@
 /* A node that slides away before a rigid body gives way so many times as fast: friction takes some in each step. */
 #define RIGID_SUBSTEP_GIVING_WAY 2.0f
 
-static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
-    return PLII_RESERVE(body->context, &groups->groups, &groups->capacity, count) &&
-           PLII_RESERVE(body->context, &groups->surfaces, &groups->surface_capacity, surface_count);
-}
-
-static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps* substeps) {
-    return substeps->fixed_of_node != NULL || PLII_ALLOCATE(body->context, &substeps->fixed_of_node, body->node_count);
-}
-
 /* For `count` contacts, all with dynamic bodies or all with others. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
     enum { MOST_PARTIAL_GROUPS = 8 }; /* as a rule; one per shape that the body touches may not be full */
-    int dynamic_count = 0, surface_count = 0;
+    int dynamic_count = 0;
     for (PLII_EACH_RIGID(rigid, body->world)) {
         dynamic_count += rigid->kind == PLI_RIGID_DYNAMIC;
-        surface_count += rigid->kind == PLI_RIGID_KINEMATIC;
     }
     if (dynamic_count > 0) {
         (void)PLII_RESERVE(body->context, &substeps->contacts.items, &substeps->contacts.capacity, count);
-        if (dynamic_count < body->world->rigid_count) { (void)rigid_substep_has_nearest(body, substeps); }
     }
     if (dynamic_count == body->world->rigid_count) { return; }
     const int partial_groups = count < MOST_PARTIAL_GROUPS ? count : MOST_PARTIAL_GROUPS;
-    const int groups = count / PLII_RIGID_GROUP_SIZE + partial_groups;
-    (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
+    (void)PLII_RESERVE(body->context, &substeps->groups.groups, &substeps->groups.capacity,
+                       count / PLII_RIGID_GROUP_SIZE + partial_groups);
 }
 
 // ----------------------------------------------------------------------------------------------------------- groups
@@ -59,7 +48,7 @@ static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid
     if (groups->count == 0 || groups->filled == PLII_RIGID_GROUP_SIZE) { return false; }
     const plii_rigid_group* group = &groups->groups[groups->count - 1];
     return group->scaled_indices[groups->filled - 1] < plii_scaled_index(contact->node) &&
-           (group->surface == PLI_NULL_INDEX) == contact->is_still;
+           group->is_still == contact->is_still;
 }
 
 /* The last group gets its first contact in the lanes that are left. */
@@ -73,19 +62,15 @@ static void rigid_groups_fill_up(plii_rigid_groups* groups) {
         group->friction[lane] = group->friction[0];
         group->squeeze[lane] = group->squeeze[0];
         group->scaled_indices[groups->filled] = group->scaled_indices[0];
-        if (group->surface == PLI_NULL_INDEX) { continue; }
-        float* velocity = groups->surfaces[group->surface].velocity;
-        rigid_groups_put(velocity, lane, rigid_groups_get(velocity, 0));
+        if (!group->is_still) { rigid_groups_put(group->velocity, lane, rigid_groups_get(group->velocity, 0)); }
     }
 }
 
 /* False without memory. */
 static bool rigid_groups_open(pli_body* body, plii_rigid_groups* groups, bool is_still) {
-    const int surfaces = groups->surface_count + !is_still;
     rigid_groups_fill_up(groups);
-    if (!rigid_groups_reserve(body, groups, groups->count + 1, surfaces)) { return false; }
-    groups->groups[groups->count++].surface = is_still ? PLI_NULL_INDEX : groups->surface_count;
-    groups->surface_count = surfaces;
+    if (!PLII_RESERVE(body->context, &groups->groups, &groups->capacity, groups->count + 1)) { return false; }
+    groups->groups[groups->count++].is_still = is_still;
     groups->filled = 0;
     return true;
 }
@@ -106,7 +91,7 @@ static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pli
         const pli_rigid* rigid = from->rigid;
         const pli_vec3 x = plii_xyz(body->positions[from->node]);
         const pli_vec3 offset = from->goes_along ? from->offset : pli_vec3_sub(x, rigid->state.pose.origin);
-        rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_pace_at(body, rigid, offset));
+        rigid_groups_put(group->velocity, lane, plii_rigid_pace_at(body, rigid, offset));
     }
     return (groups->count - 1) * PLII_RIGID_GROUP_SIZE + record;
 }
@@ -136,20 +121,19 @@ static void rigid_substep_restart(pli_body* body, void* data, const plii_substep
                                 plii_contact_recovery_speed(found->def.recovery_speed));
 }
 
-/* The nearest contact of each node with a body that nothing moves. False without memory. */
-static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found) {
-    if (!rigid_substep_has_nearest(body, &found->substeps)) { return false; }
-    int** nearest = &found->substeps.fixed_of_node;
-    memset(*nearest, 0, (size_t)body->node_count * sizeof **nearest);
+/* The nearest contact of each node with a body that nothing moves. */
+static void rigid_substep_find_fixed(plii_rigid_contacts* found) {
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
-        int* of_node = &(*nearest)[contact->node];
-        if (!contact->is_fixed || (*of_node > 0 && !(contact->distance < found->contacts[*of_node - 1].distance))) {
-            continue;
-        }
-        *of_node = i + 1;
+        int* nearest = &found->fixed_of_node[contact->node];
+        const bool is_first = !plii_rigid_contacts_has_fixed(found, *nearest, i, contact->node);
+        if (contact->is_fixed && (is_first || contact->distance < found->contacts[*nearest].distance)) { *nearest = i; }
     }
-    return true;
+}
+/* NULL: there is none. */
+static const plii_rigid_contact* rigid_substep_fixed_of(const plii_rigid_contacts* found, int node) {
+    const int nearest = found->fixed_of_node[node];
+    return plii_rigid_contacts_has_fixed(found, nearest, found->count, node) ? &found->contacts[nearest] : NULL;
 }
 
 /* Nodes or faces, which come before, have met rigid bodies that give way. */
@@ -164,7 +148,7 @@ static bool rigid_substep_is_pressed(const pli_body* body) {
 static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
-    substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
+    substeps->contacts.count = substeps->groups.count = 0;
     bool has_fixed = false;
     for (int is_still = 0; is_still <= 1; ++is_still) {
         for (PLII_EACH(plii_rigid_contact, contact, found->contacts, found->count)) { /* without memory left out */
@@ -176,24 +160,24 @@ static void rigid_substep_begin(pli_body* body, void* data) {
         }
     }
     rigid_groups_fill_up(&substeps->groups);
-    substeps->has_fixed_nodes = has_fixed && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
+    substeps->has_fixed_nodes = has_fixed && rigid_substep_is_pressed(body);
+    if (substeps->has_fixed_nodes) { rigid_substep_find_fixed(found); }
 }
 
 /* m/s, of the surface of a contact with a body that nothing moves. */
 static pli_vec3 rigid_groups_velocity(const plii_rigid_groups* groups, const plii_rigid_contact* contact) {
     const int place = contact->place;
     if (contact->is_still || place == PLI_NULL_INDEX) { return pli_vec3_make(0, 0, 0); }
-    const int surface = groups->groups[place / PLII_RIGID_GROUP_SIZE].surface;
-    return rigid_groups_get(groups->surfaces[surface].velocity, rigid_groups_lane(place % PLII_RIGID_GROUP_SIZE));
+    const plii_rigid_group* group = &groups->groups[place / PLII_RIGID_GROUP_SIZE];
+    return rigid_groups_get(group->velocity, rigid_groups_lane(place % PLII_RIGID_GROUP_SIZE));
 }
 
 /* To the surfaces of bodies that nothing moves. */
 static float rigid_substep_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
                                 pli_vec3 direction, float wanted) {
     const plii_rigid_contacts* found = data;
-    const int fixed = found->substeps.fixed_of_node[node];
-    if (fixed == 0) { return INFINITY; }
-    const plii_rigid_contact* contact = &found->contacts[fixed - 1];
+    const plii_rigid_contact* contact = rigid_substep_fixed_of(found, node);
+    if (contact == NULL) { return INFINITY; }
     const pli_vec3 normal = plii_xyz(contact->normal);
     const float approach = -pli_vec3_dot(normal, direction);
     if (!(approach > RIGID_SUBSTEP_WEDGE)) { return INFINITY; }
@@ -207,9 +191,8 @@ static float rigid_substep_room(const pli_body* body, const void* data, const pl
 static bool rigid_substep_carry(const pli_body* body, const void* data, const plii_substep* substep, int node,
                                 pli_vec3 direction, pli_vec3 own, pli_vec3* motion) {
     const plii_rigid_contacts* found = data;
-    const int fixed = found->substeps.fixed_of_node[node];
-    if (fixed == 0) { return false; }
-    const plii_rigid_contact* contact = &found->contacts[fixed - 1];
+    const plii_rigid_contact* contact = rigid_substep_fixed_of(found, node);
+    if (contact == NULL) { return false; }
     const pli_vec3 surface = pli_vec3_scale(rigid_groups_velocity(&found->substeps.groups, contact), substep->dt);
     const pli_vec3 normal = plii_xyz(contact->normal), apart = pli_vec3_sub(own, surface);
     const pli_vec3 sliding = pli_vec3_sub(apart, pli_vec3_scale(normal, pli_vec3_dot(normal, apart)));
