@@ -22,14 +22,18 @@ typedef struct plii_rigid_group {
     float friction[PLII_RIGID_GROUP_SIZE];          /* Coulomb's coefficient */
     float squeeze[PLII_RIGID_GROUP_SIZE];           /* m in the step: see node_rigid_squeeze.c */
     uint32_t scaled_indices[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
-    bool is_still;                                  /* all surfaces: */
-    float velocity[3 * PLII_RIGID_GROUP_SIZE];      /* m/s, of those that are not, where the contacts are */
+    int surface;                                    /* index of what moves, PLI_NULL_INDEX: all stand still */
     plii_rigid_sum sum;
 } plii_rigid_group;
 
+typedef struct plii_rigid_surface {
+    float velocity[3 * PLII_RIGID_GROUP_SIZE]; /* m/s, where the contacts are */
+} plii_rigid_surface;
+
 typedef struct plii_rigid_groups {
     plii_rigid_group* groups;
-    int count, capacity;
+    plii_rigid_surface* surfaces;
+    int count, capacity, surface_count, surface_capacity;
     int filled; /* contacts of the last group, while they are added */
 } plii_rigid_groups;
 

@@ -34,7 +34,8 @@ PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indi
     plii_simd_store_two(records, scaled_indices + 6, moved[3]);
 }
 
-PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group) {
+PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group,
+                                  const plii_rigid_surface* surface) {
     const plii_substep* substep = pass->substep;
     const bool is_first = substep->is_first_sweep;
     const plii_float8 zero = plii_float8_all(0.0f);
@@ -53,8 +54,8 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     }
     plii_wide_vec3 from = start.at;
     plii_wide_vec3 motion = plii_wide_vec3_sub(now.at, from);
-    if (!group->is_still) {
-        const plii_wide_vec3 velocity = groups_load(group->velocity);
+    if (surface != NULL) {
+        const plii_wide_vec3 velocity = groups_load(surface->velocity);
         from = plii_wide_vec3_sub(from,
                                   plii_wide_vec3_scale(velocity, plii_float8_all((float)substep->index * substep->dt)));
         motion = plii_wide_vec3_sub(motion, plii_wide_vec3_scale(velocity, plii_float8_all(substep->dt)));
@@ -115,6 +116,7 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
 
 void PLII_KERNEL_NAME(plii_rigid_groups_sweep)(plii_rigid_groups* groups, const plii_rigid_groups_pass* pass) {
     for (PLII_EACH(plii_rigid_group, group, groups->groups, groups->count)) {
-        groups_solve(pass, group);
+        const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
+        groups_solve(pass, group, surface);
     }
 }

@@ -11,20 +11,26 @@
 /* A node that slides away before a rigid body gives way so many times as fast: friction takes some in each step. */
 #define RIGID_SUBSTEP_GIVING_WAY 2.0f
 
+static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int count, int surface_count) {
+    return PLII_RESERVE(body->context, &groups->groups, &groups->capacity, count) &&
+           PLII_RESERVE(body->context, &groups->surfaces, &groups->surface_capacity, surface_count);
+}
+
 /* For `count` contacts, all with dynamic bodies or all with others. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
     enum { MOST_PARTIAL_GROUPS = 8 }; /* as a rule; one per shape that the body touches may not be full */
-    int dynamic_count = 0;
+    int dynamic_count = 0, surface_count = 0;
     for (PLII_EACH_RIGID(rigid, body->world)) {
         dynamic_count += rigid->kind == PLI_RIGID_DYNAMIC;
+        surface_count += rigid->kind == PLI_RIGID_KINEMATIC;
     }
     if (dynamic_count > 0) {
         (void)PLII_RESERVE(body->context, &substeps->contacts.items, &substeps->contacts.capacity, count);
     }
     if (dynamic_count == body->world->rigid_count) { return; }
     const int partial_groups = count < MOST_PARTIAL_GROUPS ? count : MOST_PARTIAL_GROUPS;
-    (void)PLII_RESERVE(body->context, &substeps->groups.groups, &substeps->groups.capacity,
-                       count / PLII_RIGID_GROUP_SIZE + partial_groups);
+    const int groups = count / PLII_RIGID_GROUP_SIZE + partial_groups;
+    (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
 }
 
 // ----------------------------------------------------------------------------------------------------------- groups
@@ -48,7 +54,7 @@ static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid
     if (groups->count == 0 || groups->filled == PLII_RIGID_GROUP_SIZE) { return false; }
     const plii_rigid_group* group = &groups->groups[groups->count - 1];
     return group->scaled_indices[groups->filled - 1] < plii_scaled_index(contact->node) &&
-           group->is_still == contact->is_still;
+           (group->surface == PLI_NULL_INDEX) == contact->is_still;
 }
 
 /* The last group gets its first contact in the lanes that are left. */
@@ -62,15 +68,19 @@ static void rigid_groups_fill_up(plii_rigid_groups* groups) {
         group->friction[lane] = group->friction[0];
         group->squeeze[lane] = group->squeeze[0];
         group->scaled_indices[groups->filled] = group->scaled_indices[0];
-        if (!group->is_still) { rigid_groups_put(group->velocity, lane, rigid_groups_get(group->velocity, 0)); }
+        if (group->surface == PLI_NULL_INDEX) { continue; }
+        float* velocity = groups->surfaces[group->surface].velocity;
+        rigid_groups_put(velocity, lane, rigid_groups_get(velocity, 0));
     }
 }
 
 /* False without memory. */
 static bool rigid_groups_open(pli_body* body, plii_rigid_groups* groups, bool is_still) {
+    const int surfaces = groups->surface_count + !is_still;
     rigid_groups_fill_up(groups);
-    if (!PLII_RESERVE(body->context, &groups->groups, &groups->capacity, groups->count + 1)) { return false; }
-    groups->groups[groups->count++].is_still = is_still;
+    if (!rigid_groups_reserve(body, groups, groups->count + 1, surfaces)) { return false; }
+    groups->groups[groups->count++].surface = is_still ? PLI_NULL_INDEX : groups->surface_count;
+    groups->surface_count = surfaces;
     groups->filled = 0;
     return true;
 }
@@ -91,7 +101,7 @@ static int rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pli
         const pli_rigid* rigid = from->rigid;
         const pli_vec3 x = plii_xyz(body->positions[from->node]);
         const pli_vec3 offset = from->goes_along ? from->offset : pli_vec3_sub(x, rigid->state.pose.origin);
-        rigid_groups_put(group->velocity, lane, plii_rigid_pace_at(body, rigid, offset));
+        rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_pace_at(body, rigid, offset));
     }
     return (groups->count - 1) * PLII_RIGID_GROUP_SIZE + record;
 }
@@ -148,7 +158,7 @@ static bool rigid_substep_is_pressed(const pli_body* body) {
 static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
-    substeps->contacts.count = substeps->groups.count = 0;
+    substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
     bool has_fixed = false;
     for (int is_still = 0; is_still <= 1; ++is_still) {
         for (PLII_EACH(plii_rigid_contact, contact, found->contacts, found->count)) { /* without memory left out */
@@ -168,8 +178,8 @@ static void rigid_substep_begin(pli_body* body, void* data) {
 static pli_vec3 rigid_groups_velocity(const plii_rigid_groups* groups, const plii_rigid_contact* contact) {
     const int place = contact->place;
     if (contact->is_still || place == PLI_NULL_INDEX) { return pli_vec3_make(0, 0, 0); }
-    const plii_rigid_group* group = &groups->groups[place / PLII_RIGID_GROUP_SIZE];
-    return rigid_groups_get(group->velocity, rigid_groups_lane(place % PLII_RIGID_GROUP_SIZE));
+    const int surface = groups->groups[place / PLII_RIGID_GROUP_SIZE].surface;
+    return rigid_groups_get(groups->surfaces[surface].velocity, rigid_groups_lane(place % PLII_RIGID_GROUP_SIZE));
 }
 
 /* To the surfaces of bodies that nothing moves. */
