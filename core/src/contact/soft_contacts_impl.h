@@ -12,7 +12,7 @@ typedef struct plii_soft_contact {
     pli_body* face_body;
     int node, face;
     pli_vec3 weights;
-    pli_vec3 start;  /* m, of the node from the point of the face, with shifts, when all bodies had their first sweep */
+    pli_vec4 start;  /* m, of the node from the point of the face, with shifts, when all bodies had their first sweep */
     pli_vec3 normal; /* from the face to the node */
     float margin, friction;
     bool is_bullet;  /* of Bullet's boxes: every face in reach, which is the margin */
