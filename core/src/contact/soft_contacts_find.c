@@ -284,12 +284,14 @@ static int soft_may_cross(const plii_soft_contacts_pass* pass, plii_soft_contact
 }
 
 /* Looks at four faces from afar, and closer at those that the node may cross or whose nearest point lies inside. */
-static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
-                              const int* face_indices, int count, soft_picks* picks, soft_rim* rim) {
+static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* hits,
+                              int count, soft_picks* picks, soft_rim* rim) {
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
     const int* faces[4];
+    int face_indices[4];
     for (int k = 0; k < 4; ++k) {
-        faces[k] = face_body->topology->faces[face_indices[k < count ? k : 0]];
+        face_indices[k] = pass->search->faces[hits[k < count ? k : 0]];
+        faces[k] = face_body->topology->faces[face_indices[k]];
     }
     const plii_triangle4 now =
         plii_triangle4_seen(face_body->positions, faces, plii_xyz(node_body->positions[near.node]));
@@ -515,9 +517,6 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
             const plii_soft_contacts_node near = search->nodes[i];
             const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
             search->hit_count = plii_bvh4_find(&search->near, search->groups, group_count, x, near.reach, search->hits);
-            for (int k = 0; k < search->hit_count; ++k) {
-                search->hits[k] = search->faces[search->hits[k]];
-            }
             PLII_TRY(soft_add_nearest(pass, near));
         }
     }
