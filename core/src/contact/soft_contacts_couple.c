@@ -66,31 +66,35 @@ static couple_pair couple_pair_of(pli_body* body, pli_body* other) {
                          .time = time};
 }
 
-typedef plii_float4 couple_quantity(const couple_side* side, int node);
+/* `is_beside`: known to be, where factors are 1. */
+typedef plii_float4 couple_quantity(const couple_side* side, int node, bool is_beside);
 
-PLII_SIMD_INLINE plii_float4 couple_place(const couple_side* side, int node) {
-    return plii_float4_from(&side->positions[node]) + plii_float4_from(&side->moves[node]) * side->here;
+PLII_SIMD_INLINE plii_float4 couple_times(const pli_vec4* record, float factor, bool is_beside) {
+    return is_beside ? plii_float4_from(record) : plii_float4_from(record) * factor;
 }
-PLII_SIMD_INLINE plii_float4 couple_moved(const couple_side* side, int node) {
-    return plii_float4_from(&side->moves[node]) * side->along;
+PLII_SIMD_INLINE plii_float4 couple_place(const couple_side* side, int node, bool is_beside) {
+    return plii_float4_from(&side->positions[node]) + couple_times(&side->moves[node], side->here, is_beside);
 }
-PLII_SIMD_INLINE plii_float4 couple_plain_start(const couple_side* side, int node) {
-    return plii_float4_from(&side->starts[node]) * side->before;
+PLII_SIMD_INLINE plii_float4 couple_moved(const couple_side* side, int node, bool is_beside) {
+    return couple_times(&side->moves[node], side->along, is_beside);
+}
+PLII_SIMD_INLINE plii_float4 couple_plain_start(const couple_side* side, int node, bool is_beside) {
+    return couple_times(&side->starts[node], side->before, is_beside);
 }
 /* With shifts. */
-PLII_SIMD_INLINE plii_float4 couple_start(const couple_side* side, int node) {
-    const plii_float4 start = couple_plain_start(side, node);
+PLII_SIMD_INLINE plii_float4 couple_start(const couple_side* side, int node, bool is_beside) {
+    const plii_float4 start = couple_plain_start(side, node, is_beside);
     return side->shifts != NULL ? start + plii_lanes_from_vec3(&side->shifts[node]) : start;
 }
 
 /* Of the node against the point of the face; w: 0. By differences, which far from the origin are more exact. */
 PLII_SIMD_INLINE plii_float4 couple_relative(const couple_pair* pair, const plii_soft_contact* contact,
-                                             couple_quantity* of) {
+                                             couple_quantity* of, bool is_beside) {
     const int* face = pair->face.body->topology->faces[contact->face];
-    const plii_float4 node = of(&pair->node, contact->node);
-    return plii_lanes_xyz((node - of(&pair->face, face[0])) * contact->weights.x +
-                          (node - of(&pair->face, face[1])) * contact->weights.y +
-                          (node - of(&pair->face, face[2])) * contact->weights.z);
+    const plii_float4 node = of(&pair->node, contact->node, is_beside);
+    return plii_lanes_xyz((node - of(&pair->face, face[0], is_beside)) * contact->weights.x +
+                          (node - of(&pair->face, face[1], is_beside)) * contact->weights.y +
+                          (node - of(&pair->face, face[2], is_beside)) * contact->weights.z);
 }
 
 /* Whole records: a load of one would wait for parts of it that are on their way to memory. */
@@ -105,10 +109,10 @@ static void couple_accelerate(const couple_side* side, int node, plii_float4 by,
     couple_add(&side->body->positions[node], by * time.inverse_dt * left);
 }
 
-typedef void couple_effect(const couple_side* side, int node, plii_float4 by, couple_time time);
+typedef void couple_effect(const couple_side* side, int node, plii_float4 by, couple_time time, bool is_beside);
 
-PLII_SIMD_INLINE void couple_move(const couple_side* side, int node, plii_float4 by, couple_time time) {
-    if (side->is_beside) {
+PLII_SIMD_INLINE void couple_move(const couple_side* side, int node, plii_float4 by, couple_time time, bool is_beside) {
+    if (is_beside || side->is_beside) {
         couple_add(&side->moves[node], by);
     } else {
         couple_accelerate(side, node, by, time);
@@ -116,31 +120,34 @@ PLII_SIMD_INLINE void couple_move(const couple_side* side, int node, plii_float4
 }
 
 /* The solve takes as much for the start of the node. */
-PLII_SIMD_INLINE void couple_shift(const couple_side* side, int node, plii_float4 by, couple_time time) {
-    if (!side->is_beside || side->shifts == NULL) { return; }
+PLII_SIMD_INLINE void couple_shift(const couple_side* side, int node, plii_float4 by, couple_time time,
+                                   bool is_beside) {
+    if (!(is_beside || side->is_beside) || side->shifts == NULL) { return; }
     plii_lanes_to_vec3(&side->shifts[node], plii_lanes_from_vec3(&side->shifts[node]) + by);
 }
 
 /* As if the node had started there, so that no velocity comes of it. */
-PLII_SIMD_INLINE void couple_still(const couple_side* side, int node, plii_float4 by, couple_time time) {
+PLII_SIMD_INLINE void couple_still(const couple_side* side, int node, plii_float4 by, couple_time time,
+                                   bool is_beside) {
     if (!side->is_beside) { couple_accelerate(side, node, -by, time); }
     couple_add(&side->starts[node], by);
 }
 
 /* `push` in kg m; w: 0 */
 PLII_SIMD_INLINE void couple_push(const couple_pair* pair, const plii_soft_contact* contact, plii_float4 push,
-                                  couple_effect effect) {
+                                  couple_effect effect, bool is_beside) {
     const couple_side *node = &pair->node, *others = &pair->face;
     const int* face = others->body->topology->faces[contact->face];
-    effect(node, contact->node, push * node->positions[contact->node].w, pair->time);
+    effect(node, contact->node, push * node->positions[contact->node].w, pair->time, is_beside);
     if (pair->is_idle) { return; }
     const plii_float4 back = -push;
-    effect(others, face[0], back * (others->positions[face[0]].w * contact->weights.x), pair->time);
-    effect(others, face[1], back * (others->positions[face[1]].w * contact->weights.y), pair->time);
-    effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), pair->time);
+    effect(others, face[0], back * (others->positions[face[0]].w * contact->weights.x), pair->time, is_beside);
+    effect(others, face[1], back * (others->positions[face[1]].w * contact->weights.y), pair->time, is_beside);
+    effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), pair->time, is_beside);
 }
 
-static void couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push, couple_time time) {
+PLII_SIMD_INLINE void couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push,
+                                    couple_time time) {
     if (index >= state->impulse_count) { return; }
     plii_contact_impulses_push(&state->impulses, index, plii_lanes_vec3(push * time.inverse_dt));
 }
@@ -151,11 +158,13 @@ static void couple_record(const plii_soft_contacts_state* state, int index, plii
 
 /* Starts are known once all bodies had their first sweep; the implicit solver has two in a row of each. */
 typedef enum couple_sweep { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_LATER } couple_sweep;
-/* Once for any number of contacts, or for one and for four. */
+/* Once for any number of contacts, or for one and for four, which are all of bodies beside each other. */
 #if defined(__OPTIMIZE_SIZE__)
 #define SOFT_COUPLE_SOLVE static
+enum { SOFT_COUPLE_BESIDE = PLII_LANES + 1 };
 #else
 #define SOFT_COUPLE_SOLVE PLII_SIMD_INLINE
+enum { SOFT_COUPLE_BESIDE = PLII_LANES };
 #endif
 
 /* What draws overlaps out, m, in the first sweep only, so that overlaps that contradict each other do not drive each
@@ -171,27 +180,48 @@ PLII_SIMD_INLINE plii_float4 couple_recovery(const couple_pair* pair, const plii
     return plii_lanes_min(plii_lanes_max(most - along, zero), most);
 }
 
+/* What contacts keep in records from sweep to sweep, by components: of one contact in its own, in the first lane; of
+   four that are solved at once each has the component of its number. */
+SOFT_COUPLE_SOLVE void couple_load(plii_soft_contact* const* of, int count, size_t at, plii_float4 components[4]) {
+    PLII_UNROLL(4)
+    for (int k = 0; k < count; ++k) {
+        memcpy(&components[k], (const char*)of[k] + at, sizeof components[k]);
+    }
+    if (count == 1) { plii_float4_transpose(components); }
+}
+SOFT_COUPLE_SOLVE void couple_store(plii_soft_contact* const* of, int count, size_t at,
+                                    const plii_float4 components[4]) {
+    plii_float4 records[4] = {components[0], components[1], components[2], components[3]};
+    if (count == 1) { plii_float4_transpose(records); }
+    PLII_UNROLL(4)
+    for (int k = 0; k < count; ++k) {
+        memcpy((char*)of[k] + at, &records[k], sizeof records[k]);
+    }
+}
+
 /* Of one contact, in the first lane, or of four that share no node. */
 SOFT_COUPLE_SOLVE void couple_solve(const couple_pair* pair, const plii_soft_contacts_state* state, const int* indices,
                                     int count, couple_sweep sweep) {
     const plii_float4 zero = plii_float4_all(0.0f);
     const bool is_first = sweep == SOFT_COUPLE_FIRST, is_substep = pair->time.substep != NULL;
+    const bool is_beside = count == SOFT_COUPLE_BESIDE;
     plii_soft_contact* of[PLII_LANES];
-    plii_float4 places[4] = {zero}, motions[4] = {zero}, normals[4] = {zero}, sums[4] = {zero};
+    plii_float4 places[4] = {zero}, motions[4] = {zero}, normals[4] = {zero}, sums[4] = {zero}, starts[4] = {zero};
     PLII_UNROLL(4)
     for (int k = 0; k < count; ++k) {
         plii_soft_contact* contact = of[k] = &state->contacts[indices[k]];
-        if (sweep == SOFT_COUPLE_NEXT) {
-            plii_lanes_to_vec3(&contact->start, couple_relative(pair, contact, couple_start));
-        }
-        places[k] = motions[k] =
-            is_substep ? couple_relative(pair, contact, couple_place) : couple_relative(pair, contact, couple_moved);
+        if (sweep == SOFT_COUPLE_NEXT) { starts[k] = couple_relative(pair, contact, couple_start, is_beside); }
+        places[k] = is_substep ? couple_relative(pair, contact, couple_place, is_beside)
+                               : couple_relative(pair, contact, couple_moved, is_beside);
         normals[k] = plii_float4_load(&contact->normal.x);
-        sums[k] = plii_float4_load(&contact->friction_push.x);
+    }
+    if (sweep == SOFT_COUPLE_NEXT) {
+        plii_float4_transpose(starts);
+        couple_store(of, count, offsetof(plii_soft_contact, start), starts);
     }
     plii_float4_transpose(places);
     plii_float4_transpose(normals);
-    plii_float4_transpose(sums);
+    couple_load(of, count, offsetof(plii_soft_contact, friction_push), sums);
     const plii_vec3x4 n = {normals[0], normals[1], normals[2]}, rubbed = {sums[0], sums[1], sums[2]};
     const plii_float4 margin = normals[3], pushed = sums[3];
     plii_float4 gap = plii_vec3x4_dot(n, (plii_vec3x4){places[0], places[1], places[2]}) - margin;
@@ -199,10 +229,16 @@ SOFT_COUPLE_SOLVE void couple_solve(const couple_pair* pair, const plii_soft_con
     if (plii_lanes_bits(is_active) == 0) { return; }
     PLII_UNROLL(4)
     for (int k = 0; k < count; ++k) {
-        if (is_substep) { motions[k] = couple_relative(pair, of[k], couple_moved); }
-        motions[k] -= is_first ? couple_relative(pair, of[k], couple_start) : plii_float4_load(&of[k]->start.x);
+        if (is_substep) { motions[k] = couple_relative(pair, of[k], couple_moved, is_beside); }
+        if (is_first) { starts[k] = couple_relative(pair, of[k], couple_start, is_beside); }
     }
-    plii_float4_transpose(motions);
+    if (is_first) { plii_float4_transpose(starts); }
+    if (sweep == SOFT_COUPLE_LATER) { couple_load(of, count, offsetof(plii_soft_contact, start), starts); }
+    if (is_substep) { plii_float4_transpose(motions); }
+    PLII_UNROLL(3)
+    for (int k = 0; k < 3; ++k) {
+        motions[k] = (is_substep ? motions[k] : places[k]) - starts[k];
+    }
     const plii_vec3x4 motion = {motions[0], motions[1], motions[2]};
     const plii_float4 weight =
         plii_lanes_xyzw(of[0]->weight, of[1 % count]->weight, of[2 % count]->weight, of[3 % count]->weight);
@@ -225,21 +261,20 @@ SOFT_COUPLE_SOLVE void couple_solve(const couple_pair* pair, const plii_soft_con
     multiplier = plii_lanes_select(is_solved, multiplier, pushed);
     friction = plii_vec3x4_select(is_solved, friction, rubbed);
     shift = plii_lanes_where(is_solved, shift);
-    const plii_float4 parted = shift / weight;
+    const plii_float4 parted = is_first ? shift / weight : zero;
     const plii_vec3x4 push =
         plii_vec3x4_add(plii_vec3x4_scale(n, multiplier - pushed + parted), plii_vec3x4_sub(friction, rubbed));
-    plii_float4 next[4] = {friction.x, friction.y, friction.z, multiplier};
+    const plii_float4 next[4] = {friction.x, friction.y, friction.z, multiplier};
+    couple_store(of, count, offsetof(plii_soft_contact, friction_push), next);
     plii_float4 pushes[4] = {push.x, push.y, push.z, zero};
-    plii_float4_transpose(next);
     plii_float4_transpose(pushes);
     PLII_UNROLL(4)
     for (int k = 0; k < count; ++k) {
-        plii_float4_store(&of[k]->friction_push.x, next[k]);
-        couple_push(pair, of[k], pushes[k], couple_move);
+        couple_push(pair, of[k], pushes[k], couple_move, is_beside);
         couple_record(state, indices[k], pushes[k], pair->time);
         if (!is_first || !(shift[k] > 0.0f)) { continue; }
         of[k]->shift = shift[k];
-        couple_push(pair, of[k], plii_lanes_from_vec3(&of[k]->normal) * parted[k], couple_shift);
+        couple_push(pair, of[k], plii_lanes_from_vec3(&of[k]->normal) * parted[k], couple_shift, is_beside);
     }
 }
 
@@ -252,12 +287,12 @@ static void couple_settle(const couple_pair* pair, const plii_soft_contacts_stat
     plii_float4_store(&contact->friction_push.x, plii_float4_all(0.0f));
     if (!(shift > 0.0f)) { return; }
     const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
-    const float along = plii_lanes_dot(n, couple_relative(pair, contact, couple_moved) -
-                                              couple_relative(pair, contact, couple_plain_start));
+    const float along = plii_lanes_dot(n, couple_relative(pair, contact, couple_moved, false) -
+                                              couple_relative(pair, contact, couple_plain_start, false));
     const float parted = plii_min(along, shift);
     if (!(parted > 0.0f)) { return; }
     const plii_float4 push = n * (parted / contact->weight);
-    couple_push(pair, contact, push, couple_still);
+    couple_push(pair, contact, push, couple_still, false);
     couple_record(state, index, -push, pair->time);
 }
 

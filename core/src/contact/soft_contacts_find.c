@@ -77,30 +77,42 @@ static bool soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body*
     return true;
 }
 
-/* Of which node, face, weights, normal and margin are set; unless nothing in it can move. */
-static pli_status soft_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
-    const pli_vec3 weights = contact.weights;
-    const float node_weight = pass->node_body->positions[contact.node].w;
+/* What a node looks at, and how it is held off it. */
+typedef struct soft_pick {
+    int face;
+    pli_vec3 weights, normal;
+    float distance, time; /* m; share of the step at which it crosses */
+} soft_pick;
+
+/* Unless nothing in it can move. */
+static pli_status soft_append(const plii_soft_contacts_pass* pass, int node, float margin, const soft_pick* pick) {
+    const float node_weight = pass->node_body->positions[node].w;
     const float face_weight =
-        soft_face_weight(pass, pass->face_body->topology->faces[contact.face], weights, node_weight);
+        soft_face_weight(pass, pass->face_body->topology->faces[pick->face], pick->weights, node_weight);
     const float sum = node_weight + face_weight;
-    if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
+    if (!(sum > 0.0f) || !plii_vec3_is_finite(pick->normal) || !plii_vec3_is_finite(pick->weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;
     if (!PLII_RESERVE(pass->node_body->context, &state->contacts, &state->capacity, state->count + 1) ||
         !soft_record(pass)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    contact.face_body = pass->face_body;
-    contact.friction = plii_max(state->def.friction, pass->face_state->def.friction);
-    contact.is_bullet = pass->use_boxes;
-    if (contact.is_bullet) {
-        contact.node_share = node_weight / sum * state->def.hardness;
-        contact.face_share = face_weight / sum * pass->face_state->def.hardness;
+    plii_soft_contact* contact = &state->contacts[state->count++];
+    *contact = (plii_soft_contact){.face_body = pass->face_body,
+                                   .node = node,
+                                   .face = pick->face,
+                                   .weights = pick->weights,
+                                   .distance = pick->distance,
+                                   .normal = pick->normal,
+                                   .margin = margin,
+                                   .friction = plii_max(state->def.friction, pass->face_state->def.friction),
+                                   .is_bullet = pass->use_boxes};
+    if (contact->is_bullet) {
+        contact->node_share = node_weight / sum * state->def.hardness;
+        contact->face_share = face_weight / sum * pass->face_state->def.hardness;
     } else {
-        contact.hardness = plii_min(state->def.hardness, pass->face_state->def.hardness);
-        contact.weight = sum;
+        contact->hardness = plii_min(state->def.hardness, pass->face_state->def.hardness);
+        contact->weight = sum;
     }
-    state->contacts[state->count++] = contact;
     return PLI_OK;
 }
 
@@ -118,13 +130,11 @@ static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float
         !(distance_squared < margin * margin)) {
         return PLI_OK;
     }
-    const pli_vec3 weights = plii_barycentric_by_areas(a, b, c, pli_vec3_add(point, origin));
+    soft_pick pick = {.face = face_index, .weights = plii_barycentric_by_areas(a, b, c, pli_vec3_add(point, origin))};
     const float distance = sqrtf(distance_squared);
-    const pli_vec3 normal =
-        distance > 0.0f ? plii_vec3_divide(point, -distance) : soft_face_normal(pass, node, face, weights);
-    return soft_append(
-        pass,
-        (plii_soft_contact){.node = node, .face = face_index, .weights = weights, .normal = normal, .margin = margin});
+    pick.normal =
+        distance > 0.0f ? plii_vec3_divide(point, -distance) : soft_face_normal(pass, node, face, pick.weights);
+    return soft_append(pass, node, margin, &pick);
 }
 
 // ---------------------------------------------------------------------------------------------- which faces of a node
@@ -139,12 +149,6 @@ enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
 /* Of the longest edge: a node that passes so close beside a face crosses it. */
 #define SOFT_CONTACTS_EDGE 1e-3f
 enum { SOFT_CONTACTS_ROUNDS = 8 }; /* to the time of a crossing */
-
-typedef struct soft_pick {
-    int face;
-    pli_vec3 weights, normal;
-    float distance, time; /* m; share of the step at which it crosses */
-} soft_pick;
 
 /* Corners of a face as the node sees them. */
 typedef struct soft_corners {
@@ -232,9 +236,9 @@ static int soft_keep(soft_pick* kept, int count, const soft_pick* pick) {
     return count + 1;
 }
 
-static bool soft_is_alike(const soft_pick* kept, int count, const soft_pick* pick) {
+static bool soft_is_alike(const soft_pick* const* kept, int count, const soft_pick* pick) {
     for (int k = 0; k < count; ++k) {
-        if (pli_vec3_dot(kept[k].normal, pick->normal) > SOFT_CONTACTS_ALIKE) { return true; }
+        if (pli_vec3_dot(kept[k]->normal, pick->normal) > SOFT_CONTACTS_ALIKE) { return true; }
     }
     return false;
 }
@@ -282,12 +286,14 @@ static int soft_may_cross(const plii_soft_contacts_pass* pass, plii_soft_contact
 }
 
 /* Looks at four faces from afar, and closer at those that the node may cross or whose nearest point lies inside. */
-static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
-                              const int* face_indices, int count, soft_picks* picks, soft_rim* rim) {
+static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* hits,
+                              int count, soft_picks* picks, soft_rim* rim) {
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
     const int* faces[4];
+    int face_indices[4];
     for (int k = 0; k < 4; ++k) {
-        faces[k] = face_body->topology->faces[face_indices[k < count ? k : 0]];
+        face_indices[k] = pass->search->faces[hits[k < count ? k : 0]];
+        faces[k] = face_body->topology->faces[face_indices[k]];
     }
     const plii_triangle4 now =
         plii_triangle4_seen(face_body->positions, faces, plii_xyz(node_body->positions[near.node]));
@@ -314,44 +320,33 @@ static void soft_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_con
 }
 
 /* The faces near a node that are found. */
-static soft_picks soft_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+static void soft_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, soft_picks* picks) {
     const plii_soft_contacts_state* search = pass->search;
-    soft_picks picks; /* what is not set is not read */
-    picks.crossed.time = picks.nearest.distance = INFINITY;
-    picks.inside_count = 0;
+    picks->crossed.time = picks->nearest.distance = INFINITY;
+    picks->inside_count = 0;
     soft_rim rim = {INFINITY, -1};
     for (int i = 0; i < search->hit_count; i += 4) {
         const int left = search->hit_count - i;
-        soft_look_at_four(pass, near, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
+        soft_look_at_four(pass, near, &search->hits[i], left < 4 ? left : 4, picks, &rim);
     }
-    if (rim.squared < 1.001f * picks.nearest.distance * picks.nearest.distance) {
-        soft_look_at(pass, near, rim.face_index, false, &picks);
+    if (rim.squared < 1.001f * picks->nearest.distance * picks->nearest.distance) {
+        soft_look_at(pass, near, rim.face_index, false, picks);
     }
-    return picks;
-}
-
-static pli_status soft_add(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const soft_pick* pick) {
-    return soft_append(pass, (plii_soft_contact){.node = near.node,
-                                                 .face = pick->face,
-                                                 .weights = pick->weights,
-                                                 .distance = pick->distance,
-                                                 .normal = pick->normal,
-                                                 .margin = near.margin});
 }
 
 static pli_status soft_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     if (pass->search->hit_count == 0) { return PLI_OK; }
-    const soft_picks picks = soft_look(pass, near);
-    if (picks.crossed.time < INFINITY) { return soft_add(pass, near, &picks.crossed); }
+    soft_picks picks; /* what is not set is not read */
+    soft_look(pass, near, &picks);
+    if (picks.crossed.time < INFINITY) { return soft_append(pass, near.node, near.margin, &picks.crossed); }
     if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
-    PLII_TRY(soft_add(pass, near, &picks.nearest));
-    if (picks.inside_count == 0) { return PLI_OK; }
-    soft_pick added[SOFT_CONTACTS_MOST_NEAREST] = {picks.nearest};
+    PLII_TRY(soft_append(pass, near.node, near.margin, &picks.nearest));
+    const soft_pick* added[SOFT_CONTACTS_MOST_NEAREST] = {&picks.nearest};
     int count = 1;
     for (int k = 0; k < picks.inside_count && count < SOFT_CONTACTS_MOST_NEAREST; ++k) {
         if (soft_is_alike(added, count, &picks.inside[k])) { continue; }
-        PLII_TRY(soft_add(pass, near, &picks.inside[k]));
-        added[count++] = picks.inside[k];
+        PLII_TRY(soft_append(pass, near.node, near.margin, &picks.inside[k]));
+        added[count++] = &picks.inside[k];
     }
     return PLI_OK;
 }
@@ -524,9 +519,6 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
             const plii_soft_contacts_node near = search->nodes[i];
             const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
             search->hit_count = plii_bvh4_find(&search->near, search->groups, group_count, x, near.reach, search->hits);
-            for (int k = 0; k < search->hit_count; ++k) {
-                search->hits[k] = search->faces[search->hits[k]];
-            }
             PLII_TRY(soft_add_nearest(pass, near));
         }
     }

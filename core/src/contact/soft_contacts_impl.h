@@ -14,7 +14,7 @@ typedef struct plii_soft_contact {
     pli_vec3 weights;
     union {
         float distance; /* m, of the nearest point, 0 where the node crosses the face; until the first sweep */
-        pli_vec3 start; /* m, of the node from the point of the face, with shifts, when all bodies had that sweep */
+        pli_vec4 start; /* m, of the node from the point of the face, with shifts, when all bodies had that sweep */
     };
     pli_vec3 normal; /* from the face to the node */
     float margin, friction;

@@ -109,7 +109,7 @@ static int bvh4_list(const plii_bvh4* boxes, const pli_bounds* bounds, int lowes
     int* lists[2] = {items, items + (lowest == 0 ? 4 : 1) * boxes->begin[1] + PLII_BVH4_SPARE};
     int count = 1;
     lists[(top - lowest + 1) & 1][0] = 0;
-    for (int level = top; level >= lowest; --level) {
+    for (int level = top; level >= lowest && count > 0; --level) {
         const plii_box4* groups = boxes->groups + boxes->begin[level];
         const int* from = lists[(level - lowest + 1) & 1];
         const int from_count = count;
