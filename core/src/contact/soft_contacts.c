@@ -42,12 +42,17 @@ static void soft_update_boxes(const pli_body* body, plii_soft_contacts_state* st
 /* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other. With a recovery
    speed, which Bullet lacks, a contact gives the nodes of a body that was solved before their velocities too. */
 
+/* Where the body keeps no boxes none of its contacts is Bullet's. */
+static int soft_bullet_end(const plii_soft_contacts_state* state) {
+    return state->node_boxes != NULL ? state->count : 0;
+}
+
 /* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
    step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
 static void soft_recover_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const float most = state->def.recovery_speed * body->step.dt;
-    for (PLII_EACH(const plii_soft_contact, contact, state->contacts, most > 0.0f ? state->count : 0)) {
+    for (PLII_EACH(const plii_soft_contact, contact, state->contacts, most > 0.0f ? soft_bullet_end(state) : 0)) {
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
@@ -87,7 +92,7 @@ static void soft_note(const pli_body* body, const plii_soft_contacts_state* stat
 static void soft_solve_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const bool shifts = state->def.recovery_speed > 0.0f; /* what overlapped before */
-    for (int i = 0; i < state->count; ++i) {
+    for (int i = 0; i < soft_bullet_end(state); ++i) {
         const plii_soft_contact* contact = &state->contacts[i];
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
