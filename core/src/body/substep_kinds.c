@@ -6,28 +6,21 @@
     PLII_EACH(const plii_pipeline_entry, entry, &(pipeline).entries[(pipeline).begin[PLII_SUBSTEPPED]],                \
               (pipeline).begin[PLII_SUBSTEPPED + 1] - (pipeline).begin[PLII_SUBSTEPPED])
 
-static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits* limits) {
-    limits->count = 0;
-    for (EACH_SUBSTEPPED(entry, body->pipeline)) {
-        const plii_substep_class* kind = entry->klass->substepped;
-        if (kind->room == NULL || limits->count == PLII_MAX_SUBSTEP_LIMITS) { continue; }
-        if (kind->is_idle != NULL && kind->is_idle(entry->state)) { continue; }
-        if (kind->is_limit != NULL && !kind->is_limit(entry->state)) { continue; }
-        limits->at[limits->count++] = entry;
-    }
-}
-
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
-    kinds->count = 0;
+    plii_substep_limits* limits = &kinds->limits;
+    kinds->count = limits->count = 0;
     for (EACH_SUBSTEPPED(entry, body->pipeline)) {
         const plii_substep_class* kind = entry->klass->substepped;
-        if (in_iterations && !kind->is_in_iterations) { continue; }
+        const bool takes_part = !in_iterations || kind->is_in_iterations;
         plii_thread.pass.feature = entry->klass;
-        if (kind->begin != NULL) { kind->begin(body, entry->state); }
-        if (kind->sweep == NULL || kinds->count == PLII_MAX_SUBSTEP_KINDS) { continue; }
-        if (kind->is_idle == NULL || !kind->is_idle(entry->state)) { kinds->at[kinds->count++] = entry; }
+        if (takes_part && kind->begin != NULL) { kind->begin(body, entry->state); }
+        if (kind->is_idle != NULL && kind->is_idle(entry->state)) { continue; }
+        if (takes_part && kind->sweep != NULL && kinds->count < PLII_MAX_SUBSTEP_KINDS) {
+            kinds->at[kinds->count++] = entry;
+        }
+        if (kind->room == NULL || limits->count == PLII_MAX_SUBSTEP_LIMITS) { continue; }
+        if (kind->is_limit == NULL || kind->is_limit(entry->state)) { limits->at[limits->count++] = entry; }
     }
-    substep_kinds_find_limits(body, &kinds->limits);
 }
 
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
