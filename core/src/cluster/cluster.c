@@ -8,8 +8,8 @@
 #include "math/rotation_fit.h"
 #include "math/simd_float4.h"
 
-pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+pli_vec3 plii_cluster_centre(const pli_body* body, const plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     pli_vec3 sum = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
         sum = pli_vec3_add(sum, pli_vec3_scale(plii_xyz(body->positions[members[i].node]), members[i].rest.w));
@@ -18,8 +18,8 @@ pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters
 }
 
 /* In reference mode; others sum up in one pass. */
-static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static pli_mat3 cluster_covariance(const pli_body* body, const plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     const float epsilon = 1e-4f;
     pli_mat3 covariance = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -32,8 +32,8 @@ static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* cl
     return covariance;
 }
 
-static void cluster_update_velocities(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static void cluster_update_velocities(const pli_body* body, plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     pli_vec3 momentum = pli_vec3_make(0, 0, 0), spin = momentum;
     for (int i = 0; i < cluster->member_count; ++i) {
         const pli_vec3 share = pli_vec3_scale(plii_xyz(body->velocities[members[i].node]), members[i].rest.w);
@@ -54,20 +54,20 @@ static void cluster_update_inertia(plii_cluster* cluster) {
     cluster->inverse_inertia = pli_mat3_mul(turned, pli_mat3_transpose(rotation));
 }
 
-static void cluster_match(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static void cluster_match(pli_body* body, const plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     const plii_lanes_mat3 columns = plii_lanes_columns(&cluster->frame.rotation);
     const plii_float4 origin = plii_lanes_from_vec3(&cluster->frame.origin);
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = members[i].node;
-        if (!(body->positions[node].w > 0.0f) && !clusters->def.reference_mode) { continue; }
+        if (!(body->positions[node].w > 0.0f) && !body->clusters->def.reference_mode) { continue; }
         const plii_float4 goal = plii_lanes_combine(columns, plii_float4_from(&members[i].rest)) + origin;
         plii_body_pull_predicted(body, node, plii_lanes_vec3(goal), cluster->settings.matching);
     }
 }
 
-static void cluster_update_bounds(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static void cluster_update_bounds(const pli_body* body, plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     plii_float4 low = plii_float4_from(&body->positions[members[0].node]), high = low;
     for (int i = 1; i < cluster->member_count; ++i) {
         const plii_float4 x = plii_float4_from(&body->positions[members[i].node]);
@@ -75,7 +75,7 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
         high = plii_lanes_max(high, x);
     }
     const pli_bounds bounds = {plii_lanes_vec3(low), plii_lanes_vec3(high)};
-    if (clusters->def.reference_mode && cluster->has_bounds) {
+    if (body->clusters->def.reference_mode && cluster->has_bounds) {
         const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(plii_xyz(cluster->linear_velocity), body->step.dt), 3.0f);
         plii_fat_aabb_update(&cluster->bounds, bounds, motion, body->collision_margin);
     } else {
@@ -84,14 +84,14 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
     }
 }
 
-static void cluster_update_frame_of_bullet(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-    const pli_mat3 covariance = cluster_covariance(body, clusters, cluster);
+static void cluster_update_frame_of_bullet(const pli_body* body, plii_cluster* cluster) {
+    cluster->frame.origin = plii_cluster_centre(body, cluster);
+    const pli_mat3 covariance = cluster_covariance(body, cluster);
     const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
     cluster->has_no_frame = !plii_mat3_is_finite(rotation);
     cluster->frame.rotation = cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
     cluster_update_inertia(cluster);
-    cluster_update_velocities(body, clusters, cluster);
+    cluster_update_velocities(body, cluster);
 }
 
 /* What a frame and its motion are made of, about where the centre is by the first member and the rotation of before:
@@ -102,8 +102,8 @@ typedef struct cluster_sums {
 } cluster_sums;
 
 /* One pass: each of the sums is a chain of additions, which then wait for each other no longer. */
-static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static cluster_sums cluster_sum_up(const pli_body* body, const plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     const plii_float4 zero = plii_float4_all(0.0f);
     const pli_vec3 arm = pli_mat3_mul_vec3(cluster->frame.rotation, plii_xyz(members[0].rest));
     const plii_float4 about = plii_float4_from(&body->positions[members[0].node]) - plii_lanes_from_vec3(&arm);
@@ -146,11 +146,11 @@ static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sum
 }
 
 /* Of up to four: the rotations of a cloth of small clusters would take most of the time one by one. */
-static void clusters_update_few(const pli_body* body, const plii_clusters* clusters, plii_cluster** items, int count) {
+static void clusters_update_few(const pli_body* body, plii_cluster** items, int count) {
     pli_mat3 rotations[PLII_LANES];
     pli_quat* quaternions[PLII_LANES] = {0};
     for (int i = 0; i < count; ++i) {
-        const cluster_sums sums = cluster_sum_up(body, clusters, items[i]);
+        const cluster_sums sums = cluster_sum_up(body, items[i]);
         rotations[i] = cluster_read_sums(items[i], &sums);
         quaternions[i] = &items[i]->warm_rotation;
     }
@@ -165,17 +165,18 @@ static void clusters_update_few(const pli_body* body, const plii_clusters* clust
     }
 }
 
-void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+void plii_cluster_update_frame(const pli_body* body, plii_cluster* cluster) {
     if (cluster->has_frame) { return; }
-    if (!clusters->def.reference_mode) {
-        clusters_update_few(body, clusters, &cluster, 1);
+    if (!body->clusters->def.reference_mode) {
+        clusters_update_few(body, &cluster, 1);
     } else {
         cluster->has_frame = true;
-        cluster_update_frame_of_bullet(body, clusters, cluster);
+        cluster_update_frame_of_bullet(body, cluster);
     }
 }
 
-void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
+void plii_clusters_update_frames(const pli_body* body, pli_bounds near) {
+    plii_clusters* clusters = body->clusters;
     plii_cluster* items[PLII_LANES];
     int count = 0;
     for (int i = 0; i < clusters->count; ++i) {
@@ -183,7 +184,7 @@ void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, 
         const bool is_near = cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near);
         if (is_near && !cluster->has_frame) { items[count++] = cluster; }
         if (count == PLII_LANES || (count > 0 && i + 1 == clusters->count)) {
-            clusters_update_few(body, clusters, items, count);
+            clusters_update_few(body, items, count);
             count = 0;
         }
     }
@@ -203,20 +204,20 @@ static void clusters_update_from(pli_body* body, plii_clusters* clusters, int fi
         cluster->keeps_momentum = false;
         cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
         if (needs_frame) {
-            plii_cluster_update_frame(body, clusters, cluster);
+            plii_cluster_update_frame(body, cluster);
             cluster->has_frame = in_step || is_of_bullet; /* nodes may be placed before the next step */
         }
-        if (matches) { cluster_match(body, clusters, cluster); }
-        if (is_of_bullet && cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
+        if (matches) { cluster_match(body, cluster); }
+        if (is_of_bullet && cluster->settings.collides) { cluster_update_bounds(body, cluster); }
     }
     for (int i = first; i < clusters->count && !is_of_bullet; ++i) {
-        if (clusters->items[i].settings.collides) { cluster_update_bounds(body, clusters, &clusters->items[i]); }
+        if (clusters->items[i].settings.collides) { cluster_update_bounds(body, &clusters->items[i]); }
     }
 }
 
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first) {
     for (int i = first; i < clusters->count; ++i) {
-        plii_cluster_set_rest_shape(body, clusters, &clusters->items[i]);
+        plii_cluster_set_rest_shape(body, &clusters->items[i]);
     }
     clusters_update_from(body, clusters, first, false);
 }
@@ -227,16 +228,17 @@ static void clusters_update(pli_body* body, void* state) {
 
 /* Adds the rigid motion of a cluster to its members' sums. Those of several that keep momentum move as the mean of all,
    so each such motion is that of its shares of their masses, with an inertia of the same form. */
-static void cluster_spread(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
-                           pli_vec3 displacement, pli_vec3 rotation_vector, bool keeps_momentum) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static void cluster_spread(const pli_body* body, const plii_cluster* cluster, pli_vec3 displacement,
+                           pli_vec3 rotation_vector, bool keeps_momentum) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
+    pli_vec4* sums = body->clusters->node_sums;
     plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin), axis = plii_lanes_from_vec3(&rotation_vector);
     plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, keeps_momentum ? 0.0f : 1.0f);
     if (keeps_momentum) {
         plii_float4 mass = plii_float4_all(0.0f), moment = mass, spread = mass, own_spread = mass;
         for (int i = 0; i < cluster->member_count; ++i) {
             const plii_float4 rest = plii_lanes_all_w(plii_float4_from(&members[i].rest));
-            const plii_float4 own = rest * rest / clusters->node_sums[members[i].node].w;
+            const plii_float4 own = rest * rest / sums[members[i].node].w;
             const plii_float4 arm = plii_lanes_xyz(plii_float4_from(&body->positions[members[i].node]) - centre);
             mass += own;
             moment += arm * own;
@@ -256,7 +258,7 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 arm = plii_float4_from(&body->positions[members[i].node]) - centre;
         const plii_float4 moved = all + plii_lanes_cross(axis, plii_lanes_xyz(arm));
-        pli_vec4* sum = &clusters->node_sums[members[i].node];
+        pli_vec4* sum = &sums[members[i].node];
         plii_float4_to(sum, plii_float4_from(sum) + moved * members[i].rest.w);
     }
 }
@@ -321,7 +323,7 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
             const float most = clusters->def.reference_mode ? INFINITY : CLUSTER_MAX_DRIFT_ANGLE;
             if (angle > most) { sum.angular = pli_vec3_scale(sum.angular, most / angle); }
         }
-        cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt),
+        cluster_spread(body, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt),
                        shares && i < rest);
     }
     if (any || shares) { clusters_move_nodes(body, clusters, rate); }
@@ -335,8 +337,8 @@ static void clusters_prepare(pli_body* body, void* state) {
     clusters_apply(body, state, body->step.dt, false, changes_velocities ? body->step.inverse_dt : 0.0f);
 }
 
-static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static void cluster_damp_nodes(pli_body* body, const plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     const plii_float4 linear = plii_float4_from(&cluster->linear_velocity);
     const plii_float4 angular = plii_float4_from(&cluster->angular_velocity);
     const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
@@ -356,7 +358,7 @@ static void clusters_finish(pli_body* body, void* state) {
     plii_clusters* clusters = state;
     for (PLII_EACH(const plii_cluster, cluster, clusters->items, clusters->count)) {
         if (cluster->settings.node_damping > 0.0f && !cluster->has_no_inverse && !cluster->has_no_frame) {
-            cluster_damp_nodes(body, clusters, cluster);
+            cluster_damp_nodes(body, cluster);
         }
     }
     clusters_apply(body, clusters, body->step.dt, true, 0.0f);
@@ -437,7 +439,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
         cluster->first_member = clusters->member_count;
         cluster->member_count = cluster->next_member_count;
         clusters->member_count += cluster->member_count;
-        plii_cluster_update_masses(body, clusters, cluster);
+        plii_cluster_update_masses(body, cluster);
     }
     clusters_update_from(body, clusters, 0, false);
 }

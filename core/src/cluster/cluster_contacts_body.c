@@ -27,12 +27,11 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
 /* Nodes of cluster `info->cluster` over the other one, near the plane of the nearest points; normal: to `body`. */
 static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
                                              float margin, plii_near_nodes* found) {
-    const plii_clusters* clusters = body->clusters;
-    const plii_cluster* item = &clusters->items[info->cluster];
+    const plii_cluster* item = &body->clusters->items[info->cluster];
     plii_near_nodes candidates;
     plii_near_nodes_start(&candidates, info);
     for (int i = 0; i < item->member_count; ++i) {
-        const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
+        const pli_vec3 x = plii_xyz(body->positions[plii_cluster_members(body, item)[i].node]);
         const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
         if (!(above < margin)) { continue; }
         plii_near_nodes_add_beside(&candidates, (plii_near_node){x, info->normal, above}, margin);
@@ -186,13 +185,12 @@ static pli_bounds cluster_contacts_near(const pli_body* body, float reach) {
 void plii_cluster_contacts_prepare_pair(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return; }
-    plii_clusters *clusters = body->clusters, *other_clusters = other->clusters;
     (void)PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity,
-                       PLII_BVH4_ROOM(other_clusters->count));
+                       PLII_BVH4_ROOM(other->clusters->count));
     (void)cluster_contacts_update_tree(other, other_state);
     const float reach = cluster_contacts_reach(body, other);
-    plii_clusters_update_frames(body, clusters, cluster_contacts_near(other, reach));
-    plii_clusters_update_frames(other, other_clusters, cluster_contacts_near(body, reach));
+    plii_clusters_update_frames(body, cluster_contacts_near(other, reach));
+    plii_clusters_update_frames(other, cluster_contacts_near(body, reach));
 }
 
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
@@ -205,12 +203,11 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
 }
 
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
-    plii_clusters* clusters = body->clusters;
     if (!cluster_contacts_update_tree(body, state) ||
-        (state->clusters_with_neighbours < clusters->count && !cluster_contacts_find_neighbours(body, state)) ||
+        (state->clusters_with_neighbours < body->clusters->count && !cluster_contacts_find_neighbours(body, state)) ||
         !cluster_contacts_index_neighbours(body, state)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    plii_clusters_update_frames(body, clusters, body->bounds);
+    plii_clusters_update_frames(body, body->bounds);
     return cluster_contacts_collide(body, state, body, state, 2.0f * body->collision_margin);
 }

@@ -164,8 +164,8 @@ void plii_cluster_contact_finish(plii_cluster_contact* contact);
 /* The convex hull of a cluster's nodes, in world axes from `origin`. */
 typedef struct plii_cluster_hull {
     const pli_body* body;
-    const plii_clusters* clusters;
     const plii_cluster* cluster;
+    const plii_cluster_member* members; /* of it */
     pli_vec3 origin;
 } plii_cluster_hull;
 

@@ -25,14 +25,14 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
 static void cluster_contacts_find_near_nodes(const pli_body* body, const plii_cluster_contacts* state,
                                              const pli_cluster_contact* info, plii_measured_nodes* nodes,
                                              plii_near_nodes* found) {
-    const plii_clusters* clusters = body->clusters;
-    const plii_cluster* item = &clusters->items[info->cluster];
+    const plii_cluster* item = &body->clusters->items[info->cluster];
+    const plii_cluster_member* members = plii_cluster_members(body, item);
     const float margin = body->collision_margin;
     for (int first = 0; first < item->member_count; first += nodes->count) {
         if (nodes->count == 0 || first > 0) { plii_cluster_contacts_measure_nodes(body, state, info, first, nodes); }
         for (int i = 0; i < nodes->count; ++i) {
             if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
-            const plii_near_node node = {plii_cluster_node(body, clusters, item, first + i),
+            const plii_near_node node = {plii_xyz(body->positions[members[first + i].node]),
                                          pli_mat3_mul_vec3(state->shape_pose.rotation, nodes->normals[i]),
                                          nodes->distances[i]};
             plii_near_nodes_add_beside(found, node, margin);
@@ -124,12 +124,11 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
 
 static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_contacts* state,
                                                    const pli_cluster_contact* pair) {
-    const plii_clusters* clusters = body->clusters;
-    const plii_cluster* cluster = &clusters->items[pair->cluster];
+    const plii_cluster* cluster = &body->clusters->items[pair->cluster];
     plii_near_nodes found;
     found.count = 0;
     for (int i = 0; i < cluster->member_count; ++i) {
-        const int node = clusters->members[cluster->first_member + i].node;
+        const int node = plii_cluster_members(body, cluster)[i].node;
         const plii_nearest_surface_point* surface = &state->surface[node];
         if (!(surface->distance < body->collision_margin)) { continue; }
         plii_near_nodes_add(&found,
@@ -153,7 +152,7 @@ static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_co
     pli_bounds near = plii_bounds_grow(plii_bounds_transform(local, state->shape_pose), margin);
     if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, shape, &near)); }
-    plii_clusters_update_frames(body, clusters, near);
+    plii_clusters_update_frames(body, near);
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }

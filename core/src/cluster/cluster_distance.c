@@ -14,7 +14,7 @@
 /* How far four members reach along a direction, from `first` on; the first of all where there are no more. */
 PLII_SIMD_INLINE plii_float4 cluster_hull_along(const plii_cluster_hull* hull, int first, plii_vec3x4 direction) {
     const pli_vec4* positions = hull->body->positions;
-    const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
+    const plii_cluster_member* members = hull->members;
     const int left = hull->cluster->member_count - first;
     const plii_vec3x4 four = plii_vec3x4_of(plii_float4_from(&positions[members[first].node]),
                                             plii_float4_from(&positions[members[left > 1 ? first + 1 : 0].node]),
@@ -37,7 +37,7 @@ static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
     }
     const plii_float4 farthest = plii_float4_all(plii_lanes_largest(best));
     const int member = (int)plii_lanes_least(plii_lanes_select(best < farthest, plii_float4_all(INFINITY), found));
-    return pli_vec3_sub(plii_cluster_node(hull->body, hull->clusters, hull->cluster, member), hull->origin);
+    return pli_vec3_sub(plii_xyz(hull->body->positions[hull->members[member].node]), hull->origin);
 }
 
 typedef struct rigid_hull {
@@ -52,8 +52,8 @@ static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
 }
 
 plii_cluster_hull plii_cluster_hull_of(const pli_body* body, int cluster, pli_vec3 origin) {
-    const plii_clusters* clusters = body->clusters;
-    return (plii_cluster_hull){body, clusters, &clusters->items[cluster], origin};
+    const plii_cluster* item = &body->clusters->items[cluster];
+    return (plii_cluster_hull){body, item, plii_cluster_members(body, item), origin};
 }
 
 /* How far the hull, from its origin, lies beyond the core along a direction out of this. */
@@ -129,12 +129,11 @@ pli_vec3 plii_cluster_contacts_rigid_point(const pli_shape* shape, pli_transform
 void plii_cluster_contacts_measure_nodes(const pli_body* body, const plii_cluster_contacts* state,
                                          const pli_cluster_contact* info, int first, plii_measured_nodes* nodes) {
     const pli_shape* shape = info->rigid->shapes[info->shape];
-    const plii_clusters* clusters = body->clusters;
-    const plii_cluster* cluster = &clusters->items[info->cluster];
+    const plii_cluster* cluster = &body->clusters->items[info->cluster];
     const int rest = cluster->member_count - first;
     const int count = rest < PLII_MEASURED_NODES ? rest : PLII_MEASURED_NODES;
     pli_vec3 points[PLII_MEASURED_NODES];
-    const plii_cluster_member* members = &clusters->members[cluster->first_member + first];
+    const plii_cluster_member* members = plii_cluster_members(body, cluster) + first;
     for (int i = 0; i < count; ++i) {
         points[i] = pli_transform_inverse_point(state->shape_pose, plii_xyz(body->positions[members[i].node]));
     }
@@ -176,7 +175,7 @@ static near_answer cluster_contacts_measure_deepest(const pli_body* body, const 
         !(pli_vec3_dot(n, cache->normal) > CLUSTER_CONTACTS_SAME_AXIS)) {
         return NEAR_UNKNOWN;
     }
-    info->witness = plii_cluster_node(body, soft->clusters, soft->cluster, deepest);
+    info->witness = plii_xyz(body->positions[soft->members[deepest].node]);
     info->other_witness = pli_vec3_sub(info->witness, pli_vec3_scale(n, distance));
     info->normal = n;
     info->distance = distance;
@@ -198,7 +197,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     /* Most pairs that are too far apart were so before, in a direction that still may show it. */
     const bool is_known = !state->def.disable_contact_cache && cache != NULL && cache->count == 1;
     if (is_known && cluster_hull_gap(&soft, &hard, cache->directions[0]) > max_distance) { return false; }
-    if (!state->def.disable_contact_cache && !soft.clusters->def.reference_mode) {
+    if (!state->def.disable_contact_cache && !body->clusters->def.reference_mode) {
         const near_answer answer =
             cluster_contacts_measure_deepest(body, state, &soft, &hard, max_distance, cache, info, nodes);
         if (answer != NEAR_UNKNOWN) { return answer == NEAR_YES; }

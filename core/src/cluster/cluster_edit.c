@@ -129,14 +129,13 @@ pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_
 pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_view* view) {
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (view == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "view is null"); }
-    const plii_clusters* clusters = body->clusters;
     /* Asking must not change the next step. */
-    plii_cluster copy = clusters->items[cluster];
-    plii_cluster_update_frame(body, clusters, &copy);
+    plii_cluster copy = body->clusters->items[cluster];
+    plii_cluster_update_frame(body, &copy);
     const plii_cluster* item = &copy;
     *view = (pli_cluster_view){
         .node_count = item->member_count,
-        .nodes = &clusters->members[item->first_member].node,
+        .nodes = &plii_cluster_members(body, item)->node,
         .node_stride = (int)(sizeof(plii_cluster_member) / sizeof(int)),
         .frame = item->frame,
         .inverse_mass = item->inverse_mass,

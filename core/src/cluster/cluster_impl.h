@@ -71,24 +71,23 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
 /* Gives the arrays back; settings stay. */
 void plii_clusters_release(pli_body* body, plii_clusters* clusters);
 /* Of the nodes as they are now. */
-pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster);
+pli_vec3 plii_cluster_centre(const pli_body* body, const plii_cluster* cluster);
 /* The present masses; the rest shape stays. */
-void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+void plii_cluster_update_masses(const pli_body* body, plii_cluster* cluster);
 /* The present masses, and the present shape as rest shape. */
-void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+void plii_cluster_set_rest_shape(const pli_body* body, plii_cluster* cluster);
 /* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
 
 /* Frames, inertia and velocities are updated in a step where somebody asks for them: most clusters meet nothing. Of the
    clusters that collide and whose bounds overlap `near`, and of one. */
-void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
-void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+void plii_clusters_update_frames(const pli_body* body, pli_bounds near);
+void plii_cluster_update_frame(const pli_body* body, plii_cluster* cluster);
 
 /* Clusters that keep momentum weigh together what the nodes that they share weigh (Tonge and others, "Mass splitting
    for jitter-free parallel rigid body simulation"). */
 void plii_clusters_split_masses(plii_clusters* clusters);
 
-static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,
-                                         const plii_cluster* cluster, int member) {
-    return plii_xyz(body->positions[clusters->members[cluster->first_member + member].node]);
+static inline const plii_cluster_member* plii_cluster_members(const pli_body* body, const plii_cluster* cluster) {
+    return &body->clusters->members[cluster->first_member];
 }

@@ -9,8 +9,8 @@
 #define CLUSTER_BULLET_PINNED_MASS 1e18f
 #define CLUSTER_PINNED_MASS_RATIO 1e6
 
-static void cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    plii_cluster_member* members = &clusters->members[cluster->first_member];
+static void cluster_update_masses(const pli_body* body, plii_cluster* cluster) {
+    plii_cluster_member* members = &body->clusters->members[cluster->first_member];
     double free_mass = 0.0;
     cluster->contains_pinned_node = false;
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -22,7 +22,7 @@ static void cluster_update_masses(const pli_body* body, const plii_clusters* clu
         }
     }
     float pinned_mass = CLUSTER_BULLET_PINNED_MASS;
-    if (!clusters->def.reference_mode) {
+    if (!body->clusters->def.reference_mode) {
         pinned_mass = free_mass > 0.0 ? (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)) : PLI_MAX_MASS;
     }
     double total = 0.0;
@@ -30,7 +30,7 @@ static void cluster_update_masses(const pli_body* body, const plii_clusters* clu
         const float inverse_mass = body->positions[members[i].node].w;
         members[i].rest.w = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
         total += (double)members[i].rest.w;
-        if (clusters->def.reference_mode) { total = (double)(float)total; }
+        if (body->clusters->def.reference_mode) { total = (double)(float)total; }
     }
     cluster->inverse_mass = (float)(1.0 / total);
 }
@@ -72,8 +72,8 @@ static double cluster_smallest_inertia(const pli_body* body, const plii_cluster*
 }
 
 /* From masses and rest shape. */
-static void cluster_update_rest_inertia(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+static void cluster_update_rest_inertia(const pli_body* body, plii_cluster* cluster) {
+    const plii_cluster_member* members = plii_cluster_members(body, cluster);
     pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
         const pli_vec3 k = plii_xyz(members[i].rest);
@@ -90,8 +90,8 @@ static void cluster_update_rest_inertia(const pli_body* body, const plii_cluster
     inertia.rows[2].y = inertia.rows[1].z;
     const pli_mat3 inverse = plii_mat3_inverse(inertia);
     const bool is_finite = plii_mat3_is_finite(inverse);
-    cluster->has_no_inverse = clusters->def.reference_mode && !is_finite;
-    cluster->inverse_inertia_local = clusters->def.reference_mode && is_finite
+    cluster->has_no_inverse = body->clusters->def.reference_mode && !is_finite;
+    cluster->inverse_inertia_local = body->clusters->def.reference_mode && is_finite
                                          ? inverse
                                          : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
     const pli_mat3* turns = &cluster->inverse_inertia_local;
@@ -100,8 +100,8 @@ static void cluster_update_rest_inertia(const pli_body* body, const plii_cluster
 
 /* Puts the rest shape about its centre of mass, in double, and returns where that was: by what it is off matching moves
    the body in each step, for ever. */
-static pli_vec3 cluster_centre_rest_shape(const plii_clusters* clusters, const plii_cluster* cluster) {
-    plii_cluster_member* members = &clusters->members[cluster->first_member];
+static pli_vec3 cluster_centre_rest_shape(const pli_body* body, const plii_cluster* cluster) {
+    plii_cluster_member* members = &body->clusters->members[cluster->first_member];
     plii_dvec3 moment = {0.0, 0.0, 0.0};
     double total = 0.0;
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -116,15 +116,17 @@ static pli_vec3 cluster_centre_rest_shape(const plii_clusters* clusters, const p
     return centre;
 }
 
-void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    cluster_update_masses(body, clusters, cluster);
-    plii_cluster_member* members = &clusters->members[cluster->first_member];
-    pli_vec3 centre = plii_cluster_centre(body, clusters, cluster);
+void plii_cluster_set_rest_shape(const pli_body* body, plii_cluster* cluster) {
+    cluster_update_masses(body, cluster);
+    plii_cluster_member* members = &body->clusters->members[cluster->first_member];
+    pli_vec3 centre = plii_cluster_centre(body, cluster);
     for (int i = 0; i < cluster->member_count; ++i) {
         plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre));
     }
-    if (!clusters->def.reference_mode) { centre = pli_vec3_add(centre, cluster_centre_rest_shape(clusters, cluster)); }
-    cluster_update_rest_inertia(body, clusters, cluster);
+    if (!body->clusters->def.reference_mode) {
+        centre = pli_vec3_add(centre, cluster_centre_rest_shape(body, cluster));
+    }
+    cluster_update_rest_inertia(body, cluster);
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
     cluster->frame = (pli_transform){pli_mat3_identity(), centre};
     cluster->warm_rotation = pli_quat_identity();
@@ -132,10 +134,10 @@ void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clus
     cluster->has_bounds = false;
 }
 
-void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    cluster_update_masses(body, clusters, cluster);
-    const pli_vec3 shift = cluster_centre_rest_shape(clusters, cluster);
-    cluster_update_rest_inertia(body, clusters, cluster);
+void plii_cluster_update_masses(const pli_body* body, plii_cluster* cluster) {
+    cluster_update_masses(body, cluster);
+    const pli_vec3 shift = cluster_centre_rest_shape(body, cluster);
+    cluster_update_rest_inertia(body, cluster);
     cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
     cluster->has_bounds = false;
 }

@@ -3,9 +3,8 @@
 #include "cluster/joint_end.h"
 
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster) {
-    plii_clusters* clusters = body->clusters;
-    plii_cluster* item = &clusters->items[cluster];
-    plii_cluster_update_frame(body, clusters, item);
+    plii_cluster* item = &body->clusters->items[cluster];
+    plii_cluster_update_frame(body, item);
     plii_joint_end side = {.frame = item->frame, .rest_centre = item->rest_centre};
     /* A frozen body takes no impulses. */
     if (plii_body_is_idle(body)) { return side; }
