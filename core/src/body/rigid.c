@@ -381,7 +381,8 @@ void plii_rigid_find_places(pli_rigid* rigid) {
         place->radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
         place->pose = plii_rigid_shape_transform(rigid, i);
         const pli_bounds bounds = plii_bounds_transform(own, place->pose);
-        place->bounds = (plii_lanes_bounds){plii_lanes_from_vec3(&bounds.min), plii_lanes_from_vec3(&bounds.max)};
+        place->low = plii_lanes_from_vec3(&bounds.min);
+        place->high = plii_lanes_from_vec3(&bounds.max);
         rigid->bounds = plii_bounds_join(rigid->bounds, bounds);
     }
     rigid->are_shapes_placed = true;

@@ -215,7 +215,7 @@ static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* 
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
     const float touching = RIGID_CONTACTS_TOUCHING * body->collision_margin;
     const plii_float4 margin = plii_float4_all(body->collision_margin), reach = margin + touching;
-    const plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
+    const plii_float4 low = place->low - reach, high = place->high + reach;
     const int end = state->count;
     const rigid_contacts_frame frame = rigid_contacts_frame_of(candidate);
     rigid_contacts_gathered gathered;
@@ -285,7 +285,7 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
     rigid_contacts_set_reach(candidate, place);
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
-    plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
+    plii_float4 low = place->low - reach, high = place->high + reach;
     const plii_float4 near_low = low, near_high = high;
     if (candidate->is_moving) { rigid_contacts_move_along(candidate, place, &low, &high); }
     const plii_mask4 overlaps =

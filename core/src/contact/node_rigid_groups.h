@@ -7,12 +7,6 @@
 
 enum { PLII_RIGID_GROUP_SIZE = 8 };
 
-/* What a group has moved its nodes by in a substep, m; from sweep to sweep. */
-typedef struct plii_rigid_sum {
-    float push[PLII_RIGID_GROUP_SIZE]; /* along the normal, without what recovers */
-    float friction[3 * PLII_RIGID_GROUP_SIZE];
-} plii_rigid_sum;
-
 /* Of eight nodes, by components: all x, all y, all z. Contact k is in the lane of record k (plii_simd_record). A group
    that is not full repeats its first contact: both get the same results. */
 typedef struct plii_rigid_group {
@@ -23,7 +17,8 @@ typedef struct plii_rigid_group {
     float squeeze[PLII_RIGID_GROUP_SIZE];           /* m in the step: see node_rigid_squeeze.c */
     uint32_t scaled_indices[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
     int surface;                                    /* index of what moves, PLI_NULL_INDEX: all stand still */
-    plii_rigid_sum sum;
+    /* What it has moved its nodes by in a substep, m, from sweep to sweep: along the normal, without what recovers. */
+    float pushed[PLII_RIGID_GROUP_SIZE], rubbed[3 * PLII_RIGID_GROUP_SIZE];
 } plii_rigid_group;
 
 typedef struct plii_rigid_surface {

@@ -67,8 +67,8 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     if (is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero) |
                      plii_float8_less_bits(zero, squeeze)) == 0) {
         if (pass->leaves_sums) {
-            plii_float8_store(group->sum.push, zero);
-            groups_store(group->sum.friction, (plii_wide_vec3){zero, zero, zero});
+            plii_float8_store(group->pushed, zero);
+            groups_store(group->rubbed, (plii_wide_vec3){zero, zero, zero});
         }
         return;
     }
@@ -76,8 +76,8 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     plii_float8 pushed_before = zero;
     plii_wide_vec3 rubbed_before = {zero, zero, zero};
     if (!is_first) {
-        pushed_before = plii_float8_load(group->sum.push);
-        rubbed_before = groups_load(group->sum.friction);
+        pushed_before = plii_float8_load(group->pushed);
+        rubbed_before = groups_load(group->rubbed);
     }
     plii_float8 change = plii_float8_sub(zero, c);
     if (pass->alpha > 0.0f) {
@@ -97,8 +97,8 @@ PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid
     rubbed = plii_wide_vec3_scale(
         rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
     if (pass->leaves_sums) {
-        plii_float8_store(group->sum.push, pushed);
-        groups_store(group->sum.friction, rubbed);
+        plii_float8_store(group->pushed, pushed);
+        groups_store(group->rubbed, rubbed);
     }
 
     plii_wide_vec3 moves = plii_wide_vec3_add(plii_wide_vec3_scale(normal, plii_float8_sub(pushed, pushed_before)),

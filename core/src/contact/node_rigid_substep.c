@@ -222,8 +222,8 @@ static pli_vec3 rigid_groups_impulse(const plii_rigid_groups* groups, const plii
     const int lane = rigid_groups_lane(contact->place % PLII_RIGID_GROUP_SIZE);
     const float inverse_mass = substep->displacements[contact->node].w;
     if (!(inverse_mass > 0.0f)) { return pli_vec3_make(0, 0, 0); }
-    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(rigid_groups_get(group->normal, lane), group->sum.push[lane]),
-                                        rigid_groups_get(group->sum.friction, lane));
+    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(rigid_groups_get(group->normal, lane), group->pushed[lane]),
+                                        rigid_groups_get(group->rubbed, lane));
     return pli_vec3_scale(moved, substep->inverse_dt / inverse_mass);
 }
 
