@@ -341,6 +341,7 @@ void Bridge::Impl::find_loaded() {
 void Bridge::Impl::show_holds() {
     if (!has_holds_) { return; }
     has_holds_ = false;
+    if (bullet_world_->getDispatcher()->getNumManifolds() + bullet_world_->getNumConstraints() == 0) { return; }
     find_loaded();
     const btCollisionObjectArray& objects = bullet_world_->getCollisionObjectArray();
     for (const auto& entry : proxies_) {
