@@ -95,11 +95,6 @@ struct pli_body {
     bool has_swept_contacts;   /* found in this step, see plii_iterated_sweeps_class */
     bool leaps;                /* in this step its bounds move by more than the margin, where plii_follows_rigids */
     bool has_early_bounds;     /* those of this step are taken already; see pli_world_def.reference_mode */
-    bool is_solved;            /* in this step, while others are */
-    /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
-    pli_body *island, *island_next;
-    pli_rigid* followed_rigids;                      /* list by path.next, see body/substep_rigid.h */
-    void (*finish_rigids)(pli_body* body, float dt); /* set when there are some; s, of a substep for them */
 
     /* Filled by services, NULL while nobody needs them. */
     pli_vec3* forces;       /* [node_count] N, consumed by integration */
@@ -124,8 +119,13 @@ struct pli_body {
     bool can_sleep;
     bool is_group_resting; /* of the first one of bodies that touch each other */
     int lost_node;
+    bool is_solved;                     /* in this step, while others are */
     const struct plii_substep* substep; /* in it; NULL outside of substeps */
     float* gas; /* N m: under XPBD, where a constraint on the volume asks for the gas in it in this step, or NULL */
+    /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
+    pli_body *island, *island_next;
+    pli_rigid* followed_rigids;                      /* list by path.next, see body/substep_rigid.h */
+    void (*finish_rigids)(pli_body* body, float dt); /* set when there are some; s, of a substep for them */
     const pli_rigid** ignored_rigids;
     int ignored_rigid_count, ignored_rigid_capacity;
 };

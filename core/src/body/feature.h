@@ -284,7 +284,7 @@ typedef struct plii_pipeline {
     int feature_count, feature_capacity;
     plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
-    uint16_t begin[PLII_PASS_COUNT + 1];
+    int begin[PLII_PASS_COUNT + 1];
     uint32_t revision; /* counts features, and clusters, that come and go */
 } plii_pipeline;
 /* In a `for`: each feature of a body. */

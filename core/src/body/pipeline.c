@@ -46,7 +46,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
     body->collides_with_bodies = body->solves_rigids = body->may_be_joined = false;
     body->records_contacts = body->can_sleep = false;
     for (int stage = 0; stage < PLII_PASS_COUNT; ++stage) {
-        pipeline->begin[stage] = (uint16_t)count;
+        pipeline->begin[stage] = count;
         for (PLII_EACH(const plii_feature, feature, pipeline->features, pipeline->feature_count)) {
             const plii_feature_class* klass = feature->klass;
             body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
@@ -65,7 +65,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
             entries[at] = (plii_pipeline_entry){run, feature->state, klass};
         }
     }
-    pipeline->begin[PLII_PASS_COUNT] = (uint16_t)count;
+    pipeline->begin[PLII_PASS_COUNT] = count;
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {

@@ -25,7 +25,7 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
 
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    const uint16_t* begin = &body->pipeline.begin[PLII_COLLIDE_RIGID];
+    const int* begin = &body->pipeline.begin[PLII_COLLIDE_RIGID];
     plii_world_begin_body(body);
     for (PLII_EACH(const plii_pipeline_entry, entry, &body->pipeline.entries[begin[0]], begin[1] - begin[0])) {
         const plii_feature_class* klass = entry->klass;
