@@ -462,7 +462,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
 
 static const pli_vec3 rigid_no_factors = {1, 1, 1};
 
-PLII_SIMD_INLINE plii_lanes_mat3 rigid_response(float inverse_mass, const pli_mat3* inverse_inertia, pli_vec3 r,
+PLII_SIMD_SHARED plii_lanes_mat3 rigid_response(float inverse_mass, const pli_mat3* inverse_inertia, pli_vec3 r,
                                                 const pli_vec3* linear_factor, const pli_vec3* angular_factor) {
     const plii_lanes_mat3 cross = {{{0, -r.z, r.y}, {r.z, 0, -r.x}, {-r.y, r.x, 0}}};
     plii_lanes_mat3 inertia = plii_lanes_rows(inverse_inertia);

@@ -160,10 +160,8 @@ PLII_SIMD_INLINE void couple_record(const plii_soft_contacts_state* state, int i
 typedef enum couple_sweep { SOFT_COUPLE_FIRST, SOFT_COUPLE_NEXT, SOFT_COUPLE_LATER } couple_sweep;
 /* Once for any number of contacts, or for one and for four, which are all of bodies beside each other. */
 #if defined(__OPTIMIZE_SIZE__)
-#define SOFT_COUPLE_SOLVE static
 enum { SOFT_COUPLE_BESIDE = PLII_LANES + 1 };
 #else
-#define SOFT_COUPLE_SOLVE PLII_SIMD_INLINE
 enum { SOFT_COUPLE_BESIDE = PLII_LANES };
 #endif
 
@@ -182,15 +180,15 @@ PLII_SIMD_INLINE plii_float4 couple_recovery(const couple_pair* pair, const plii
 
 /* What contacts keep in records from sweep to sweep, by components: of one contact in its own, in the first lane; of
    four that are solved at once each has the component of its number. */
-SOFT_COUPLE_SOLVE void couple_load(plii_soft_contact* const* of, int count, size_t at, plii_float4 components[4]) {
+PLII_SIMD_SHARED void couple_load(plii_soft_contact* const* of, int count, size_t at, plii_float4 components[4]) {
     PLII_UNROLL(4)
     for (int k = 0; k < count; ++k) {
         memcpy(&components[k], (const char*)of[k] + at, sizeof components[k]);
     }
     if (count == 1) { plii_float4_transpose(components); }
 }
-SOFT_COUPLE_SOLVE void couple_store(plii_soft_contact* const* of, int count, size_t at,
-                                    const plii_float4 components[4]) {
+PLII_SIMD_SHARED void couple_store(plii_soft_contact* const* of, int count, size_t at,
+                                   const plii_float4 components[4]) {
     plii_float4 records[4] = {components[0], components[1], components[2], components[3]};
     if (count == 1) { plii_float4_transpose(records); }
     PLII_UNROLL(4)
@@ -200,8 +198,8 @@ SOFT_COUPLE_SOLVE void couple_store(plii_soft_contact* const* of, int count, siz
 }
 
 /* Of one contact, in the first lane, or of four that share no node. */
-SOFT_COUPLE_SOLVE void couple_solve(const couple_pair* pair, const plii_soft_contacts_state* state, const int* indices,
-                                    int count, couple_sweep sweep) {
+PLII_SIMD_SHARED void couple_solve(const couple_pair* pair, const plii_soft_contacts_state* state, const int* indices,
+                                   int count, couple_sweep sweep) {
     const plii_float4 zero = plii_float4_all(0.0f);
     const bool is_first = sweep == SOFT_COUPLE_FIRST, is_substep = pair->time.substep != NULL;
     const bool is_beside = count == SOFT_COUPLE_BESIDE;

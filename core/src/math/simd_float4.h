@@ -32,10 +32,12 @@
 #endif
 
 /* Before a loop: its turns one after the other, where by -O2 gcc would keep their vectors in memory. Not where size
-   counts. */
+   counts, nor is there what several functions call in each of them. */
 #if defined(__OPTIMIZE_SIZE__)
+#define PLII_SIMD_SHARED static
 #define PLII_UNROLL(turns)
 #else
+#define PLII_SIMD_SHARED PLII_SIMD_INLINE
 #define PLII_PRAGMA(text) _Pragma(#text)
 #define PLII_UNROLL(turns) PLII_PRAGMA(GCC unroll turns)
 #endif
