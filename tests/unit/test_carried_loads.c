@@ -305,6 +305,43 @@ static void cloth_falls_onto_a_plate_that_sinks(void** unused) {
     check_at_most(most, 1e-4);
 }
 
+/* Contacts of nodes in a second, with a box in whose margin a cloth flies along; nothing falls. */
+static int contacts_in_flight(pli_vec3 velocity, solver_choice solver, float mass) {
+    const pli_vec3 half = pli_vec3_make(0.25f, 0.2f, 0.25f);
+    pli_rigid* box = make_box(half, 0.001f - half.y, mass);
+    pli_rigid_state state = pli_rigid_get_state(box);
+    state.linear_velocity = velocity;
+    CHECK_OK(pli_rigid_set_state(box, &state));
+    pli_body* cloth = make_cloth(solver, false, 1);
+    CHECK_OK(pli_body_add_velocity(cloth, velocity));
+    int count = 0;
+    for (int i = 0; i < 60; ++i) {
+        CHECK_OK(pli_world_step(world, dt));
+        CHECK_OK(pli_rigid_integrate(box, pli_vec3_make(0, 0, 0), dt));
+        count += pli_body_get_rigid_contacts(cloth, 0, NULL);
+    }
+    pli_body_destroy(cloth);
+    pli_rigid_destroy(box);
+    return count;
+}
+
+/* By the speed of the box, which nodes that go along do not have against it, they were up to 2.3 times as many. */
+static void cloth_in_flight_has_the_contacts_that_it_has_at_rest(void** unused) {
+    (void)unused;
+    static const pli_vec3 velocities[] = {{5, 0, 0}, {0, -50, 0}, {-123, 201, -170}};
+    for (int c = 0; c < 2 * SOLVER_COUNT; ++c) {
+        const solver_choice solver = (solver_choice)(c % SOLVER_COUNT);
+        const float mass = c < SOLVER_COUNT ? 0 : 2;
+        const int still = contacts_in_flight(pli_vec3_make(0, 0, 0), solver, mass);
+        assert_true(still > 0);
+        for (int v = 0; v < 3; ++v) {
+            const int flying = contacts_in_flight(velocities[v], solver, mass);
+            print_message("solver %d, %g kg: %d contacts, at rest %d\n", solver, (double)mass, flying, still);
+            check_near((double)flying / still, 1, 0.05);
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_rug_that_is_pulled_takes_a_crate_along, setup_world, teardown_world),
@@ -312,6 +349,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_rug_on_a_platform_keeps_a_crate, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_crate_on_a_rug_rides_at_any_speed, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(cloth_lies_over_a_body_at_any_speed, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(cloth_in_flight_has_the_contacts_that_it_has_at_rest, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(cloth_falls_onto_a_plate_that_sinks, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -41,6 +41,7 @@ typedef struct rigid_contacts_candidate {
     bool is_moving; /* as `motion` tells, m and rad, from its pose to where it ends up in the step */
     plii_twist motion;
     float reach;             /* m, beyond the margin */
+    float reach_along;       /* likewise, of nodes that go along */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
 
@@ -153,7 +154,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
                                        float reach, bool is_departing) {
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
-    const float margin = body->collision_margin;
+    const float margin = body->collision_margin, along = is_departing ? reach : candidate->reach_along;
     const plii_lanes_mat3 columns = plii_lanes_columns(&candidate->rigid->shape_places[candidate->shape].pose.rotation);
     const int count = gathered->count;
     if (count == 0) { return PLI_OK; }
@@ -164,6 +165,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
     for (int i = 0; i < count; ++i) {
         float distance = distances[i] - margin;
         if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
+        if (distance >= along && !plii_vec3_is_zero(gathered->shifts[i])) { continue; }
         const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
         if (!plii_lanes_xyz_finite(local)) { continue; }
         const int node = gathered->nodes[i];
@@ -255,17 +257,18 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
 }
 
 /* Where contacts are looked for once for many substeps, or must last, as far as the surface gets meanwhile, and a node
-   falls from a body that its host moves later; not farther than the plane of a contact stands for the shape. */
-static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, const plii_shape_place* place) {
+   falls from a body that its host moves later; not farther than the plane of a contact stands for the shape. To nodes
+   that go along the surface does not get nearer by its own motion. */
+static void rigid_contacts_set_reach(rigid_contacts_candidate* candidate, const plii_shape_place* place) {
     const pli_body* body = candidate->body;
     const pli_rigid* rigid = candidate->rigid;
     const float share = candidate->is_swept ? RIGID_CONTACTS_REACH : body->solver_class->contact_reach;
-    float reach = body->collision_margin * share;
-    if (rigid->kind == PLI_RIGID_STATIC || !(share > 0.0f)) { return reach; }
-    if (!candidate->is_swept) { reach += plii_step_fall(body); }
+    candidate->reach = candidate->reach_along = body->collision_margin * share;
+    if (rigid->kind == PLI_RIGID_STATIC || !(share > 0.0f)) { return; }
+    if (!candidate->is_swept) { candidate->reach_along += plii_step_fall(body); }
     const float speed =
         pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * place->radius;
-    return reach + plii_min(speed * body->host_dt, 0.5f * place->least_extent);
+    candidate->reach = candidate->reach_along + plii_min(speed * body->host_dt, 0.5f * place->least_extent);
 }
 
 /* Nodes that go along may be where the shape will be. */
@@ -281,7 +284,7 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     if (candidate->boxes != NULL) { return rigid_contacts_collide_boxes(candidate); }
     const pli_body* body = candidate->body;
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
-    candidate->reach = rigid_contacts_reach(candidate, place);
+    rigid_contacts_set_reach(candidate, place);
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
     plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
     const plii_float4 near_low = low, near_high = high;
