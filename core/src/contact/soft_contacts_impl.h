@@ -49,6 +49,7 @@ typedef struct plii_soft_contacts_state {
     pli_vec3* shifts;    /* [node_count] of body->soft_shifts */
     float* missed;       /* [node_count] m, how far from there the nodes ended in the step before */
     bool is_sweeping;    /* the body counts it among its sweeping features */
+    bool is_closed;      /* the surface of the body, which follows from its faces */
     int sweeps;          /* over the contacts in this step */
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
@@ -87,11 +88,14 @@ typedef struct plii_soft_contacts_pass {
     float other_motion;     /* m, of a node of the faces beside that, at most */
     bool use_boxes;
     bool is_second; /* the nodes are those of the second body */
+    bool* tangles;  /* that a node is inside of the faces; NULL: none can be */
 } plii_soft_contacts_pass;
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
 void plii_soft_contacts_reserve(pli_body* body, void* data);
 
+/* Contacts from `first` on, of bodies that are inside of each other. */
+void plii_soft_contacts_part_slowly(const pli_body* body, const plii_soft_contacts_state* state, int first);
 void plii_soft_contacts_couple(pli_body* body, void* data);
 void plii_soft_contacts_settle(pli_body* body, void* data);
