@@ -42,13 +42,3 @@ double plii_sum_blocks(pli_context* context, int item_count, int least, plii_blo
     }
     return sum;
 }
-
-int plii_close_up_blocks(plii_blocks blocks, const int* kept, void* items, size_t size) {
-    int count = 0;
-    for (int b = 0; b < blocks.count; ++b) {
-        memmove((char*)items + (size_t)count * size, (char*)items + (size_t)b * (size_t)blocks.size * size,
-                (size_t)kept[b] * size);
-        count += kept[b];
-    }
-    return count;
-}

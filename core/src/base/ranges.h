@@ -31,5 +31,3 @@ void plii_run_blocks(pli_context* context, plii_blocks blocks, int item_count, p
 /* Sums of blocks, added in their order, where there is one, that sum. */
 typedef double plii_block_value_fn(int begin, int end, const void* task);
 double plii_sum_blocks(pli_context* context, int item_count, int least, plii_block_value_fn* value, const void* task);
-/* Brings together what blocks have kept, each so many of its items at its begin; returns how many there are. */
-int plii_close_up_blocks(plii_blocks blocks, const int* kept, void* items, size_t size);

@@ -42,17 +42,12 @@ static void soft_update_boxes(const pli_body* body, plii_soft_contacts_state* st
 /* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other. With a recovery
    speed, which Bullet lacks, a contact gives the nodes of a body that was solved before their velocities too. */
 
-/* Where the body keeps no boxes none of its contacts is Bullet's. */
-static int soft_bullet_end(const plii_soft_contacts_state* state) {
-    return state->node_boxes != NULL ? state->count : 0;
-}
-
 /* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
    step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
 static void soft_recover_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const float most = state->def.recovery_speed * body->step.dt;
-    for (PLII_EACH(const plii_soft_contact, contact, state->contacts, most > 0.0f ? soft_bullet_end(state) : 0)) {
+    for (PLII_EACH(const plii_soft_contact, contact, state->contacts, most > 0.0f ? state->count : 0)) {
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
@@ -91,8 +86,8 @@ static void soft_note(const pli_body* body, const plii_soft_contacts_state* stat
 
 static void soft_solve_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
-    const bool shifts = state->def.recovery_speed > 0.0f; /* what overlapped before */
-    for (int i = 0; i < soft_bullet_end(state); ++i) {
+    const bool shifts = state->def.recovery_speed > 0.0f;                 /* what overlapped before */
+    for (int i = 0; i < state->count && state->node_boxes != NULL; ++i) { /* without boxes none is Bullet's */
         const plii_soft_contact* contact = &state->contacts[i];
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
@@ -173,20 +168,17 @@ static void soft_visit(pli_body* body, const void* data, plii_contact_visit_fn* 
 
 /* `of_node`: how many contacts the node has, and how far the farthest is, m. In a round each node loses one of them. */
 static bool soft_is_too_many(pli_vec3* of_node, const plii_soft_contact* contact) {
-    if (contact->is_bullet || of_node->x <= SOFT_CONTACTS_MOST_PER_NODE || contact->distance < of_node->y) {
-        return false;
-    }
-    of_node->x = 0.0f;
-    return true;
+    const bool is_too_many = of_node->x > SOFT_CONTACTS_MOST_PER_NODE && !(contact->distance < of_node->y);
+    if (is_too_many) { of_node->x = 0.0f; }
+    return is_too_many;
 }
 
 void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_state* state) {
     pli_vec3* of_nodes = state->shifts; /* zero before and after */
-    for (bool is_crowded = state->count > 0; is_crowded;) {
+    for (bool is_crowded = state->count > 0 && state->node_boxes == NULL; is_crowded;) {
         is_crowded = false;
         for (PLII_EACH(const plii_soft_contact, contact, state->contacts, state->count)) {
             pli_vec3* of_node = &of_nodes[contact->node];
-            if (contact->is_bullet) { continue; }
             of_node->x += 1.0f;
             of_node->y = plii_max(of_node->y, contact->distance);
             is_crowded = is_crowded || of_node->x > SOFT_CONTACTS_MOST_PER_NODE;
@@ -197,7 +189,6 @@ void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_st
         }
         memset(of_nodes, 0, (size_t)body->node_count * sizeof *of_nodes);
     }
-    if (state->impulse_count > state->count) { state->impulse_count = state->count; }
 }
 
 // ----------------------------------------------------------------------------------------------------- the feature

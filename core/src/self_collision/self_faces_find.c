@@ -171,7 +171,7 @@ static bool self_faces_take_hits(const self_faces_search* search, const plii_sel
     return !hits->is_truncated;
 }
 
-enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_BOX_NS = 10, SELF_FACES_PAIR_NS = 10 };
+enum { SELF_FACES_ITEM_NS = 2000, SELF_FACES_PAIR_NS = 10 };
 /* In the order of items, whatever the threads. */
 static bool self_faces_find_pairs(self_faces_search* search, int count) {
     pli_context* context = search->body->context;
@@ -189,22 +189,15 @@ static bool self_faces_find_pairs(self_faces_search* search, int count) {
     return has_memory;
 }
 
-static void self_faces_box_range(int begin, int end, void* data) {
-    const self_faces_search* search = data;
-    const pli_body* body = search->body;
-    plii_self_faces_state* state = search->state;
-    for (int i = begin; i < end; ++i) {
-        state->boxes[i] = search->is_edges ? self_faces_box(body, state->edges[i], 2)
-                                           : self_faces_box(body, body->topology->faces[i], 3);
-    }
-}
-
 /* False when there was no memory for all. */
 static bool self_faces_search_run(pli_body* body, plii_self_faces_state* state, bool is_edges) {
     self_faces_search search = {.body = body, .state = state, .is_edges = is_edges};
     const int targets = is_edges ? state->edge_count : body->topology->face_count;
     if (!PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, targets)) { return false; }
-    plii_parallel_for(body->context, self_faces_box_range, &search, targets, plii_grain(SELF_FACES_BOX_NS));
+    for (int i = 0; i < targets; ++i) {
+        state->boxes[i] =
+            is_edges ? self_faces_box(body, state->edges[i], 2) : self_faces_box(body, body->topology->faces[i], 3);
+    }
     if (!plii_bvh_build(body->context, &state->tree, targets, state->boxes)) { return false; }
     return self_faces_find_pairs(&search, is_edges ? state->edge_count : body->node_count);
 }
@@ -327,5 +320,9 @@ void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const
     const plii_blocks blocks = plii_blocks_of(count, plii_grain(SELF_FACES_PAIR_NS), PLII_MOST_BLOCKS);
     self_faces_restart restart = {.body = body, .state = state};
     plii_run_blocks(body->context, blocks, count, self_faces_restart_block, &restart);
-    state->active_count = plii_close_up_blocks(blocks, restart.counts, state->active, sizeof *state->active);
+    for (int b = 0; b < blocks.count; ++b) {
+        memmove(&state->active[state->active_count], &state->active[b * blocks.size],
+                (size_t)restart.counts[b] * sizeof *state->active);
+        state->active_count += restart.counts[b];
+    }
 }

@@ -371,33 +371,17 @@ void plii_self_node_pairs_search_step(const pli_body* body, plii_self_node_pairs
 
 // ------------------------------------------------------------------------------------------------------ later
 
-typedef struct self_nodes_drop {
-    const plii_self_search* search;
-    plii_self_pair* pairs;
-    int kept[PLII_MOST_BLOCKS];
-} self_nodes_drop;
-
-/* Keeps pairs of nodes that have no mark. */
-static void self_nodes_drop_block(int begin, int end, int block, void* data) {
-    self_nodes_drop* drop = data;
-    const plii_self_search* search = drop->search;
-    plii_self_pair* pairs = drop->pairs;
-    int count = begin;
-    for (int k = begin; k < end; ++k) {
-        const plii_self_pair pair = pairs[k];
-        pairs[count] = pair;
+/* Keeps pairs of nodes that have no mark; without branches, which would be hard to predict. */
+static void self_nodes_drop_marked(plii_self_node_pairs* state) {
+    const plii_self_search* search = &state->search;
+    plii_self_pair_list* found = &state->found;
+    int count = 0;
+    for (int k = 0; k < found->count; ++k) {
+        const plii_self_pair pair = found->items[k];
+        found->items[count] = pair;
         count += (search->linked[pair.a] != search->mark) & (search->linked[pair.b] != search->mark);
     }
-    drop->kept[block] = count - begin;
-}
-
-enum { SELF_NODES_DROP_NS = 2 }; /* per pair */
-static void self_nodes_drop_marked(const pli_body* body, plii_self_node_pairs* state) {
-    plii_self_pair_list* found = &state->found;
-    const plii_blocks blocks = plii_blocks_of(found->count, plii_grain(SELF_NODES_DROP_NS), PLII_MOST_BLOCKS);
-    self_nodes_drop drop = {.search = &state->search, .pairs = found->items};
-    plii_run_blocks(body->context, blocks, found->count, self_nodes_drop_block, &drop);
-    found->count = plii_close_up_blocks(blocks, drop.kept, found->items, sizeof *found->items);
+    found->count = count;
 }
 
 /* From the list of nodes apart; it then ends with those that strayed. Returns the index of the first of them. */
@@ -411,7 +395,7 @@ static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* s
         state->apart[state->apart_count++] = i;
         search->linked[i] = search->mark;
     }
-    self_nodes_drop_marked(body, state);
+    self_nodes_drop_marked(state);
     return first;
 }
 
