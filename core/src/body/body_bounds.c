@@ -10,7 +10,7 @@ typedef struct node_extent {
 
 /* Inline: bodies of a few nodes would notice that it goes through memory. Of four nodes first: what is added to one
    extent waits for what was added before. */
-PLII_SIMD_INLINE node_extent node_extent_of(const pli_body* body, const pli_vec4* records) {
+PLII_SIMD_SHARED node_extent node_extent_of(const pli_body* body, const pli_vec4* records) {
     const int count = body->node_count;
     const plii_float4 first = plii_float4_from(&records[0]);
     node_extent extent = {first, first, first};
