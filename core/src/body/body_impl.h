@@ -178,9 +178,6 @@ static inline void plii_body_pull_predicted(pli_body* body, int node, pli_vec3 g
 }
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
-pli_bounds plii_body_bounds_of(const pli_body* body, const pli_vec4* records);
-/* The mean motion of the nodes in the step; returns how much others differ from it. */
-float plii_body_measure_motion(const pli_body* body, pli_vec3* mean);
 /* Of a face as it is now, for trees. */
 pli_bounds plii_body_face_box(int face, const void* body);
 static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {

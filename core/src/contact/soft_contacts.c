@@ -233,7 +233,6 @@ static void soft_build(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->order_count = 0;
     state->has_boxes = false;
-    state->is_closed = plii_topology_is_closed(body->topology);
     body->soft_node_boxes = NULL;
     body->soft_shifts = NULL;
 }
@@ -269,7 +268,6 @@ const plii_feature_class plii_soft_contacts_class = {
                                     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
                                     PLII_STATE(plii_soft_contacts_state, sweeps, PLII_LEFT),
                                     PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
-                                    PLII_STATE(plii_soft_contacts_state, is_closed, PLII_LEFT),
                                     PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
                                     PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT)),
     .is_sound = soft_is_sound,

@@ -294,19 +294,6 @@ static void couple_settle(const couple_pair* pair, const plii_soft_contacts_stat
     couple_record(state, index, -push, pair->time);
 }
 
-/* m: of bodies that are inside of each other an overlap goes as if it were this deep, at 4 cm/s. */
-#define SOFT_CONTACTS_PARTING 0.0035f
-/* Fast, what parts bodies would stretch links, and throw the bodies. */
-void plii_soft_contacts_part_slowly(const pli_body* body, const plii_soft_contacts_state* state, int first) {
-    for (PLII_EACH(plii_soft_contact, contact, state->contacts + first, state->count - first)) {
-        const pli_body* other = contact->face_body;
-        const int* face = other->topology->faces[contact->face];
-        const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
-                                            plii_contact_blend(other->previous, face, contact->weights));
-        contact->margin = plii_min(contact->margin, pli_vec3_dot(contact->normal, apart) + SOFT_CONTACTS_PARTING);
-    }
-}
-
 /* No node is in two of them; the two bodies have nodes of their own. */
 static bool couple_is_apart(const plii_soft_contacts_state* state, const int* indices) {
     plii_mask4 nodes[PLII_LANES], is_same = {0};

@@ -13,8 +13,7 @@ typedef struct plii_soft_contact {
     int node, face;
     pli_vec3 weights;
     union {
-        float distance; /* m, of the nearest point, 0 where the node crosses the face or is inside; until the first
-                           sweep */
+        float distance; /* m, of the nearest point, 0 where the node crosses the face; until the first sweep */
         pli_vec4 start; /* m, of the node from the point of the face, with shifts, when all bodies had that sweep */
     };
     pli_vec3 normal; /* from the face to the node */
@@ -53,7 +52,6 @@ typedef struct plii_soft_contacts_state {
     pli_vec3* shifts;    /* [node_count] of body->soft_shifts */
     float* missed;       /* [node_count] m, how far from there the nodes ended in the step before */
     bool is_sweeping;    /* the body counts it among its sweeping features */
-    bool is_closed;      /* the surface of the body, which follows from its faces */
     int sweeps;          /* over the contacts in this step */
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
@@ -92,7 +90,6 @@ typedef struct plii_soft_contacts_pass {
     float other_motion;     /* m, of a node of the faces beside that, at most */
     bool use_boxes;
     bool is_second; /* the nodes are those of the second body */
-    bool* tangles;  /* that a node is inside of the faces; NULL: none can be */
 } plii_soft_contacts_pass;
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
@@ -101,7 +98,5 @@ void plii_soft_contacts_reserve(pli_body* body, void* data);
 
 /* Of the contacts of a node with all bodies together those with the nearest faces. */
 void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_state* state);
-/* Contacts from `first` on, of bodies that are inside of each other. */
-void plii_soft_contacts_part_slowly(const pli_body* body, const plii_soft_contacts_state* state, int first);
 void plii_soft_contacts_couple(pli_body* body, void* data);
 void plii_soft_contacts_settle(pli_body* body, void* data);
