@@ -99,7 +99,7 @@ static void test_nodes_have_few_contacts_in_the_impact(void** state) {
     check_at_most(3.5 * pile_nodes(&sheets), contacts); /* it is the impact */
 }
 
-/* Under each solver, whatever the margins and iterations: within 1.1 to 2.0 s. */
+/* Under each solver, whatever the margins and iterations: within 1.1 to 2.9 s. */
 static void test_piles_fall_asleep(void** state) {
     static const float margins[] = {0.01f, 0.02f, 0.05f};
     const fixture* f = *state;
@@ -110,14 +110,14 @@ static void test_piles_fall_asleep(void** state) {
         pile sheets;
         assert_int_equal(pile_make_sheets(f->world, &def, &sheets), PLI_OK);
         int frames = 0;
-        for (; frames < 150 && !pile_is_asleep(&sheets); ++frames) {
+        for (; frames < 240 && !pile_is_asleep(&sheets); ++frames) {
             assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
         }
         print_message("solver %d, margins %g m, %d iterations: asleep after %.2f s\n", (int)def.solver,
                       (double)def.margin, def.iterations, frames / 60.0);
-        check_at_most(frames, 149);
+        check_at_most(frames, 239);
         check_at_most(pile_nodes_below(&sheets, 0.005f), 0);
-        check_at_most(pile_stretch(&sheets), 0.02);
+        check_at_most(pile_stretch(&sheets), 0.03);
         while (pli_world_body_count(f->world) > 0) {
             pli_body_destroy(pli_world_get_body(f->world, 0));
         }

@@ -161,6 +161,7 @@ typedef struct pli_soft_contact {
 } pli_soft_contact;
 
 /// Contacts of the step in progress, or of the last one, of this body's nodes; those of its faces are the others'.
+/// After a step that solved them no node has more than four, with all bodies together, unless `bullet_boxes` is set.
 /// @param contacts NULL, or room for `capacity` contacts
 /// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts);

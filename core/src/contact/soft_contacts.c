@@ -166,28 +166,30 @@ static void soft_visit(pli_body* body, const void* data, plii_contact_visit_fn* 
 /* With all other bodies together: layers behind the nearest ones are stopped by these. */
 #define SOFT_CONTACTS_MOST_PER_NODE 4.0f
 
-/* `of_node`: how many contacts the node has, and how far the farthest is, m. In a round each node loses one of them. */
-static bool soft_is_too_many(pli_vec3* of_node, const plii_soft_contact* contact) {
-    const bool is_too_many = of_node->x > SOFT_CONTACTS_MOST_PER_NODE && !(contact->distance < of_node->y);
-    if (is_too_many) { of_node->x = 0.0f; }
+/* In a round each node loses one: `of_node` is minus the distance of the farthest, m. */
+static bool soft_is_too_many(float* of_node, const plii_soft_contact* contact) {
+    const bool is_too_many = *of_node <= 0.0f && !(contact->distance < -*of_node);
+    if (is_too_many) { *of_node = 1.0f; }
     return is_too_many;
 }
 
 void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_state* state) {
-    pli_vec3* of_nodes = state->shifts; /* zero before and after */
+    float* of_nodes = state->missed; /* read in the search, and anew at the end of the step: contacts, here */
     for (bool is_crowded = state->count > 0 && state->node_boxes == NULL; is_crowded;) {
         is_crowded = false;
-        for (PLII_EACH(const plii_soft_contact, contact, state->contacts, state->count)) {
-            pli_vec3* of_node = &of_nodes[contact->node];
-            of_node->x += 1.0f;
-            of_node->y = plii_max(of_node->y, contact->distance);
-            is_crowded = is_crowded || of_node->x > SOFT_CONTACTS_MOST_PER_NODE;
-        }
-        if (is_crowded) {
-            PLII_REMOVE_IF(plii_soft_contact, contact, state->contacts, state->count,
-                           soft_is_too_many(&of_nodes[contact->node], contact));
-        }
         memset(of_nodes, 0, (size_t)body->node_count * sizeof *of_nodes);
+        for (PLII_EACH(const plii_soft_contact, contact, state->contacts, state->count)) {
+            of_nodes[contact->node] += 1.0f;
+            is_crowded = is_crowded || of_nodes[contact->node] > SOFT_CONTACTS_MOST_PER_NODE;
+        }
+        if (!is_crowded) { break; }
+        for (PLII_EACH(const plii_soft_contact, contact, state->contacts, state->count)) {
+            float* of_node = &of_nodes[contact->node];
+            if (*of_node > SOFT_CONTACTS_MOST_PER_NODE) { *of_node = 0.0f; }
+            if (*of_node <= 0.0f) { *of_node = plii_min(*of_node, -contact->distance); }
+        }
+        PLII_REMOVE_IF(plii_soft_contact, contact, state->contacts, state->count,
+                       soft_is_too_many(&of_nodes[contact->node], contact));
     }
 }
 
