@@ -229,3 +229,39 @@ static inline int pile_nodes_below(const pile* all, float slack) {
     }
     return below;
 }
+
+/* The faces of a body go round a point: their solid angle is that of a sphere and not zero. */
+static inline bool pile_is_inside(pli_vec4 p, const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    double angle = 0;
+    for (int m = 0; m < view.face_count; ++m) {
+        pli_vec3 d[3];
+        double length[3];
+        for (int k = 0; k < 3; ++k) {
+            const pli_vec4 x = view.positions[view.face_nodes[3 * m + k]];
+            d[k] = pli_vec3_make(x.x - p.x, x.y - p.y, x.z - p.z);
+            length[k] = (double)pli_vec3_length(d[k]);
+        }
+        const double volume = (double)pli_vec3_dot(d[0], pli_vec3_cross(d[1], d[2]));
+        angle += 2 * atan2(volume, length[0] * length[1] * length[2] + (double)pli_vec3_dot(d[0], d[1]) * length[2] +
+                                       (double)pli_vec3_dot(d[1], d[2]) * length[0] +
+                                       (double)pli_vec3_dot(d[2], d[0]) * length[1]);
+    }
+    return fabs(angle) > 6;
+}
+
+/* Nodes that are inside of another body. */
+static inline int pile_nodes_inside(const pile* all) {
+    int inside = 0;
+    for (int k = 0; k < all->count * all->count; ++k) {
+        const pli_body *body = all->bodies[k / all->count], *other = all->bodies[k % all->count];
+        const pli_bounds a = pli_body_get_bounds(body), b = pli_body_get_bounds(other);
+        const bool is_near = a.min.x < b.max.x && b.min.x < a.max.x && a.min.y < b.max.y && b.min.y < a.max.y &&
+                             a.min.z < b.max.z && b.min.z < a.max.z;
+        const pli_body_view nodes = pli_body_get_view(body);
+        for (int i = 0; body != other && is_near && i < nodes.node_count; ++i) {
+            inside += pile_is_inside(nodes.positions[i], other);
+        }
+    }
+    return inside;
+}

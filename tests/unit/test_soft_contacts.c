@@ -148,16 +148,22 @@ static int check_all_pairs(const pli_body* nodes, const prediction* before, cons
             const pli_soft_contact* contact = &contacts[c];
             const int* face = &b.face_nodes[3 * contact->face];
             const float* w = contact->weights;
-            pli_vec3 point = pli_vec3_make(0, 0, 0);
+            pli_vec3 point = pli_vec3_make(0, 0, 0), point_before = point;
             for (int k = 0; k < 3; ++k) {
                 point = pli_vec3_add(point, pli_vec3_scale(xyz(b.positions[face[k]]), w[k]));
+                point_before = pli_vec3_add(point_before, pli_vec3_scale(xyz(b.previous[face[k]]), w[k]));
             }
             const pli_vec3 offset = pli_vec3_sub(p, point);
             const bool holds = pli_vec3_dot(offset, contact->normal) < 0;
             *holding += holds;
             check_near(w[0] + w[1] + w[2], 1, 1e-5);
             check_near(pli_vec3_length(contact->normal), 1, 1e-5);
-            assert_true((double)contact->margin >= (double)margins - 1e-6 && (double)contact->margin <= held + 1e-6);
+            assert_true((double)contact->margin <= held + 1e-6);
+            if ((double)contact->margin < (double)margins - 1e-6) { /* balls inside of each other part slowly */
+                check_near(contact->margin,
+                           pli_vec3_dot(pli_vec3_sub(xyz(a.previous[i]), point_before), contact->normal) + 0.0035f,
+                           1e-5);
+            }
             assert_ptr_equal(contact->face_body, faces);
             if (holds) { continue; }
             check_near(pli_vec3_dot(offset, contact->normal), pli_vec3_length(offset), 2e-5);

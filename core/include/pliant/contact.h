@@ -157,7 +157,8 @@ typedef struct pli_soft_contact {
     int face;            ///< of the other body
     float weights[3];    ///< barycentric, of the nearest point of the face
     pli_vec3 normal;     ///< unit, from the face to the node
-    float margin;        ///< m, distance that the contact keeps
+    float margin;        ///< m, distance that the contact keeps; less, and below 0, while bodies part that are inside
+                         ///< of each other
 } pli_soft_contact;
 
 /// Contacts of the step in progress, or of the last one, of this body's nodes; those of its faces are the others'.

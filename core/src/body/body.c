@@ -133,6 +133,7 @@ pli_body* plii_body_make(pli_world* world, int node_count, int link_count, int m
     made->solver_class = &plii_position_solver;
     made->sweep_links = plii_links_sweep;
     made->interval.steps = 1;
+    plii_body_was_put(made);
     made->node_count = node_count;
     made->link_count = link_count;
     made->material_count = material_count;
@@ -358,6 +359,7 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
         plii_set_xyz(&body->previous[i], pli_transform_point(transform, plii_xyz(body->previous[i])));
         plii_set_xyz(&body->velocities[i], pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i])));
     }
+    plii_body_was_put(body);
     plii_body_refresh(body);
     return plii_body_changed(body, PLI_OK);
 }

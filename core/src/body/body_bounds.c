@@ -45,6 +45,24 @@ bool plii_body_update_bounds(pli_body* body) {
     return node_extent_is_within(&extent, PLI_MAX_COORDINATE);
 }
 
+pli_bounds plii_body_bounds_of(const pli_body* body, const pli_vec4* records) {
+    const node_extent extent = node_extent_of(body, records);
+    return (pli_bounds){plii_lanes_vec3(extent.low), plii_lanes_vec3(extent.high)};
+}
+
+float plii_body_measure_motion(const pli_body* body, pli_vec3* mean) {
+    plii_float4 sum = plii_float4_all(0.0f), low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 motion = plii_float4_from(&body->positions[i]) - plii_float4_from(&body->previous[i]);
+        sum = sum + motion;
+        low = plii_lanes_min(motion, low);
+        high = plii_lanes_max(motion, high);
+    }
+    sum = sum * (1.0f / (float)body->node_count);
+    *mean = plii_lanes_vec3(sum);
+    return pli_vec3_length(plii_lanes_vec3(plii_lanes_max(high - sum, sum - low)));
+}
+
 bool plii_body_is_slow(const pli_body* body) {
     const node_extent extent = node_extent_of(body, body->velocities);
     return node_extent_is_within(&extent, PLI_MAX_SPEED);

@@ -84,10 +84,11 @@ struct pli_body {
     /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
        the step too, as where it leaps, and rigid bodies are met along their motion. */
     int sweeping_features;
-    bool is_resting;      /* for its time */
-    bool is_woken;        /* since it fell asleep; it wakes in the next prediction */
-    bool was_asleep;      /* as of the last event */
-    uint32_t sleep_group; /* what fell asleep together, bodies and rigid bodies; 0: awake */
+    bool is_resting;        /* for its time */
+    bool is_woken;          /* since it fell asleep; it wakes in the next prediction */
+    bool was_asleep;        /* as of the last event */
+    uint32_t overlap_steps; /* in steps before it is 0 it may be inside of another body, where it was put */
+    uint32_t sleep_group;   /* what fell asleep together, bodies and rigid bodies; 0: awake */
 
     const plii_solver_class* solver_class;
     plii_pipeline pipeline;
@@ -176,8 +177,15 @@ static inline void plii_body_pull_predicted(pli_body* body, int node, pli_vec3 g
     if (!body->solver_class->has_substeps) { return; }
     plii_add_xyz(&body->velocities[node], pli_vec3_scale(pli_vec3_sub(to, from), body->step.inverse_dt));
 }
+/* To be looked at in its next step. */
+static inline void plii_body_was_put(pli_body* body) {
+    body->overlap_steps = 2; /* the step itself takes one */
+}
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
+pli_bounds plii_body_bounds_of(const pli_body* body, const pli_vec4* records);
+/* The mean motion of the nodes in the step; returns how much others differ from it. */
+float plii_body_measure_motion(const pli_body* body, pli_vec3* mean);
 /* Of a face as it is now, for trees. */
 pli_bounds plii_body_face_box(int face, const void* body);
 static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {

@@ -3,7 +3,6 @@
 #include "base/csr.h"
 #include "body/pipeline.h"
 #include "cluster/cluster_impl.h"
-#include "math/bounds.h"
 
 /* Everything that one generation needs besides the clusters themselves. */
 typedef struct generate_work {
@@ -25,11 +24,7 @@ typedef struct generate_work {
 /* m^2: what centres move at most when they have come to rest. Bullet's is the same for bodies of any size; one of a few
    centimetres would keep the groups that it starts with, of nodes from all over the body. */
 static float generate_tolerance(const pli_body* body, bool reference_mode) {
-    const pli_vec3 first = plii_xyz(body->positions[0]);
-    pli_bounds all = {first, first};
-    for (int i = 1; i < body->node_count; ++i) {
-        all = plii_bounds_add(all, plii_xyz(body->positions[i]));
-    }
+    const pli_bounds all = plii_body_bounds_of(body, body->positions);
     const float size_squared = pli_vec3_length_squared(pli_vec3_sub(all.max, all.min));
     return reference_mode ? PLII_EPSILON : PLII_EPSILON * plii_min(size_squared, 1.0f);
 }

@@ -206,6 +206,7 @@ static void soft_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->impulse_count = state->met_count = 0;
     state->sweeps = 0;
+    body->overlap_steps -= body->overlap_steps > 0;
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
     body->soft_shifts = state->shifts;
     if (state->is_sweeping) { plii_body_copy_positions(body, state->predicted); }

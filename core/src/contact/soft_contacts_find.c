@@ -215,7 +215,7 @@ static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const in
     plii_closest_feature closest;
     const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
-    pick->distance = 0.0f;
+    if (pass->is_inside != NULL && from < 0.0f) { return false; }
     pick->weights = closest.weights;
     pick->normal = from > 0.0f ? normal : pli_vec3_neg(normal);
     return true;
@@ -334,12 +334,34 @@ static void soft_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_no
     }
 }
 
+/* Inside of a closed surface, as all faces see it that are nearest. */
+static bool soft_is_inside(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
+                           const soft_pick* nearest) {
+    near.reach = 1.001f * nearest->distance;
+    for (int i = -1; i < pass->search->hit_count; ++i) {
+        const int* face = pass->face_body->topology->faces[i < 0 ? nearest->face : pass->search->hits[i]];
+        const soft_corners now = soft_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
+        const pli_vec3 ab = pli_vec3_sub(now.at[1], now.at[0]), ac = pli_vec3_sub(now.at[2], now.at[0]);
+        if (pli_vec3_dot(pli_vec3_cross(ab, ac), now.at[0]) > 0.0f) { continue; }
+        plii_closest_feature closest;
+        const pli_vec3 point =
+            plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), now.at[0], now.at[1], now.at[2], &closest);
+        if (i < 0 || pli_vec3_length(point) < near.reach) { return false; }
+    }
+    return true;
+}
+
 static pli_status soft_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     if (pass->search->hit_count == 0) { return PLI_OK; }
     soft_picks picks; /* what is not set is not read */
     soft_look(pass, near, &picks);
     if (picks.crossed.time < INFINITY) { return soft_append(pass, near.node, near.margin, &picks.crossed); }
     if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
+    if (pass->is_inside != NULL && soft_is_inside(pass, near, &picks.nearest)) {
+        *pass->is_inside = true;
+        picks.nearest.normal = pli_vec3_neg(picks.nearest.normal);
+        picks.inside_count = 0;
+    }
     PLII_TRY(soft_append(pass, near.node, near.margin, &picks.nearest));
     const soft_pick* added[SOFT_CONTACTS_MOST_NEAREST] = {&picks.nearest};
     int count = 1;
@@ -525,26 +547,13 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
     return PLI_OK;
 }
 
-/* Of the faces in the step: the mean of their nodes, and how much others differ from it. */
-static void soft_measure_motion(plii_soft_contacts_pass* pass) {
-    const pli_body* body = pass->face_body;
-    plii_float4 sum = plii_float4_all(0.0f), low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 motion = plii_float4_from(&body->positions[i]) - plii_float4_from(&body->previous[i]);
-        sum = sum + motion;
-        low = plii_lanes_min(motion, low);
-        high = plii_lanes_max(motion, high);
-    }
-    const plii_float4 mean = sum * (1.0f / (float)body->node_count);
-    pass->common_motion = plii_lanes_vec3(mean);
-    pass->other_motion = pli_vec3_length(plii_lanes_vec3(plii_lanes_max(high - mean, mean - low)));
-}
-
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
     const bool use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL;
     pli_status status = PLI_OK;
+    const bool may_be_inside = !use_boxes && plii_soft_contacts_may_be_inside(body, other);
+    bool is_inside = false;
     for (int i = 0; i < 2 && status == PLI_OK; ++i) { /* nodes of the one, then of the other */
         plii_soft_contacts_pass pass = {.node_body = i == 0 ? body : other,
                                         .node_state = i == 0 ? state : other_state,
@@ -554,12 +563,17 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .margin = body->collision_margin + other->collision_margin,
                                         .fall = plii_step_fall(body),
                                         .use_boxes = use_boxes,
-                                        .is_second = i == 1};
+                                        .is_second = i == 1,
+                                        .is_inside = may_be_inside ? &is_inside : NULL};
         if (pass.face_body->topology->face_count == 0) { continue; }
-        if (!use_boxes) { soft_measure_motion(&pass); }
+        if (!use_boxes) { pass.other_motion = plii_body_measure_motion(pass.face_body, &pass.common_motion); }
         status = !soft_collect(&pass) ? PLI_ERROR_OUT_OF_MEMORY
                  : use_boxes          ? soft_run_boxes(&pass)
                                       : soft_run_near(&pass);
+    }
+    if (is_inside) {
+        plii_soft_contacts_part_slowly(body, state, count);
+        plii_soft_contacts_part_slowly(other, other_state, other_count);
     }
     if (status == PLI_OK && !(soft_meet(body, state, other) && soft_meet(other, other_state, body))) {
         status = PLI_ERROR_OUT_OF_MEMORY;

@@ -89,7 +89,8 @@ typedef struct plii_soft_contacts_pass {
     pli_vec3 common_motion; /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
     float other_motion;     /* m, of a node of the faces beside that, at most */
     bool use_boxes;
-    bool is_second; /* the nodes are those of the second body */
+    bool is_second;  /* the nodes are those of the second body */
+    bool* is_inside; /* that a node is inside of the faces; NULL: none is looked for */
 } plii_soft_contacts_pass;
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
@@ -98,5 +99,10 @@ void plii_soft_contacts_reserve(pli_body* body, void* data);
 
 /* Of the contacts of a node with all bodies together those with the nearest faces. */
 void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_state* state);
+/* Of each other: one was put where it is lately, with both surfaces closed and none inside out. What is within the
+   bounds of the other one, as in a balloon, may stay there. */
+bool plii_soft_contacts_may_be_inside(const pli_body* body, const pli_body* other);
+/* Contacts from `first` on, of bodies that are inside of each other. */
+void plii_soft_contacts_part_slowly(pli_body* body, const plii_soft_contacts_state* state, int first);
 void plii_soft_contacts_couple(pli_body* body, void* data);
 void plii_soft_contacts_settle(pli_body* body, void* data);

@@ -21,7 +21,7 @@ static const plii_state_part file_body_last_parts[] = {
     PLII_STATE_OF(pli_body, is_asleep, PLII_SAVED, "B"),
     PLII_STATE_SPAN(pli_body, is_resting, was_asleep, PLII_SAVED, "3B"),
     PLII_STATE_OF(pli_body, records_contacts, PLII_SAVED, "B"),
-    PLII_STATE_OF(pli_body, sleep_group, PLII_SAVED, "u"),
+    PLII_STATE_SPAN(pli_body, overlap_steps, sleep_group, PLII_SAVED, "2u"),
     PLII_STATE_OF(pli_body, interval, PLII_SAVED, "2i2f2B"),
     PLII_STATE_SPAN(pli_body, joint_iterations, sweeping_features, PLII_SAVED, "2i"),
     {0},
