@@ -91,15 +91,12 @@ static void cluster_contacts_finish(pli_body* body, void* data) {
 }
 
 /* All contacts end. */
-static void cluster_contacts_on_body(pli_body* body, void* data, const pli_body* other) {
+static void cluster_contacts_on_change(pli_body* body, void* data, plii_notice notice, const void* about) {
     plii_cluster_contacts* state = data;
     plii_cluster_contacts_clear(body, state);
-    if (other != body) { return; }
+    if (about != body) { return; }
     plii_key_table_free(&state->neighbours);
     state->neighbour_pair_count = state->clusters_with_neighbours = 0;
-}
-static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    plii_cluster_contacts_clear(body, data);
 }
 
 static void cluster_contacts_measure_anew(plii_cluster_contacts* state, const plii_pair_records* records,
@@ -110,9 +107,10 @@ static void cluster_contacts_measure_anew(plii_cluster_contacts* state, const pl
         if (are_others) { record->cache = (plii_convex_cache){.count = 0}; }
     }
 }
-static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
+static void cluster_contacts_on_shapes(pli_body* body, void* data, plii_notice notice, const void* rigid) {
     plii_cluster_contacts* state = data;
     if (body->clusters->def.reference_mode) { return; } /* which follows no pairs */
+    const bool are_others = notice == PLII_SHAPES_REPLACED;
     cluster_contacts_measure_anew(state, &state->memory.present, rigid, are_others);
     cluster_contacts_measure_anew(state, &state->memory.before, rigid, are_others);
 }
@@ -263,11 +261,12 @@ const plii_feature_class plii_cluster_contacts_class = {
     .prepare_pair = plii_cluster_contacts_prepare_pair,
     .collide_body = plii_cluster_contacts_collide_body,
     .acts_with_joints = true,
-    .on_rigid_removed = cluster_contacts_on_rigid_removed,
-    .on_shapes_changed = cluster_contacts_on_shapes_changed,
-    .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body,
-                [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_body,
-                [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body},
+    .on = {[PLII_BODY_REMOVED] = cluster_contacts_on_change,
+           [PLII_RIGID_REMOVED] = cluster_contacts_on_change,
+           [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_change,
+           [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_change,
+           [PLII_SHAPES_MOVED] = cluster_contacts_on_shapes,
+           [PLII_SHAPES_REPLACED] = cluster_contacts_on_shapes},
     .reserve = cluster_contacts_reserve,
     .build = plii_cluster_contacts_clear, /* new members lie between those of a cluster, which keeps its index */
 };
