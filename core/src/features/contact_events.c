@@ -193,10 +193,11 @@ static void contact_events_list(pli_body* body, contact_events* state) {
 static void contact_events_end(pli_body* body, void* data) {
     contact_events* state = data;
     if (!body->world->is_stepping) { return; }
+    contact_list* next = &state->present;
     PLII_SWAP(contact_list, state->present, state->past);
-    contact_list_clear(&state->present);
-    /* Both have the same size, so that a snapshot of one fits the other. */
-    (void)contact_list_reserve(body->context, &state->present, state->past.capacity);
+    contact_list_clear(next);
+    plii_match_capacity(body->context, (void**)&next->items, &next->capacity, state->past.capacity,
+                        sizeof *next->items);
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_contacts == NULL) { continue; }
         feature->klass->visit_contacts(body, feature->state, contact_events_visit, state);
