@@ -373,6 +373,48 @@ static void telling_changes_nothing(void** state) {
     }
 }
 
+static float rows(pli_vec3 x, void* user) {
+    (void)user;
+    return sinf(13 * (x.x + 0.6f * x.z) + 0.1f);
+}
+
+/* A step in which contacts outgrow their room, and a refinement right after it, leave one list larger than the other.
+ */
+static void lists_do_not_outgrow_each_other(void** state) {
+    (void)state;
+    enum { SENSORS = 3, STEPS = 20 };
+    const pli_patch_def patch = level_sheet(1, 0, 9);
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    pli_body* sheet = NULL;
+    CHECK_OK(pli_body_create(world, mesh, NULL, &sheet));
+    pli_mesh_destroy(mesh);
+    pli_contact_events_def def = pli_contact_events_def_default();
+    def.each_element = true;
+    CHECK_OK(pli_body_enable_contact_events(sheet, &def));
+    for (int i = 0; i < SENSORS; ++i) {
+        pli_shape* plane = NULL;
+        CHECK_OK(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 1, &plane));
+        CHECK_OK(pli_rigid_set_sensor(make_rigid(plane, 0, 0), true));
+    }
+    CHECK_OK(pli_world_step(world, STEP));
+    pli_refine_def refine = pli_refine_def_default();
+    refine.surface = rows;
+    refine.cut = false;
+    CHECK_OK(pli_body_refine(sheet, &refine));
+    CHECK_OK(pli_world_step(world, STEP));
+    CHECK_OK(pli_world_step(world, STEP));
+    const int nodes = pli_body_get_view(sheet).node_count;
+    const uint64_t allocations = pli_context_allocation_count(context);
+    const size_t bytes = pli_context_allocated_bytes(context);
+    for (int step = 0; step < STEPS; ++step) {
+        CHECK_OK(pli_world_step(world, STEP));
+        assert_int_equal(count_of(sheet, PLI_CONTACT_PERSIST), SENSORS * nodes);
+    }
+    assert_int_equal(pli_context_allocation_count(context), allocations);
+    assert_int_equal(pli_context_allocated_bytes(context), bytes);
+}
+
 static void wrong_calls_are_refused(void** state) {
     (void)state;
     pli_body* sheet = make_told_sheet(SHEET_LOOSE, POSITION, true, false);
@@ -399,6 +441,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(each_element_is_told_when_wanted, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(sensors_tell_and_do_not_push, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(telling_changes_nothing, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(lists_do_not_outgrow_each_other, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(wrong_calls_are_refused, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -138,28 +138,6 @@ extern const plii_feature_class* const plii_surface_force_needs[];
    call or step. Needs normals. NULL in reference mode. */
 const pli_vec4* plii_normals_crosses(pli_body* body);
 
-/* The state of pressures on the faces. */
-typedef struct plii_pressure {
-    float coefficient;
-    bool is_closed;     /* follows from the faces */
-    float first_volume; /* m^3, when it was enabled */
-} plii_pressure;
-
-/* What the features have in common. A cut that opens a closed surface lets the pressure out, but in reference mode. */
-#define PLII_PRESSURE_STATE_PARTS                                                                                      \
-    PLII_STATE_PARTS(PLII_STATE_OF(plii_pressure, coefficient, PLII_SAVED, "f"),                                       \
-                     PLII_STATE(plii_pressure, is_closed, PLII_LEFT),                                                  \
-                     PLII_STATE_OF(plii_pressure, first_volume, PLII_SAVED, "f"))
-void plii_pressure_build(pli_body* body, void* state);
-pli_status plii_pressure_enable(pli_body* body, void* state);
-/* Adds what a pressure on the faces does to the forces on the nodes that are not pinned: the gradient of the volume, so
-   that it moves and turns nothing as a whole. Without the cross products normal * area, as btSoftBody. */
-void plii_pressure_apply(pli_body* body, const pli_vec4* crosses, float pressure);
-/* m^3, signed; without the cross products in Bullet's order. */
-float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses);
-/* m^3/Pa: change of the volume in a step by such a pressure. Steps add dt^2 w times the force to positions. */
-float plii_pressure_response(const pli_body* body, const pli_vec4* crosses);
-
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
 /* A sweep as the body has it. */

@@ -174,14 +174,17 @@ typedef struct plii_state_part {
 
 struct plii_substep_class;
 
-/* What the features of all bodies are told of a body. */
-typedef enum plii_body_notice {
-    PLII_BODY_REMOVED,     /* it goes away */
-    PLII_CLUSTERS_REMOVED, /* its clusters go away */
-    PLII_TOPOLOGY_CHANGED, /* its links and faces are others; told to other bodies only */
-    PLII_BODY_NOTICES
-} plii_body_notice;
-typedef void plii_body_notice_fn(pli_body* body, void* state, const pli_body* other);
+/* What the features of all bodies are told of a body, or of a rigid body. */
+typedef enum plii_notice {
+    PLII_BODY_REMOVED, /* it goes away */
+    PLII_RIGID_REMOVED,
+    PLII_CLUSTERS_REMOVED, /* of the body; the last that something goes away with */
+    PLII_TOPOLOGY_CHANGED, /* links and faces of the body are others; told to other bodies only */
+    PLII_SHAPES_MOVED,     /* shapes of the rigid body lie in other places in it; for what is kept of them */
+    PLII_SHAPES_REPLACED,  /* they are others */
+    PLII_NOTICES
+} plii_notice;
+typedef void plii_notice_fn(pli_body* body, void* state, plii_notice notice, const void* about);
 
 typedef struct plii_feature_class {
     const char* name;
@@ -230,10 +233,7 @@ typedef struct plii_feature_class {
     const struct plii_solver_class* solver; /* that it brings: steps the body while it is enabled */
     bool meets_sensors;                     /* its collide_rigid is for them too */
     bool collides_last;                     /* its collide_rigid, of which there is one, looks at what others found */
-    void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
-    /* Its shapes are others now, or lie in other places in it; for what is kept of them from step to step. */
-    void (*on_shapes_changed)(pli_body* body, void* state, const pli_rigid* rigid, bool are_others);
-    plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
+    plii_notice_fn* on[PLII_NOTICES];
     /* What snapshots do with the members of the state (PLII_STATE), ended by a size of 0; needed where there are some
        beside the arrays. Then `on_restored` makes what follows from those that are saved, without memory. */
     const plii_state_part* state_parts;

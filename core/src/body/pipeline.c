@@ -220,22 +220,13 @@ int plii_features_list_constraints(const pli_body* body, int parts, plii_node_co
     }
 }
 
-void plii_features_notify(const pli_body* about, plii_body_notice notice) {
-    about->world->removals += notice != PLII_TOPOLOGY_CHANGED;
-    for (PLII_EACH_BODY(body, about->world)) {
+void plii_features_notify(pli_world* world, plii_notice notice, const void* about) {
+    world->removals += notice <= PLII_CLUSTERS_REMOVED;
+    for (PLII_EACH_BODY(body, world)) {
         if (body == about && notice == PLII_TOPOLOGY_CHANGED) { continue; }
         for (PLII_EACH_FEATURE(feature, body)) {
-            plii_body_notice_fn* on_body = feature->klass->on_body[notice];
-            if (on_body != NULL) { on_body(body, feature->state, about); }
-        }
-    }
-}
-
-void plii_features_notify_shapes(const pli_rigid* rigid, bool are_others) {
-    for (PLII_EACH_BODY(body, rigid->world)) {
-        for (PLII_EACH_FEATURE(feature, body)) {
-            if (feature->klass->on_shapes_changed == NULL) { continue; }
-            feature->klass->on_shapes_changed(body, feature->state, rigid, are_others);
+            plii_notice_fn* on = feature->klass->on[notice];
+            if (on != NULL) { on(body, feature->state, notice, about); }
         }
     }
 }

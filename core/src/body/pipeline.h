@@ -63,10 +63,8 @@ void plii_features_visit_joined(const pli_body* body, plii_joined_fn* visit, voi
    that grows; returns how many there are. What there is no memory for is left out. */
 int plii_features_list_constraints(const pli_body* body, int parts, struct plii_node_constraint** listed,
                                    int* capacity);
-/* Tells the features of all bodies in its world. */
-void plii_features_notify(const pli_body* about, plii_body_notice notice);
-/* The same, by on_shapes_changed. */
-void plii_features_notify_shapes(const pli_rigid* rigid, bool are_others);
+/* Tells the features of all bodies. */
+void plii_features_notify(pli_world* world, plii_notice notice, const void* about);
 void plii_feature_disable_all(pli_body* body);
 size_t plii_feature_bytes(const pli_body* body);
 

@@ -167,7 +167,8 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
     }
     const rigid_shapes_change change = rigid_compare_shapes(rigid, count, shapes, poses);
     if (rigid->shape_count > 0 && change != RIGID_SAME_SHAPES) {
-        plii_features_notify_shapes(rigid, change == RIGID_OTHER_SHAPES);
+        const plii_notice notice = change == RIGID_OTHER_SHAPES ? PLII_SHAPES_REPLACED : PLII_SHAPES_MOVED;
+        plii_features_notify(rigid->world, notice, rigid);
     }
     /* Retain first: a shape may be in the old list and in the new one. */
     for (int i = 0; i < count; ++i) {

@@ -379,7 +379,8 @@ static pli_status clusters_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 static void clusters_disable(pli_body* body, void* state) {
-    plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* also when their last user was another feature */
+    /* Also when their last user was another feature. */
+    plii_features_notify(body->world, PLII_CLUSTERS_REMOVED, body);
     body->joint_iterations = 0;
     body->clusters = NULL;
 }

@@ -91,30 +91,28 @@ static void cluster_contacts_finish(pli_body* body, void* data) {
 }
 
 /* All contacts end. */
-static void cluster_contacts_on_body(pli_body* body, void* data, const pli_body* other) {
+static void cluster_contacts_on_change(pli_body* body, void* data, plii_notice notice, const void* about) {
     plii_cluster_contacts* state = data;
     plii_cluster_contacts_clear(body, state);
-    if (other != body) { return; }
+    if (about != body) { return; }
     plii_key_table_free(&state->neighbours);
     state->neighbour_pair_count = state->clusters_with_neighbours = 0;
 }
-static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    plii_cluster_contacts_clear(body, data);
-}
 
-static void cluster_contacts_measure_anew(plii_cluster_contacts* state, const plii_pair_records* records,
+static void cluster_contacts_measure_anew(const plii_pair_records* records, const plii_manifolds* manifolds,
                                           const pli_rigid* rigid, bool are_others) {
     for (PLII_EACH(plii_pair_record, record, records->items, records->count)) {
         if (record->key.other != rigid) { continue; }
-        if (record->slot > 0) { state->manifolds[record->slot - 1].key = NULL; }
+        if (record->slot > 0) { manifolds->items[record->slot - 1].key = NULL; }
         if (are_others) { record->cache = (plii_convex_cache){.count = 0}; }
     }
 }
-static void cluster_contacts_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
+static void cluster_contacts_on_shapes(pli_body* body, void* data, plii_notice notice, const void* rigid) {
     plii_cluster_contacts* state = data;
     if (body->clusters->def.reference_mode) { return; } /* which follows no pairs */
-    cluster_contacts_measure_anew(state, &state->memory.present, rigid, are_others);
-    cluster_contacts_measure_anew(state, &state->memory.before, rigid, are_others);
+    const bool are_others = notice == PLII_SHAPES_REPLACED;
+    cluster_contacts_measure_anew(&state->memory.present, &state->manifolds, rigid, are_others);
+    cluster_contacts_measure_anew(&state->memory.before, &state->manifolds_before, rigid, are_others);
 }
 
 /* Of large bodies most clusters are far from others. */
@@ -161,32 +159,12 @@ static void cluster_contacts_reserve(pli_body* body, void* data) {
     if (state->def.distance != NULL || pairs == 0) { return; }
     (void)plii_pair_cache_reserve(context, &state->memory, pairs);
     if (body->clusters->def.reference_mode || state->def.disable_contact_cache) { return; }
-    (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
+    (void)PLII_RESERVE(context, &state->manifolds.items, &state->manifolds.capacity, pairs);
+    (void)PLII_RESERVE(context, &state->manifolds_before.items, &state->manifolds_before.capacity, pairs);
 }
 
 /* After joints. */
 enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
-
-static bool cluster_contacts_meet_slots(const plii_cluster_contacts* state, const plii_pair_records* records,
-                                        bool* is_met) {
-    for (int i = 0; i < records->count; ++i) {
-        const int slot = records->items[i].slot;
-        if (slot < 0 || slot > state->manifold_count || (slot > 0 && is_met[slot - 1])) { return false; }
-        if (slot > 0) { is_met[slot - 1] = true; }
-    }
-    return true;
-}
-
-/* No manifold is of two pairs, or of one and free. */
-static bool cluster_contacts_own_manifolds(const plii_cluster_contacts* state, bool* is_met) {
-    if (!cluster_contacts_meet_slots(state, &state->memory.present, is_met)) { return false; }
-    if (!cluster_contacts_meet_slots(state, &state->memory.before, is_met)) { return false; }
-    for (int slot = state->free_manifold1; slot != 0; slot = state->manifolds[slot - 1].age) {
-        if (slot < 0 || slot > state->manifold_count || is_met[slot - 1]) { return false; }
-        is_met[slot - 1] = true;
-    }
-    return true;
-}
 
 static void cluster_contacts_on_restored(pli_body* body, void* data) {
     plii_key_table_clear(&((plii_cluster_contacts*)data)->neighbours);
@@ -198,15 +176,13 @@ static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
         const int* pair = state->neighbour_pairs[i];
         if (pair[0] < 0 || pair[0] >= pair[1] || pair[1] >= body->clusters->count) { return false; }
     }
-    for (int i = 0; i < state->manifold_count; ++i) {
-        if (state->manifolds[i].count < 0 || state->manifolds[i].count > PLII_MANIFOLD_POINTS) { return false; }
+    for (PLII_EACH(const plii_manifold, manifold, state->manifolds.items, state->manifolds.count)) {
+        if (manifold->count < 0 || manifold->count > PLII_MANIFOLD_POINTS) { return false; }
     }
-    if (!plii_pair_cache_is_sound(&state->memory, state->memory.before.count)) { return false; }
-    bool* is_met = plii_allocate(body->context, (size_t)state->manifold_count);
-    const bool is_sound =
-        (is_met != NULL || state->manifold_count == 0) && cluster_contacts_own_manifolds(state, is_met);
-    plii_release(body->context, is_met, (size_t)state->manifold_count);
-    return is_sound;
+    for (PLII_EACH(const plii_pair_record, record, state->memory.present.items, state->memory.present.count)) {
+        if (record->slot < 0 || record->slot > state->manifolds.count) { return false; }
+    }
+    return plii_pair_cache_is_sound(&state->memory, INT32_MAX);
 }
 
 static void cluster_contacts_keep_callbacks(void* data, const void* before) {
@@ -230,7 +206,6 @@ const plii_feature_class plii_cluster_contacts_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
                                     PLII_STATE_SPAN(plii_cluster_contacts, leads, groups, PLII_LEFT, NULL),
                                     PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
-                                    PLII_STATE_OF(plii_cluster_contacts, free_manifold1, PLII_SAVED, "i"),
                                     PLII_STATE_SPAN(plii_cluster_contacts, tree, has_tree, PLII_LEFT, NULL),
                                     PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
                                     PLII_STATE_OF(plii_cluster_contacts, clusters_with_neighbours, PLII_SAVED, "i"),
@@ -248,8 +223,10 @@ const plii_feature_class plii_cluster_contacts_class = {
         PLII_LEFT_LIST(plii_cluster_contacts, boxes, box_capacity),
         PLII_LEFT_LIST(plii_cluster_contacts, candidates, candidate_capacity),
         PLII_LEFT_LIST(plii_cluster_contacts, surface, surface_capacity),
-        {PLII_COUNTED_LIST(plii_cluster_contacts, manifolds, manifold_capacity, manifold_count),
+        {PLII_COUNTED_LIST(plii_cluster_contacts, manifolds.items, manifolds.capacity, manifolds.count),
          PLII_SAVED_AS("2i9fOf70f")},
+        PLII_LEFT_COUNTED(plii_cluster_contacts, manifolds_before.items, manifolds_before.capacity,
+                          manifolds_before.count),
         PLII_LEFT_LIST(plii_cluster_contacts, groups.groups, groups.capacity),
         PLII_LEFT_LIST(plii_cluster_contacts, groups.blocks, groups.block_capacity),
         PLII_LEFT_LIST(plii_cluster_contacts, groups.rigids, groups.rigid_capacity),
@@ -257,17 +234,17 @@ const plii_feature_class plii_cluster_contacts_class = {
         {PLII_COUNTED_LIST(plii_cluster_contacts, neighbour_pairs, neighbour_pair_capacity, neighbour_pair_count),
          PLII_SAVED_AS("2i")},
         {PLII_KEY_TABLE_OF(plii_cluster_contacts, neighbours)},
-        /* The next step frees the slots of pairs that have gone. */
-        PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_SAVED)),
+        PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED, PLII_LEFT)),
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .prepare_pair = plii_cluster_contacts_prepare_pair,
     .collide_body = plii_cluster_contacts_collide_body,
     .acts_with_joints = true,
-    .on_rigid_removed = cluster_contacts_on_rigid_removed,
-    .on_shapes_changed = cluster_contacts_on_shapes_changed,
-    .on_body = {[PLII_BODY_REMOVED] = cluster_contacts_on_body,
-                [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_body,
-                [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body},
+    .on = {[PLII_BODY_REMOVED] = cluster_contacts_on_change,
+           [PLII_RIGID_REMOVED] = cluster_contacts_on_change,
+           [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_change,
+           [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_change,
+           [PLII_SHAPES_MOVED] = cluster_contacts_on_shapes,
+           [PLII_SHAPES_REPLACED] = cluster_contacts_on_shapes},
     .reserve = cluster_contacts_reserve,
     .build = plii_cluster_contacts_clear, /* new members lie between those of a cluster, which keeps its index */
 };

@@ -123,6 +123,10 @@ typedef struct plii_manifold {
     float margin;
     plii_manifold_point points[PLII_MANIFOLD_POINTS];
 } plii_manifold;
+typedef struct plii_manifolds {
+    plii_manifold* items;
+    int count, capacity;
+} plii_manifolds;
 
 /* Of a node to a rigid shape. */
 typedef struct plii_nearest_surface_point {
@@ -137,10 +141,9 @@ typedef struct plii_cluster_contacts {
     bool leads;                  /* solves the contacts of all bodies, but for those in reference mode */
     plii_contact_batches groups; /* of these */
     plii_pair_cache memory;
-    plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
-    int manifold_count, manifold_capacity; /* those that have been in use */
-    int free_manifold1;                    /* first that is not any more, + 1; `age` is the next. 0: none */
-    plii_bvh4 tree;                        /* over the clusters' bounds */
+    /* Of the pairs that are followed in this step, and were in the last one: each at `slot` - 1 of its record. */
+    plii_manifolds manifolds, manifolds_before;
+    plii_bvh4 tree; /* over the clusters' bounds */
     /* Of the rigid body and the shape that are met: where the step takes them; in reference mode its start. */
     pli_transform rigid_pose, shape_pose;
     plii_twist rigid_velocity; /* which takes them there */

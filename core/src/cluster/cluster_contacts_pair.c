@@ -113,7 +113,7 @@ static pli_mat3 manifold_rotation(pli_transform a, pli_transform b) {
 /* Keeps contacts [first, count), up to PLII_MANIFOLD_POINTS; beside frames they depend on `key` and `margin`. */
 static void manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
                           float margin, plii_manifold* manifold) {
-    manifold->count = 0;
+    *manifold = (plii_manifold){.key = key, .margin = margin};
     const pli_cluster_contact* pair = &state->contacts[first].info;
     const pli_transform a = body->clusters->items[pair->cluster].frame;
     const pli_transform b =
@@ -125,8 +125,6 @@ static void manifold_keep(const pli_body* body, const plii_cluster_contacts* sta
             pli_mat3_transpose_mul_vec3(b.rotation, state->contacts[i].normal), info->distance};
     }
     manifold->relative_rotation = manifold_rotation(a, b);
-    manifold->key = key;
-    manifold->margin = margin;
     /* Not all pairs of a pile are measured in the same step. */
     manifold->age = (pair->cluster + pair->other_cluster) % (manifold_limits_by_kind[pair->other != NULL].age / 2);
 }
@@ -155,9 +153,9 @@ static bool manifold_move(const plii_manifold_point* point, pli_transform a, pli
 /* Adds the contacts of the pair that `info` names as they are now, or returns false when they have to be measured. The
    first has terms[0], the others terms[1]. There must be room for PLII_MANIFOLD_POINTS. */
 static bool manifold_update(const pli_body* body, const pli_cluster_contact* info, const plii_contact_terms terms[2],
-                            const void* key, plii_manifold* manifold, plii_cluster_contacts* state) {
+                            const void* key, const plii_manifold* manifold, plii_cluster_contacts* state) {
     const manifold_limits* limits = &manifold_limits_by_kind[info->other != NULL];
-    if (++manifold->age > limits->age || manifold->key != key || manifold->margin != terms[0].margin) { return false; }
+    if (manifold->age >= limits->age || manifold->key != key || manifold->margin != terms[0].margin) { return false; }
     plii_cluster* cluster = &body->clusters->items[info->cluster];
     plii_cluster* other = info->other != NULL ? &info->other->clusters->items[info->other_cluster] : NULL;
     /* A frozen body takes no impulses. */
@@ -188,49 +186,25 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
     return true;
 }
 
-/* A slot for a pair that is new; 0 when out of memory. */
-static int cluster_contacts_alloc_manifold(pli_body* body, plii_cluster_contacts* state) {
-    const int slot = state->free_manifold1;
-    if (slot > 0) {
-        state->free_manifold1 = state->manifolds[slot - 1].age;
-        return slot;
-    }
-    if (!PLII_GROW(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count)) { return 0; }
-    /* Files are to be equal where worlds are: nothing stays of one that was here before. */
-    state->manifolds[state->manifold_count] = (plii_manifold){.count = 0};
-    return ++state->manifold_count;
-}
-
-static void cluster_contacts_free_manifold(plii_cluster_contacts* state, int slot) {
-    state->manifolds[slot - 1].age = state->free_manifold1;
-    state->free_manifold1 = slot;
-}
-
-/* The record of a pair, with the slot that it had; NULL when nothing is to be kept, or when out of memory. */
-static plii_pair_record* cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key,
-                                                 bool is_followed) {
+/* The record of a pair; NULL when nothing is to be kept, or when out of memory. */
+static plii_pair_record* cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
     if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) { return NULL; }
-    plii_pair_record* record = &state->memory.present.items[state->memory.present.count - 1];
-    if (is_followed && record->previous_index != PLI_NULL_INDEX) {
-        int* before = &state->memory.before.items[record->previous_index].slot;
-        record->slot = *before;
-        *before = 0;
-    }
-    return record;
+    return &state->memory.present.items[state->memory.present.count - 1];
 }
 
-/* Keeps the contacts [first, state->count) of a pair that has been measured. Pairs that do not touch hold no slot. */
-static void cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_pair_record* record, int first,
-                                  const void* shape, float margin) {
-    const int count = state->count - first;
-    if (count == 0 || count > PLII_MANIFOLD_POINTS) {
-        if (record->slot > 0) { cluster_contacts_free_manifold(state, record->slot); }
-        record->slot = 0;
-        return;
-    }
-    if (record->slot == 0) { record->slot = cluster_contacts_alloc_manifold(body, state); }
-    if (record->slot == 0) { return; }
-    manifold_keep(body, state, first, shape, margin, &state->manifolds[record->slot - 1]);
+/* That of the last step; NULL: the pair had none. */
+static const plii_manifold* manifold_before(const plii_cluster_contacts* state, const plii_pair_record* record) {
+    const int index = record->previous_index;
+    const int slot = index != PLI_NULL_INDEX ? state->memory.before.items[index].slot : 0;
+    return slot > 0 ? &state->manifolds_before.items[slot - 1] : NULL;
+}
+
+/* For the pair of a record; NULL when out of memory. */
+static plii_manifold* manifold_add(pli_body* body, plii_cluster_contacts* state, plii_pair_record* record) {
+    plii_manifolds* all = &state->manifolds;
+    if (!PLII_GROW(body->context, &all->items, &all->capacity, all->count)) { return NULL; }
+    record->slot = all->count + 1;
+    return &all->items[all->count++];
 }
 
 pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
@@ -243,16 +217,24 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
         !body->clusters->def.reference_mode && !state->def.disable_contact_cache && info->other != body;
     const plii_pair_key key = {info->cluster, has_rigid ? info->shape : info->other_cluster,
                                has_rigid ? (const void*)info->rigid : (const void*)info->other, 0};
-    plii_pair_record* record = cluster_contacts_recall(body, state, key, is_followed);
-    if (is_followed && record != NULL && record->slot > 0 &&
-        PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + PLII_MANIFOLD_POINTS) &&
-        manifold_update(body, info, terms, shape, &state->manifolds[record->slot - 1], state)) {
+    plii_pair_record* record = cluster_contacts_recall(body, state, key);
+    const plii_manifold* before = is_followed && record != NULL ? manifold_before(state, record) : NULL;
+    const int first = state->count;
+    if (before != NULL &&
+        PLII_RESERVE(body->context, &state->contacts, &state->capacity, first + PLII_MANIFOLD_POINTS) &&
+        manifold_update(body, info, terms, shape, before, state)) {
+        plii_manifold* manifold = manifold_add(body, state, record);
+        if (manifold == NULL) { return PLI_OK; } /* measured anew in the next step */
+        *manifold = *before;
+        manifold->age += 1;
         return PLI_OK;
     }
     plii_pair_context pair = plii_pair_context_of(body, state);
-    const int first = state->count;
     PLII_TRY(measure(&pair, *info, terms, record != NULL ? &record->cache : NULL));
-    if (is_followed && record != NULL) { cluster_contacts_keep(body, state, record, first, shape, terms[0].margin); }
+    const int count = state->count - first;
+    if (!is_followed || record == NULL || count == 0 || count > PLII_MANIFOLD_POINTS) { return PLI_OK; }
+    plii_manifold* manifold = manifold_add(body, state, record);
+    if (manifold != NULL) { manifold_keep(body, state, first, shape, terms[0].margin, manifold); }
     return PLI_OK;
 }
 
@@ -260,9 +242,11 @@ void plii_cluster_contacts_begin_step(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     state->count = 0;
     state->has_tree = false;
-    for (PLII_EACH(const plii_pair_record, record, state->memory.before.items, state->memory.before.count)) {
-        if (record->slot > 0) { cluster_contacts_free_manifold(state, record->slot); }
-    }
+    plii_manifolds* next = &state->manifolds;
+    PLII_SWAP(plii_manifolds, state->manifolds, state->manifolds_before);
+    next->count = 0;
+    plii_match_capacity(body->context, (void**)&next->items, &next->capacity, state->manifolds_before.capacity,
+                        sizeof *next->items);
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
     if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_clear(body, state); }
 }
@@ -271,7 +255,7 @@ void plii_cluster_contacts_clear(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     state->count = 0;
     plii_pair_cache_clear(&state->memory);
-    state->manifold_count = state->free_manifold1 = 0;
+    state->manifolds.count = state->manifolds_before.count = 0;
 }
 
 pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,

@@ -27,7 +27,7 @@ pli_status pli_body_remove_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     plii_clusters* clusters = body->clusters;
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
-    plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* what holds to them goes with them */
+    plii_features_notify(body->world, PLII_CLUSTERS_REMOVED, body); /* what holds to them goes with them */
     plii_clusters_release(body, clusters);
     body->pipeline.revision += 1;
     return plii_body_changed(body, PLI_OK);

@@ -144,11 +144,9 @@ static bool joints_remove(pli_body* body, joints_state* joints, int slot, const 
     return joints->count < before;
 }
 
-static void joints_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
-    if (joints_remove(body, state, PLI_NULL_INDEX, rigid)) { plii_world_add_anchors_lost(body); }
-}
-static void joints_on_body_removed(pli_body* body, void* state, const pli_body* other) {
-    (void)joints_remove(body, state, PLI_NULL_INDEX, other);
+static void joints_on_removed(pli_body* body, void* state, plii_notice notice, const void* gone) {
+    const bool had_some = joints_remove(body, state, PLI_NULL_INDEX, gone);
+    if (had_some && notice == PLII_RIGID_REMOVED) { plii_world_add_anchors_lost(body); }
 }
 
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
@@ -204,8 +202,9 @@ const plii_feature_class plii_joints_class = {
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .visit_joined = joints_visit_joined,
-    .on_rigid_removed = joints_on_rigid_removed,
-    .on_body = {[PLII_BODY_REMOVED] = joints_on_body_removed, [PLII_CLUSTERS_REMOVED] = joints_on_body_removed},
+    .on = {[PLII_RIGID_REMOVED] = joints_on_removed,
+           [PLII_BODY_REMOVED] = joints_on_removed,
+           [PLII_CLUSTERS_REMOVED] = joints_on_removed},
 };
 
 static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 world_value, const char* function) {

@@ -279,7 +279,7 @@ static bool anchor_remove(pli_body* body, plii_anchors* anchors, int slot, const
     return anchors->item_count < before;
 }
 
-static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
+static void anchor_on_rigid_removed(pli_body* body, void* state, plii_notice notice, const void* rigid) {
     if (anchor_remove(body, state, PLI_NULL_INDEX, rigid)) { plii_world_add_anchors_lost(body); }
 }
 
@@ -347,7 +347,7 @@ const plii_feature_class plii_anchor_class = {
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,
     .visit_joined = anchor_visit_joined,
-    .on_rigid_removed = anchor_on_rigid_removed,
+    .on[PLII_RIGID_REMOVED] = anchor_on_rigid_removed,
 };
 
 PLII_DEFINE_DEFAULT(pli_anchor_def, .influence = 1.0f)

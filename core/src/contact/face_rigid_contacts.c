@@ -371,15 +371,15 @@ static void rigid_faces_clear(pli_body* body, void* data) {
     plii_rigid_faces_drop_candidates(state, 0);
 }
 
-static void rigid_faces_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
+static void rigid_faces_on_rigid_removed(pli_body* body, void* data, plii_notice notice, const void* rigid) {
     plii_rigid_faces* state = data;
     plii_pair_cache_release(body->context, &state->memory);
     PLII_REMOVE_IF(plii_rigid_face_contact, contact, state->contacts, state->count, contact->rigid == rigid);
 }
 
 /* Those that only lie in other places have moved, as with their body. */
-static void rigid_faces_on_shapes_changed(pli_body* body, void* data, const pli_rigid* rigid, bool are_others) {
-    if (are_others) { plii_pair_cache_forget(body->context, &((plii_rigid_faces*)data)->memory, rigid); }
+static void rigid_faces_on_shapes_replaced(pli_body* body, void* data, plii_notice notice, const void* rigid) {
+    plii_pair_cache_forget(body->context, &((plii_rigid_faces*)data)->memory, rigid);
 }
 
 static void rigid_faces_build(pli_body* body, void* data) {
@@ -432,8 +432,8 @@ const plii_feature_class plii_rigid_faces_class = {
     .list_constraints = rigid_faces_list_constraints,
     .visit_contacts = rigid_faces_visit_contacts,
     .visit_met = rigid_faces_visit_met,
-    .on_rigid_removed = rigid_faces_on_rigid_removed,
-    .on_shapes_changed = rigid_faces_on_shapes_changed,
+    .on =
+        {[PLII_RIGID_REMOVED] = rigid_faces_on_rigid_removed, [PLII_SHAPES_REPLACED] = rigid_faces_on_shapes_replaced},
     .build = rigid_faces_build,
 };
 

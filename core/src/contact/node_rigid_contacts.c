@@ -434,7 +434,7 @@ static void rigid_contacts_clear(pli_body* body, void* data) {
     state->count = state->linked = 0;
 }
 
-static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
+static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, plii_notice notice, const void* rigid) {
     plii_rigid_contacts* state = data; /* between steps: the next one clears what is linked before it links */
     PLII_REMOVE_IF(plii_rigid_contact, contact, state->contacts, state->count, contact->rigid == rigid);
 }
@@ -489,7 +489,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .list_constraints = rigid_contacts_list_constraints,
     .visit_contacts = rigid_contacts_visit,
     .visit_met = rigid_contacts_visit_met,
-    .on_rigid_removed = rigid_contacts_on_rigid_removed,
+    .on[PLII_RIGID_REMOVED] = rigid_contacts_on_rigid_removed,
     .reserve = rigid_contacts_preallocate,
     .build = rigid_contacts_clear,
 };

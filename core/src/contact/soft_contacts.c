@@ -216,7 +216,7 @@ static void soft_update(pli_body* body, void* data) {
     body->soft_node_boxes = state->node_boxes;
 }
 
-static void soft_on_body_removed(pli_body* body, void* data, const pli_body* other) {
+static void soft_on_body_removed(pli_body* body, void* data, plii_notice notice, const void* other) {
     plii_soft_contacts_state* state = data;
     PLII_REMOVE_IF(plii_soft_contact, contact, state->contacts, state->count, contact->face_body == other);
     state->impulse_count = state->met_count = 0;
@@ -299,7 +299,7 @@ const plii_feature_class plii_soft_contacts_class = {
                [PLII_STAGE_REFRESH] = {soft_refresh, SOFT_CONTACTS_ORDER}},
     .disable = soft_disable,
     .collide_body = plii_soft_contacts_collide,
-    .on_body = {[PLII_BODY_REMOVED] = soft_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_on_body_removed},
+    .on = {[PLII_BODY_REMOVED] = soft_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_on_body_removed},
     .visit_contacts = soft_visit,
     .reserve = plii_soft_contacts_reserve,
     .build = soft_build,

@@ -395,7 +395,7 @@ static pli_status edit_commit(plii_edit* edit) {
     }
     plii_scratch_free(&product.scratch);
     plii_body_refresh(body);
-    plii_features_notify(body, PLII_TOPOLOGY_CHANGED);
+    plii_features_notify(body->world, PLII_TOPOLOGY_CHANGED, body);
     return PLI_OK;
 }
 

@@ -193,10 +193,11 @@ static void contact_events_list(pli_body* body, contact_events* state) {
 static void contact_events_end(pli_body* body, void* data) {
     contact_events* state = data;
     if (!body->world->is_stepping) { return; }
+    contact_list* next = &state->present;
     PLII_SWAP(contact_list, state->present, state->past);
-    contact_list_clear(&state->present);
-    /* Both have the same size, so that a snapshot of one fits the other. */
-    (void)contact_list_reserve(body->context, &state->present, state->past.capacity);
+    contact_list_clear(next);
+    plii_match_capacity(body->context, (void**)&next->items, &next->capacity, state->past.capacity,
+                        sizeof *next->items);
     for (PLII_EACH_FEATURE(feature, body)) {
         if (feature->klass->visit_contacts == NULL) { continue; }
         feature->klass->visit_contacts(body, feature->state, contact_events_visit, state);
@@ -222,7 +223,8 @@ static void contact_forget(pli_contact_event* event, const void* gone) {
 }
 
 /* The next step tells that its contacts have ended. */
-static void contact_events_forget(contact_events* state, const void* gone) {
+static void contact_events_forget(pli_body* body, void* data, plii_notice notice, const void* gone) {
+    contact_events* state = data;
     for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
         if (item->key.other == gone) { item->key.other = NULL; }
         contact_forget(&item->event, gone);
@@ -233,15 +235,8 @@ static void contact_events_forget(contact_events* state, const void* gone) {
     PLII_REMOVE_IF(pli_rigid*, at, state->sensed, state->sensed_count, *at == gone);
 }
 
-static void contact_events_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    contact_events_forget(data, rigid);
-}
-static void contact_events_on_body_removed(pli_body* body, void* data, const pli_body* other) {
-    contact_events_forget(data, other);
-}
-
 /* Faces and links have other indices now: those of `other`, or of the body itself (NULL). */
-static void contact_events_drop_faces(pli_body* body, void* data, const pli_body* other) {
+static void contact_events_drop_faces(pli_body* body, void* data, plii_notice notice, const void* other) {
     contact_events* state = data;
     for (PLII_EACH(contact_item, item, state->present.items, state->present.count)) {
         pli_contact_event* event = &item->event;
@@ -255,7 +250,7 @@ static void contact_events_drop_faces(pli_body* body, void* data, const pli_body
 }
 
 static void contact_events_build(pli_body* body, void* data) {
-    contact_events_drop_faces(body, data, NULL);
+    contact_events_drop_faces(body, data, PLII_TOPOLOGY_CHANGED, NULL);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -307,9 +302,9 @@ const plii_feature_class plii_contact_events_class = {
     .records_contacts = true,
     .collide_rigid = contact_events_collide,
     .meets_sensors = true,
-    .on_rigid_removed = contact_events_on_rigid_removed,
-    .on_body =
-        {[PLII_BODY_REMOVED] = contact_events_on_body_removed, [PLII_TOPOLOGY_CHANGED] = contact_events_drop_faces},
+    .on = {[PLII_RIGID_REMOVED] = contact_events_forget,
+           [PLII_BODY_REMOVED] = contact_events_forget,
+           [PLII_TOPOLOGY_CHANGED] = contact_events_drop_faces},
     .reserve = contact_events_reserve,
     .build = contact_events_build,
 };

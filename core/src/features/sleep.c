@@ -308,11 +308,13 @@ static pli_status sleep_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
-static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
+static void sleep_on_rigid_removed(pli_body* body, void* data, plii_notice notice, const void* about) {
+    const pli_rigid* rigid = about;
     const bool is_under = plii_bounds_overlap(sleep_bounds(body), plii_rigid_bounds(rigid));
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
-static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
+static void sleep_on_body_removed(pli_body* body, void* data, plii_notice notice, const void* about) {
+    const pli_body* other = about;
     if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
 }
 
@@ -327,8 +329,7 @@ const plii_feature_class plii_sleep_class = {
     .enable = sleep_enable,
     .build = sleep_take_places,
     .lets_sleep = true,
-    .on_rigid_removed = sleep_on_rigid_removed,
-    .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
+    .on = {[PLII_RIGID_REMOVED] = sleep_on_rigid_removed, [PLII_BODY_REMOVED] = sleep_on_body_removed},
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(sleep_state, def, time, PLII_SAVED, "2fuf")),
 };
 

@@ -33,16 +33,17 @@ bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache) 
     return true;
 }
 
+void plii_match_capacity(pli_context* context, void** empty, int* capacity, int other, size_t element_size) {
+    if (*capacity >= other) { return; }
+    plii_release(context, *empty, (size_t)*capacity * element_size);
+    *capacity = plii_allocate_array(context, empty, (size_t)other * element_size) ? other : 0;
+}
+
 bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
     plii_pair_records* next = &cache->present;
     PLII_SWAP(plii_pair_records, cache->present, cache->before);
     next->count = 0;
-    /* Of the same size, so that a step like the last one needs nothing. Doubling would have each overtake the other. */
-    if (next->capacity < cache->before.capacity) {
-        PLII_RELEASE(context, next->items, next->capacity);
-        const bool has_memory = PLII_ALLOCATE(context, &next->items, cache->before.capacity);
-        next->capacity = has_memory ? cache->before.capacity : 0;
-    }
+    plii_match_capacity(context, (void**)&next->items, &next->capacity, cache->before.capacity, sizeof *next->items);
     return plii_pair_cache_index_before(context, cache);
 }
 

@@ -33,6 +33,10 @@ typedef struct plii_pair_cache {
     plii_key_table table;              /* of `before` */
 } plii_pair_cache;
 
+/* Of two lists that change places from step to step, gives the empty one as much room as the other one has: a step like
+   the last one needs nothing then, and a snapshot fits both. No more: doubled, each would overtake the other. */
+void plii_match_capacity(pli_context* context, void** empty, int* capacity, int other, size_t element_size);
+
 /* Room for that many pairs in a step; false when out of memory. */
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count);
 /* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */

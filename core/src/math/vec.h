@@ -121,11 +121,6 @@ static inline pli_mat3 plii_mat3_diagonal(float x, float y, float z) {
     const pli_mat3 diagonal = {{{x, 0, 0}, {0, y, 0}, {0, 0, z}}};
     return diagonal;
 }
-/* [v]x: plii_mat3_cross(v) * u = v x u. */
-static inline pli_mat3 plii_mat3_cross(pli_vec3 v) {
-    const pli_mat3 cross = {{{0, -v.z, v.y}, {v.z, 0, -v.x}, {-v.y, v.x, 0}}};
-    return cross;
-}
 /* Adjugate over determinant by the first row, no check for singularity (btMatrix3x3::inverse). */
 static inline pli_mat3 plii_mat3_inverse(pli_mat3 m) {
     const pli_vec3 a = m.rows[0], b = m.rows[1], c = m.rows[2];

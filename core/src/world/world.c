@@ -120,7 +120,7 @@ static void world_drop_events(pli_world* world, const void* gone) {
 }
 
 void plii_world_remove_body(pli_world* world, pli_body* body) {
-    plii_features_notify(body, PLII_BODY_REMOVED);
+    plii_features_notify(world, PLII_BODY_REMOVED, body);
     for (int i = body->world_index; i + 1 < world->body_count; ++i) {
         world->bodies[i] = world->bodies[i + 1];
         world->bodies[i]->world_index = i;
@@ -147,21 +147,17 @@ pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
     plii_walk walk; /* some ask its shapes */
     plii_walk_begin(&walk, world->context, PLII_WALK_STEP);
-    for (PLII_EACH_BODY(body, world)) {
-        for (PLII_EACH_FEATURE(feature, body)) {
-            const plii_feature_class* klass = feature->klass;
-            if (klass->on_rigid_removed != NULL) { klass->on_rigid_removed(body, feature->state, rigid); }
-        }
-        plii_body_stop_ignoring(body, rigid);
-    }
+    plii_features_notify(world, PLII_RIGID_REMOVED, rigid);
     plii_walk_end(&walk);
+    for (int i = 0; i < world->body_count; ++i) {
+        plii_body_stop_ignoring(world->bodies[i], rigid);
+    }
     for (int i = rigid->world_index; i + 1 < world->rigid_count; ++i) {
         world->rigids[i] = world->rigids[i + 1];
         world->rigids[i]->world_index = i;
     }
     world->rigid_count -= 1;
     world->revision += 1;
-    world->removals += 1;
     world_drop_events(world, rigid);
 }
 

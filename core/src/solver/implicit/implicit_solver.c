@@ -264,14 +264,11 @@ static void implicit_follow_solution(pli_body* body, const plii_implicit_system*
     memcpy(system->before, system->solution, plii_implicit_vector_size(body));
 }
 
-/* Whether conjugate gradients take part. */
-static bool implicit_needs_direction(const pli_implicit_def* def) {
-    return def->method == PLI_IMPLICIT_CONJUGATE_GRADIENT || def->finishing_iterations > 0;
-}
-
 /* A step of conjugate gradients, or of sweeps that they may finish, is held to its energy. */
 static bool implicit_is_improved(const plii_implicit_system* system) {
-    return system->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT && implicit_needs_direction(&system->def);
+    const pli_implicit_def* def = &system->def;
+    return def->start == PLI_IMPLICIT_START_IN_FREE_FLIGHT &&
+           (def->method == PLI_IMPLICIT_CONJUGATE_GRADIENT || def->finishing_iterations > 0);
 }
 
 /* Whether nodes are not where they were noted: what moved them, as bodies that overlap, is not to become speed. */
@@ -424,11 +421,6 @@ static void implicit_build(pli_body* body, void* data) {
     system->holds.count = 0;
 }
 
-static bool implicit_is_sound(const pli_body* body, const void* data) {
-    const plii_implicit_system* system = data;
-    return system->direction != NULL || !implicit_needs_direction(&system->def);
-}
-
 static const plii_field implicit_fields[] = {
     PLII_FIELD(pli_implicit_def, stiffness, 0, PLI_MAX_COEFFICIENT),
     PLII_FIELD(pli_implicit_def, damping, 0, PLI_MAX_COEFFICIENT),
@@ -447,23 +439,21 @@ const plii_feature_class plii_implicit_class = {
                          PLII_STATE_OF(plii_implicit_system, had_links, PLII_FILED, "B"),
                          PLII_STATE_SPAN(plii_implicit_system, body, direction, PLII_LEFT, NULL),
                          PLII_STATE_SPAN(plii_implicit_system, spectral_radius, report, PLII_SAVED, "2di2fi")),
-    .is_sound = implicit_is_sound,
     .needs = PLII_NEEDS(&plii_link_graph_class),
-    .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(plii_implicit_system, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, rhs), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, solution), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, spare), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, residual), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, before), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_implicit_system, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        PLII_LEFT_LIST(plii_implicit_system, constraints.items, constraints.capacity),
-        PLII_LEFT_LIST(plii_implicit_system, constraints.listed, constraints.listed_capacity),
-        PLII_LEFT_LIST(plii_implicit_system, constraints.rigids, constraints.rigid_capacity),
-        PLII_LEFT_LIST(plii_implicit_system, holds.items, holds.capacity)),
+    .arrays = PLII_ARRAYS({PLII_MEMBER(plii_implicit_system, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, rhs), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, solution), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, spare), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, residual), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, before), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, direction), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          {PLII_MEMBER(plii_implicit_system, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                          PLII_LEFT_LIST(plii_implicit_system, constraints.items, constraints.capacity),
+                          PLII_LEFT_LIST(plii_implicit_system, constraints.listed, constraints.listed_capacity),
+                          PLII_LEFT_LIST(plii_implicit_system, constraints.rigids, constraints.rigid_capacity),
+                          PLII_LEFT_LIST(plii_implicit_system, holds.items, holds.capacity)),
     .solver = &implicit_solver,
     .build = implicit_build,
 };
@@ -476,15 +466,9 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     PLII_TRY_SETTINGS(body, pli_implicit_def, used, def, plii_implicit_class);
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
-    PLII_TRY_ENABLE(body, plii_implicit_system, system, plii_implicit_class);
-    /* It stays when sweeps take over: a snapshot may bring conjugate gradients back. */
-    plii_dvec3** direction = &system->direction;
-    if (implicit_needs_direction(&used) && *direction == NULL &&
-        !PLII_ALLOCATE(body->context, direction, body->node_count)) {
-        return PLII_FAIL_ENABLED(body, plii_implicit_class, __func__, "no memory for conjugate gradients");
-    }
+    plii_implicit_system* system = NULL;
+    PLII_TRY(plii_feature_enable_with(body, &plii_implicit_class, &used, sizeof used, (void**)&system));
     if (is_new) { system->had_links = plii_feature_disable(body, &plii_links_class); }
-    system->def = used;
     system->spectral_radius = 0.0;
     return plii_body_changed(body, PLI_OK);
 }

@@ -51,7 +51,7 @@ typedef struct plii_implicit_system {
     plii_dvec3* before; /* the solution that nodes have followed */
     /* By node, the velocity that leads to where free flight would; NULL at the start of a step: that of the body. */
     const plii_dvec3* leads;
-    plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
+    plii_dvec3* direction; /* of conjugate gradients */
 } plii_implicit_system;
 
 /* Springs at their present lengths, and holds; adds to rhs. Gives how many springs are too short for a direction. */
