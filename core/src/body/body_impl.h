@@ -109,6 +109,7 @@ struct pli_body {
     const pli_bounds* soft_node_boxes;
     pli_vec3* soft_shifts; /* [node_count] m, or NULL: by which soft contacts have taken overlaps back in this solve */
     bool records_contacts; /* a feature asks for it, see contact_report.h */
+    bool is_parting;       /* soft contacts took much of their shifts out in the last SETTLE */
     struct plii_clusters* clusters;                  /* NULL unless they are enabled */
     const struct plii_rigid_contacts* node_contacts; /* with rigid bodies; likewise */
     uint8_t* anchored;                               /* [node_count] 1 where an anchor holds the node */

@@ -24,10 +24,11 @@ typedef enum plii_stage {
     PLII_STAGE_VELOCITY, /* each velocity iteration */
     PLII_STAGE_POSITION, /* each position iteration */
     PLII_STAGE_COUPLE,   /* the same, after POSITION of all bodies that are solved side by side */
-    PLII_STAGE_SETTLE,   /* after the last COUPLE of a step or substep, before velocities are taken from positions */
-    PLII_STAGE_DRIFT,    /* each drift iteration */
-    PLII_STAGE_FINISH,   /* once after the iterations */
-    PLII_STAGE_REFRESH,  /* what the next step and the user read: normals */
+    PLII_STAGE_SETTLE,  /* after the last COUPLE of a step or substep, before velocities are taken from positions; again
+                           while a body `is_parting` */
+    PLII_STAGE_DRIFT,   /* each drift iteration */
+    PLII_STAGE_FINISH,  /* once after the iterations */
+    PLII_STAGE_REFRESH, /* what the next step and the user read: normals */
     PLII_STAGE_COUNT
 } plii_stage;
 

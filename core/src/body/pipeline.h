@@ -95,8 +95,18 @@ static inline void plii_run_island(pli_body* first, plii_solve_fn* run) {
         run(body);
     }
 }
-static inline void plii_settle(pli_body* body) {
-    plii_run_stage(body, PLII_STAGE_SETTLE);
+/* Until little is left to settle; what lies on each other takes one round. */
+enum { PLII_MOST_SETTLES = 8 };
+static inline void plii_settle_island(pli_body* first) {
+    bool goes_on = true;
+    for (int round = 0; goes_on && round < PLII_MOST_SETTLES; ++round) {
+        goes_on = false;
+        for (pli_body* body = first; body != NULL; body = body->island_next) {
+            plii_world_begin_body(body);
+            plii_run_stage(body, PLII_STAGE_SETTLE);
+            goes_on = goes_on || body->is_parting;
+        }
+    }
 }
 /* The solve of a solver by its parts, which are in line so. */
 static inline void plii_solve_island(pli_body* first, plii_solver_pace pace, plii_solve_fn* begin, plii_solve_fn* sweep,
@@ -110,7 +120,7 @@ static inline void plii_solve_island(pli_body* first, plii_solver_pace pace, pli
         for (int i = 0; i < plii_body_last_couples(first); ++i) {
             plii_run_island(first, couple);
         }
-        plii_run_island(first, plii_settle);
+        plii_settle_island(first);
     }
     plii_run_island(first, end);
     for (pli_body* body = first; body != NULL; body = body->island_next) {

@@ -238,6 +238,7 @@ static void soft_build(pli_body* body, void* data) {
     state->has_boxes = false;
     body->soft_node_boxes = NULL;
     body->soft_shifts = NULL;
+    body->is_parting = false;
 }
 static void soft_disable(pli_body* body, void* data) {
     body->sweeping_features -= ((plii_soft_contacts_state*)data)->is_sweeping;

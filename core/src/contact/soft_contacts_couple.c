@@ -212,6 +212,7 @@ PLII_SIMD_SHARED void couple_solve(const couple_pair* pair, const plii_soft_cont
         places[k] = is_substep ? couple_relative(pair, contact, couple_place, is_beside)
                                : couple_relative(pair, contact, couple_moved, is_beside);
         normals[k] = plii_float4_load(&contact->normal.x);
+        if (is_first) { contact->shift = 0.0f; }
     }
     if (sweep == SOFT_COUPLE_NEXT) {
         plii_float4_transpose(starts);
@@ -277,21 +278,22 @@ PLII_SIMD_SHARED void couple_solve(const couple_pair* pair, const plii_soft_cont
 }
 
 /* What an overlap that went has parted leaves no speed: springs and links that pull nodes back would wind it up from
-   step to step. What the shift only held up against loads is no motion, and leaves nothing to take. */
-static void couple_settle(const couple_pair* pair, const plii_soft_contacts_state* state, int index) {
+   step to step. What the shift only held up against loads is no motion, and leaves nothing to take. Returns what was
+   taken, m. */
+static float couple_settle(const couple_pair* pair, const plii_soft_contacts_state* state, int index) {
     plii_soft_contact* contact = &state->contacts[index];
     const float shift = contact->shift;
-    contact->shift = 0.0f; /* as all sums at the start of another substep */
-    plii_float4_store(&contact->friction_push.x, plii_float4_all(0.0f));
-    if (!(shift > 0.0f)) { return; }
+    if (!(shift > 0.0f)) { return 0.0f; }
     const plii_float4 n = plii_lanes_from_vec3(&contact->normal);
     const float along = plii_lanes_dot(n, couple_relative(pair, contact, couple_moved, false) -
                                               couple_relative(pair, contact, couple_plain_start, false));
     const float parted = plii_min(along, shift);
-    if (!(parted > 0.0f)) { return; }
+    if (!(parted > 0.0f)) { return 0.0f; }
+    contact->shift -= parted;
     const plii_float4 push = n * (parted / contact->weight);
     couple_push(pair, contact, push, couple_still, false);
     couple_record(state, index, -push, pair->time);
+    return parted;
 }
 
 /* No node is in two of them; the two bodies have nodes of their own. */
@@ -343,13 +345,21 @@ void plii_soft_contacts_couple(pli_body* body, void* data) {
     }
 }
 
+/* Of the shifts of a body; in piles 0.002 are taken, of bodies that part half and more. */
+#define SOFT_COUPLE_PARTING_SHARE 0.1f
+
 void plii_soft_contacts_settle(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     couple_pair pair = {0};
+    float taken = 0.0f, shifts = 0.0f;
     for (int i = 0; i < state->count; ++i) {
         pli_body* other = state->contacts[i].face_body;
         if (other != pair.face.body) { pair = couple_pair_of(body, other); }
-        couple_settle(&pair, state, i);
+        shifts += state->contacts[i].shift;
+        taken += couple_settle(&pair, state, i);
+        /* As all sums at the start of another substep. */
+        plii_float4_store(&state->contacts[i].friction_push.x, plii_float4_all(0.0f));
     }
+    body->is_parting = taken > SOFT_COUPLE_PARTING_SHARE * shifts;
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
 }
