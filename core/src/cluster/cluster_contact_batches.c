@@ -11,7 +11,7 @@
 #define GROUPS_HEAVIER 16.0f
 
 bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count) {
-    groups->count = groups->block_count = groups->rigid_count = 0;
+    groups->count = groups->rigid_count = 0;
     groups->open_groups = 0;
     groups->keeps_momentum = false;
     memset(groups->open_counts, 0, sizeof groups->open_counts);
@@ -454,7 +454,6 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* gr
         groups->count = 0;
         return false;
     }
-    groups->block_count = block_count;
     plii_parallel_for(context, groups_prepare_range, groups, groups->count, plii_grain(GROUPS_PREPARE_NS));
     return true;
 }

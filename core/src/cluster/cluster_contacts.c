@@ -182,7 +182,7 @@ static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
     for (PLII_EACH(const plii_pair_record, record, state->memory.present.items, state->memory.present.count)) {
         if (record->slot < 0 || record->slot > state->manifolds.count) { return false; }
     }
-    return plii_pair_cache_is_sound(&state->memory, INT32_MAX);
+    return plii_pair_cache_is_sound(&state->memory);
 }
 
 static void cluster_contacts_keep_callbacks(void* data, const void* before) {

@@ -78,7 +78,7 @@ typedef struct plii_contact_batches {
     plii_contact_batch* groups;
     int count, capacity;
     plii_contact_block* blocks;
-    int block_count, block_capacity;
+    int block_capacity;
     plii_group_rigid* rigids; /* [rigid_count] by their index in the world */
     int rigid_count, rigid_capacity;
     pli_vec4 still[2];                    /* velocities of what does not move */
