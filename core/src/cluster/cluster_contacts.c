@@ -23,7 +23,7 @@ static bool cluster_contacts_share_sides(const plii_cluster_contact* a, const pl
            a->targets[1].cluster == b->targets[1].cluster && a->targets[1].rigid == b->targets[1].rigid;
 }
 
-static bool cluster_contacts_group(pli_context* context, plii_contact_batches* groups,
+static bool cluster_contacts_batch(pli_context* context, plii_contact_batches* batches,
                                    const plii_cluster_contacts* state) {
     int next = 0;
     for (int i = 0; i < state->count; i = next) {
@@ -32,7 +32,7 @@ static bool cluster_contacts_group(pli_context* context, plii_contact_batches* g
         while (next < state->count && cluster_contacts_share_sides(first, &state->contacts[next])) {
             ++next;
         }
-        if (!first->reference_mode && !plii_contact_batches_add(context, groups, first, next - i)) { return false; }
+        if (!first->reference_mode && !plii_contact_batches_add(context, batches, first, next - i)) { return false; }
     }
     return true;
 }
@@ -40,22 +40,22 @@ static bool cluster_contacts_group(pli_context* context, plii_contact_batches* g
 /* Pairs of different bodies are solved side by side, so the last body has the contacts of all. */
 static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) {
     const pli_world* world = body->world;
-    if (!plii_contact_batches_start(body->context, &state->groups, world->rigid_count)) { return; }
+    if (!plii_contact_batches_start(body->context, &state->batches, world->rigid_count)) { return; }
     bool has_memory = true;
     int capacity = 0;
     for (int i = 0; has_memory && i < world->body_count; ++i) {
         const plii_cluster_contacts* other = cluster_contacts_of(world->bodies[i]);
         if (other == NULL) { continue; }
         capacity += other->capacity;
-        has_memory = cluster_contacts_group(body->context, &state->groups, other);
+        has_memory = cluster_contacts_batch(body->context, &state->batches, other);
     }
-    for (int i = 0; state->groups.keeps_momentum && i < world->body_count; ++i) {
+    for (int i = 0; state->batches.keeps_momentum && i < world->body_count; ++i) {
         plii_clusters* clusters = world->bodies[i]->clusters;
         if (clusters != NULL) { plii_clusters_split_masses(clusters); }
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
-    (void)plii_contact_batches_reserve(body->context, &state->groups, capacity);
-    (void)plii_contact_batches_prepare(body->context, &state->groups);
+    (void)plii_contact_batches_reserve(body->context, &state->batches, capacity);
+    (void)plii_contact_batches_prepare(body->context, &state->batches);
 }
 
 static void cluster_contacts_prepare(pli_body* body, void* data) {
@@ -76,7 +76,7 @@ static void cluster_contacts_solve(pli_body* body, void* data) {
     for (int i = 0; has_own && i < state->count; ++i) {
         if (state->contacts[i].reference_mode) { plii_cluster_contact_solve(&state->contacts[i]); }
     }
-    if (state->leads) { plii_contact_batches_solve(&state->groups); }
+    if (state->leads) { plii_contact_batches_solve(&state->batches); }
 }
 
 /* The first contact, then from the last one back: cleanupClusters fills each gap with the last one. */
@@ -87,7 +87,7 @@ static void cluster_contacts_finish(pli_body* body, void* data) {
         plii_cluster_contact* contact = &state->contacts[i == 0 ? 0 : state->count - i];
         if (contact->reference_mode) { plii_cluster_contact_finish(contact); }
     }
-    if (state->leads) { plii_contact_batches_finish(&state->groups); }
+    if (state->leads) { plii_contact_batches_finish(&state->batches); }
 }
 
 /* All contacts end. */
@@ -182,7 +182,7 @@ static bool cluster_contacts_is_sound(const pli_body* body, const void* data) {
     for (PLII_EACH(const plii_pair_record, record, state->memory.present.items, state->memory.present.count)) {
         if (record->slot < 0 || record->slot > state->manifolds.count) { return false; }
     }
-    return plii_pair_cache_is_sound(&state->memory, INT32_MAX);
+    return plii_pair_cache_is_sound(&state->memory);
 }
 
 static void cluster_contacts_keep_callbacks(void* data, const void* before) {
@@ -204,7 +204,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                                PLII_FIELD(pli_cluster_contacts_def, static_split, 0, 1),
                                PLII_FIELD(pli_cluster_contacts_def, soft_split, 0, 1)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_cluster_contacts, def, PLII_SAVED, "3B7f2B2Xu"),
-                                    PLII_STATE_SPAN(plii_cluster_contacts, leads, groups, PLII_LEFT, NULL),
+                                    PLII_STATE_SPAN(plii_cluster_contacts, leads, batches, PLII_LEFT, NULL),
                                     PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
                                     PLII_STATE_SPAN(plii_cluster_contacts, tree, has_tree, PLII_LEFT, NULL),
                                     PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
@@ -227,9 +227,9 @@ const plii_feature_class plii_cluster_contacts_class = {
          PLII_SAVED_AS("2i9fOf70f")},
         PLII_LEFT_COUNTED(plii_cluster_contacts, manifolds_before.items, manifolds_before.capacity,
                           manifolds_before.count),
-        PLII_LEFT_LIST(plii_cluster_contacts, groups.groups, groups.capacity),
-        PLII_LEFT_LIST(plii_cluster_contacts, groups.blocks, groups.block_capacity),
-        PLII_LEFT_LIST(plii_cluster_contacts, groups.rigids, groups.rigid_capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, batches.items, batches.capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, batches.blocks, batches.block_capacity),
+        PLII_LEFT_LIST(plii_cluster_contacts, batches.rigids, batches.rigid_capacity),
         PLII_LEFT_LIST(plii_cluster_contacts, tree.groups, tree.capacity),
         {PLII_COUNTED_LIST(plii_cluster_contacts, neighbour_pairs, neighbour_pair_capacity, neighbour_pair_count),
          PLII_SAVED_AS("2i")},

@@ -35,7 +35,7 @@ typedef struct plii_cluster_contact {
 
 /* Contacts prepared for the iterations of a step, four pairs side by side that share nothing movable. */
 
-/* A contact of each pair of a group; lanes without one have no mass. Directions: the normal to side 0, and tangents. */
+/* A contact of each pair of a batch; lanes without one have no mass. Directions: the normal to side 0, and tangents. */
 typedef struct plii_contact_block {
     plii_vec3x4 directions[3];
     plii_vec3x4 arms[2];         /* of the sides */
@@ -47,19 +47,19 @@ typedef struct plii_contact_block {
 } plii_contact_block;
 
 /* One side of four pairs. */
-typedef struct plii_group_side {
+typedef struct plii_batch_side {
     pli_vec4* linear[PLII_LANES]; /* the velocities that are read and changed */
     pli_vec4* angular[PLII_LANES];
     plii_cluster* clusters[PLII_LANES]; /* NULL where there is none */
     plii_float4 splits;
-} plii_group_side;
+} plii_batch_side;
 
 typedef struct plii_contact_batch {
     const plii_cluster_contact* contacts[PLII_LANES]; /* the first of each pair */
     int counts[PLII_LANES];                           /* of contacts; 0 for a lane that is free */
     int lane_count;
     int block_count, first_block;
-    plii_group_side sides[2];
+    plii_batch_side sides[2];
     plii_vec3x4 inverse_masses[2]; /* along the axes, of side 1 negative, as the impulse on it is */
     plii_float4 frictions;         /* Coulomb's coefficient */
     plii_float4 limits;            /* of the impulse along the normal, N s */
@@ -68,36 +68,36 @@ typedef struct plii_contact_batch {
 } plii_contact_batch;
 
 /* A rigid body while contacts are solved. */
-typedef struct plii_group_rigid {
+typedef struct plii_batch_rigid {
     pli_rigid* rigid; /* NULL: not met in this step */
     pli_vec4 linear_velocity, angular_velocity;
-    uint64_t open_groups; /* as in plii_cluster */
-} plii_group_rigid;
+    uint64_t open_batches; /* as in plii_cluster */
+} plii_batch_rigid;
 
 typedef struct plii_contact_batches {
-    plii_contact_batch* groups;
+    plii_contact_batch* items;
     int count, capacity;
     plii_contact_block* blocks;
-    int block_count, block_capacity;
-    plii_group_rigid* rigids; /* [rigid_count] by their index in the world */
+    int block_capacity;
+    plii_batch_rigid* rigids; /* [rigid_count] by their index in the world */
     int rigid_count, rigid_capacity;
-    pli_vec4 still[2];                    /* velocities of what does not move */
-    bool keeps_momentum;                  /* some clusters do */
-    int open[64];                         /* the groups with room for pairs, by the bits of open_groups */
-    uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
+    pli_vec4 still[2];                     /* velocities of what does not move */
+    bool keeps_momentum;                   /* some clusters do */
+    int open[64];                          /* the batches with room for pairs, by the bits of open_batches */
+    uint64_t open_batches, open_counts[8]; /* bits in use, and those of batches with so many blocks */
 } plii_contact_batches;
 
 /* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
    until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
-bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count);
-bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
+bool plii_contact_batches_start(pli_context* context, plii_contact_batches* batches, int rigid_count);
+bool plii_contact_batches_add(pli_context* context, plii_contact_batches* batches, const plii_cluster_contact* contacts,
                               int count);
-bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups);
+bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* batches);
 /* One iteration. */
-void plii_contact_batches_solve(plii_contact_batches* groups);
+void plii_contact_batches_solve(plii_contact_batches* batches);
 /* Hands impulses and displacements on to the clusters. */
-void plii_contact_batches_finish(plii_contact_batches* groups);
-bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts);
+void plii_contact_batches_finish(plii_contact_batches* batches);
+bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* batches, int contacts);
 
 typedef struct plii_contact_terms {
     float margin; /* of both sides, `radius` included */
@@ -138,8 +138,8 @@ typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
     plii_cluster_contact* contacts;
     int count, capacity;
-    bool leads;                  /* solves the contacts of all bodies, but for those in reference mode */
-    plii_contact_batches groups; /* of these */
+    bool leads;                   /* solves the contacts of all bodies, but for those in reference mode */
+    plii_contact_batches batches; /* of these */
     plii_pair_cache memory;
     /* Of the pairs that are followed in this step, and were in the last one: each at `slot` - 1 of its record. */
     plii_manifolds manifolds, manifolds_before;

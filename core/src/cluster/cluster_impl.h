@@ -43,8 +43,8 @@ typedef struct plii_cluster {
     pli_vec4 linear_velocity, angular_velocity; /* w: 0. Contacts take all four numbers at once */
     /* Handed to the nodes before and after the body iterates. */
     plii_cluster_impulse impulse, drift;
-    uint64_t open_groups; /* of contacts on the cluster, that have room for pairs, as bits; 0 but while they are made */
-    pli_bounds bounds;    /* of the nodes; in reference mode the box that is kept from step to step */
+    uint64_t open_batches; /* of contacts on the cluster with room for pairs, as bits; 0 but while they are made */
+    pli_bounds bounds;     /* of the nodes; in reference mode the box that is kept from step to step */
     bool has_bounds;
     bool has_frame;      /* see plii_clusters_update_frames */
     bool keeps_momentum; /* nodes get all of its impulses, also where they are of other clusters that have some */

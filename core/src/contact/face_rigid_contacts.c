@@ -394,7 +394,7 @@ static void rigid_faces_on_restored(pli_body* body, void* data) {
     (void)plii_pair_cache_index_before(body->context, &((plii_rigid_faces*)data)->memory);
 }
 static bool rigid_faces_is_sound(const pli_body* body, const void* data) {
-    return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory, INT32_MAX);
+    return plii_pair_cache_is_sound(&((const plii_rigid_faces*)data)->memory);
 }
 
 const plii_feature_class plii_rigid_faces_class = {

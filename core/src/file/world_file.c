@@ -21,30 +21,18 @@ PLII_DEFINE_DEFAULT(pli_world_file_def, 0)
 /* Little-endian; zeros for what is missing of a word. */
 static uint64_t file_word(const unsigned char* bytes, size_t size) {
     uint64_t word = 0;
-    if (size >= sizeof word) {
-        memcpy(&word, bytes, sizeof word); /* in one load */
-    } else {
-        memcpy(&word, bytes, size);
-    }
+    memcpy(&word, bytes, size < sizeof word ? size : sizeof word);
 #if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
     word = __builtin_bswap64(word);
 #endif
     return word;
 }
 
-/* Of four streams of words, which do not wait for each other. */
 uint64_t plii_file_checksum(const unsigned char* bytes, size_t size) {
-    uint64_t lanes[4] = {1, 2, 3, 4};
-    size_t at = 0, lane = 0;
-    for (; at < size; at += 8, lane = (lane + 1) % 4) {
-        const uint64_t word = file_word(bytes + at, size - at);
-        lanes[lane] = (lanes[lane] ^ word) * UINT64_C(0x9e3779b97f4a7c15);
-        lanes[lane] ^= lanes[lane] >> 32;
-    }
     uint64_t sum = size;
-    for (lane = 0; lane < 4; ++lane) {
-        sum = (sum ^ lanes[lane]) * UINT64_C(0xbf58476d1ce4e5b9);
-        sum ^= sum >> 29;
+    for (size_t at = 0; at < size; at += sizeof sum) {
+        sum = (sum ^ file_word(bytes + at, size - at)) * UINT64_C(0x9e3779b97f4a7c15);
+        sum ^= sum >> 32;
     }
     return sum;
 }

@@ -90,15 +90,13 @@ void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache) {
     *cache = (plii_pair_cache){0};
 }
 
-static bool pair_records_are_sound(const plii_pair_records* records, int before_count) {
+static bool pair_records_are_sound(const plii_pair_records* records) {
     for (PLII_EACH(const plii_pair_record, record, records->items, records->count)) {
-        const int points = record->cache.count, index = record->previous_index;
-        if (points < 0 || points > PLII_CONVEX_CACHE_POINTS) { return false; }
-        if (index < PLI_NULL_INDEX || index >= before_count) { return false; }
+        if (record->cache.count < 0 || record->cache.count > PLII_CONVEX_CACHE_POINTS) { return false; }
     }
     return true;
 }
 
-bool plii_pair_cache_is_sound(const plii_pair_cache* cache, int before_count) {
-    return pair_records_are_sound(&cache->present, before_count) && pair_records_are_sound(&cache->before, INT32_MAX);
+bool plii_pair_cache_is_sound(const plii_pair_cache* cache) {
+    return pair_records_are_sound(&cache->present) && pair_records_are_sound(&cache->before);
 }

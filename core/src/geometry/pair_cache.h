@@ -19,7 +19,7 @@ typedef struct plii_pair_record {
     plii_pair_key key;
     plii_convex_cache cache;
     int slot;           /* of whoever asks; 0 in a new record, not carried over */
-    int previous_index; /* among the records of the last step, or PLI_NULL_INDEX */
+    int previous_index; /* in the step of the record: among those of the one before, or PLI_NULL_INDEX */
 } plii_pair_record;
 
 /* Those of a step, in the order of asking. */
@@ -51,6 +51,6 @@ void plii_pair_cache_clear(plii_pair_cache* cache);
 void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const void* other);
 /* What was before was replaced. False when out of memory, which cannot be where as many were; nothing is remembered. */
 bool plii_pair_cache_index_before(pli_context* context, plii_pair_cache* cache);
-/* Of one that was read: points are no more than there are, and indices of the step before below `before_count`. */
-bool plii_pair_cache_is_sound(const plii_pair_cache* cache, int before_count);
+/* Of one that was read: directions are no more than there is room for. */
+bool plii_pair_cache_is_sound(const plii_pair_cache* cache);
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache);
