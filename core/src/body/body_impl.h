@@ -154,8 +154,8 @@ pli_status plii_pressure_enable(pli_body* body, void* state);
 /* Adds what a pressure on the faces does to the forces on the nodes that are not pinned: the gradient of the volume, so
    that it moves and turns nothing as a whole. Without the cross products normal * area, as btSoftBody. */
 void plii_pressure_apply(pli_body* body, const pli_vec4* crosses, float pressure);
-/* m^3, signed; without the cross products in Bullet's order. */
-float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses);
+/* m^3, signed; `ahead` s from now, were velocities to stay; without the cross products now, in Bullet's order. */
+float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses, float ahead);
 /* m^3/Pa: change of the volume in a step by such a pressure. Steps add dt^2 w times the force to positions. */
 float plii_pressure_response(const pli_body* body, const pli_vec4* crosses);
 

@@ -20,16 +20,17 @@ void plii_pressure_build(pli_body* body, void* state) {
 }
 
 pli_status plii_pressure_enable(pli_body* body, void* state) {
-    ((plii_pressure*)state)->first_volume = plii_pressure_volume(body, plii_normals_crosses(body));
+    ((plii_pressure*)state)->first_volume = plii_pressure_volume(body, plii_normals_crosses(body), 0.0f);
     return PLI_OK;
 }
 
-float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses) {
+float plii_pressure_volume(const pli_body* body, const pli_vec4* crosses, float ahead) {
     if (crosses == NULL) { return plii_body_volume(body); }
     const plii_float4 origin = plii_float4_from(&body->positions[0]);
     float sum = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        sum += plii_lanes_dot(plii_float4_from(&body->positions[i]) - origin, plii_float4_from(&crosses[i]));
+        const plii_float4 motion = plii_float4_from(&body->velocities[i]) * (3.0f * ahead);
+        sum += plii_lanes_dot(plii_float4_from(&body->positions[i]) - origin + motion, plii_float4_from(&crosses[i]));
     }
     return sum / 18.0f;
 }

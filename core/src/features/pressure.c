@@ -10,7 +10,7 @@ static void pressure_run(pli_body* body, void* state) {
         return;
     }
     const pli_vec4* crosses = plii_normals_crosses(body);
-    const float volume = fabsf(plii_pressure_volume(body, crosses));
+    const float volume = fabsf(plii_pressure_volume(body, crosses, 0.0f));
     float scale = 1.0f / volume * pressure->coefficient;
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }

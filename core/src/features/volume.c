@@ -8,7 +8,9 @@
 static void volume_run(pli_body* body, void* state) {
     const plii_pressure* volume = state;
     const pli_vec4* crosses = plii_normals_crosses(body);
-    const float missing = volume->first_volume - plii_pressure_volume(body, crosses);
+    /* A force that acts all through the step, in substeps, is that of its middle, or what swings by it gets energy. */
+    const float ahead = body->solver_class->has_substeps ? 0.5f * body->step.dt : 0.0f;
+    const float missing = volume->first_volume - plii_pressure_volume(body, crosses, ahead);
     float pressure = missing * volume->coefficient;
     if (crosses != NULL) {
         const float response = plii_pressure_response(body, crosses);
