@@ -191,8 +191,8 @@ PLI_API pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity);
 /// turn blow bodies up. With this a step that is shorter than one before changes velocities, about those of free
 /// flight, by as little as that one would: by its length over a reference, or the square of that where it gives energy.
 /// The reference is between 0.75 and 0.98 of that of the step before, as fast as errors become smaller. Forces but
-/// pressure, conservation of volume and air on faces act as ever. Equal steps are not changed. What rigid bodies get in
-/// such a step is not made smaller.
+/// pressure, conservation of volume and, not under XPBD, air act as ever. Equal steps are not changed. What rigid
+/// bodies get in such a step is not made smaller.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 12 B per node.
 PLI_API pli_status pli_body_enable_step_smoothing(pli_body* body);

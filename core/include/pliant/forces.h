@@ -81,8 +81,9 @@ PLI_API pli_status pli_body_disable_pressure(pli_body* body);
 
 /// A force towards the rest volume: a pressure of (rest volume - volume) * coefficient, cut to twice
 /// what would bring the volume back within the step, and to a change by a quarter of the rest volume (not in reference
-/// mode). The rest volume is that at the first call; later calls change the
-/// coefficient alone. A cut ends it as it lets a gas out.
+/// mode). Under XPBD, where it acts all through the step, by the volume that velocities lead to in the middle of it.
+/// The rest volume is that at the first call; later calls change the coefficient alone. A cut ends it as it lets a gas
+/// out.
 /// @param coefficient N/m^5, 0 to PLI_MAX_COEFFICIENT. Bullet name: kVC with setPose(true, false)
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient);

@@ -197,6 +197,7 @@ typedef struct plii_feature_class {
         plii_run_fn* run; /* NULL: nothing in this stage */
         int order;
     } stages[PLII_STAGE_COUNT];
+    bool acts_on_motion; /* in FORCES, outside of reference mode: last of all, under solvers with substeps first */
     /* How it takes part in substeps, where POSITION is not run (substep.h). NULL: not. */
     const struct plii_substep_class* substepped;
 

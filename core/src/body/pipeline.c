@@ -33,8 +33,10 @@ static bool feature_is_in(const plii_feature_class* klass, int stage) {
     if (stage == PLII_COLLIDE_RIGID) { return klass->collide_rigid != NULL; }
     return stage == PLII_SUBSTEPPED ? klass->substepped != NULL : klass->stages[stage].run != NULL;
 }
-static int feature_order(const plii_feature_class* klass, int stage) {
+static int feature_order(const pli_body* body, const plii_feature_class* klass, int stage) {
     if (stage == PLII_COLLIDE_RIGID) { return klass->collides_last; }
+    const bool acts_on_motion = stage == PLII_STAGE_FORCES && klass->acts_on_motion && !body->world->def.reference_mode;
+    if (acts_on_motion) { return body->solver_class->has_substeps ? INT_MIN : INT_MAX; }
     return stage == PLII_SUBSTEPPED ? klass->substepped->order : klass->stages[stage].order;
 }
 
@@ -57,7 +59,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
             if (!feature_is_in(klass, stage)) { continue; }
             int at = count++;
             for (; at > pipeline->begin[stage] &&
-                   feature_order(entries[at - 1].klass, stage) > feature_order(klass, stage);
+                   feature_order(body, entries[at - 1].klass, stage) > feature_order(body, klass, stage);
                  --at) {
                 entries[at] = entries[at - 1];
             }

@@ -118,15 +118,17 @@ typedef struct aero_nodes {
 typedef struct aero_step {
     float density, dt;
     bool is_limited, is_impulse;
+    float half_dt; /* s, through which the forces so far act before the air does */
 } aero_step;
 
 /* aero_limit holds for a force that acts as an impulse at the start of the step. Solvers that part a step give nodes a
    force bit by bit, and nodes of stiff bodies swing to and fro meanwhile: what was to turn one velocity pushes along
-   with the next. So under them air changes velocities at once. */
+   with the next. So under them air changes velocities at once, before all else. Under the others velocities are half a
+   step behind positions: what swings by pressure gets energy, unless air turns and brakes those of the same time. */
 static aero_step aero_begin(const pli_body* body) {
-    const bool is_limited = !body->world->def.reference_mode;
-    return (aero_step){body->world->def.air_density, body->step.dt, is_limited,
-                       is_limited && body->solver_class->has_substeps};
+    const bool is_limited = !body->world->def.reference_mode, has_substeps = body->solver_class->has_substeps;
+    return (aero_step){body->world->def.air_density, body->step.dt, is_limited, is_limited && has_substeps,
+                       has_substeps ? 0.0f : 0.5f * body->step.dt};
 }
 
 static void aero_push(const aero_step* step, pli_vec3 force, float inverse_mass, pli_vec4* velocity) {
@@ -161,7 +163,9 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* ste
         after = aero_add_clamped(before, force, limiting, inverse_mass, dt);
     }
     if (step->is_limited) {
-        const plii_vec3x4 force = aero_limit(plii_vec3x4_sub(after, before), velocity, inverse_mass, dt);
+        const plii_vec3x4 other = plii_vec3x4_scale(before, plii_float4_all(step->half_dt) * inverse_mass);
+        const plii_vec3x4 force =
+            aero_limit(plii_vec3x4_sub(after, before), plii_vec3x4_add(velocity, other), inverse_mass, dt);
         if (step->is_impulse) {
             pli_vec3 forces[PLII_LANES];
             plii_vec3x4_to(forces, plii_vec3x4_select(is_active, force, (plii_vec3x4){0}));
@@ -258,7 +262,8 @@ static void aero_run_faces(pli_body* body, void* data) {
     const aero_step step = aero_begin(body);
     for (int i = 0; i < body->node_count; ++i) {
         const float inverse_mass = body->positions[i].w;
-        const pli_vec3 velocity = pli_vec3_sub(plii_xyz(body->velocities[i]), aero->def.wind);
+        const pli_vec3 other = pli_vec3_scale(body->forces[i], step.half_dt * inverse_mass);
+        const pli_vec3 velocity = pli_vec3_add(pli_vec3_sub(plii_xyz(body->velocities[i]), aero->def.wind), other);
         const pli_vec3 force = plii_vec3x4_first(aero_limit(
             plii_vec3x4_all(aero->face_forces[i]), plii_vec3x4_all(velocity), plii_float4_all(inverse_mass), step.dt));
         if (step.is_impulse) {
@@ -270,7 +275,7 @@ static void aero_run_faces(pli_body* body, void* data) {
     }
 }
 
-/* Of faces after pressure and volume, as in Bullet. */
+/* In Bullet of vertices before pressure and volume, of faces after them. */
 enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 
 /* Models of faces, and these only, have forces of faces. */
@@ -294,6 +299,7 @@ const plii_feature_class plii_aero_vertex_class = {
     .is_sound = aero_is_sound,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
+    .acts_on_motion = true,
 };
 
 const plii_feature_class plii_aero_face_class = {
@@ -305,6 +311,7 @@ const plii_feature_class plii_aero_face_class = {
     .needs = PLII_NEEDS(&plii_forces_class, &plii_normals_class, &plii_face_normals_class, &plii_areas_class),
     .arrays = PLII_ARRAYS({PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE, .snapshot = PLII_LEFT}),
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
+    .acts_on_motion = true,
 };
 
 PLII_DEFINE_DEFAULT(pli_aero_def, 0)

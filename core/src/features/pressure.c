@@ -12,13 +12,14 @@ typedef struct pressure_state {
     float first_volume; /* m^3, when it was enabled */
 } pressure_state;
 
-/* m^3, signed; without the cross products in Bullet's order. */
-static float pressure_volume(const pli_body* body, const pli_vec4* crosses) {
+/* m^3, signed; `ahead` s from now, were velocities to stay; without the cross products now, in Bullet's order. */
+static float pressure_volume(const pli_body* body, const pli_vec4* crosses, float ahead) {
     if (crosses == NULL) { return plii_body_volume(body); }
     const plii_float4 origin = plii_float4_from(&body->positions[0]);
     float sum = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        sum += plii_lanes_dot(plii_float4_from(&body->positions[i]) - origin, plii_float4_from(&crosses[i]));
+        const plii_float4 motion = plii_float4_from(&body->velocities[i]) * (3.0f * ahead);
+        sum += plii_lanes_dot(plii_float4_from(&body->positions[i]) - origin + motion, plii_float4_from(&crosses[i]));
     }
     return sum / 18.0f;
 }
@@ -50,7 +51,7 @@ static void pressure_run(pli_body* body, void* data) {
         return;
     }
     const pli_vec4* crosses = plii_normals_crosses(body);
-    const float volume = fabsf(pressure_volume(body, crosses));
+    const float volume = fabsf(pressure_volume(body, crosses, 0.0f));
     float pressure = 1.0f / volume * state->coefficient;
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(pressure)) { return; }
@@ -72,7 +73,9 @@ static void pressure_run(pli_body* body, void* data) {
 static void volume_run(pli_body* body, void* data) {
     const pressure_state* state = data;
     const pli_vec4* crosses = plii_normals_crosses(body);
-    const float missing = state->first_volume - pressure_volume(body, crosses);
+    /* A force that acts all through the step, in substeps, is that of its middle, or what swings by it gets energy. */
+    const float ahead = body->solver_class->has_substeps ? 0.5f * body->step.dt : 0.0f;
+    const float missing = state->first_volume - pressure_volume(body, crosses, ahead);
     float pressure = missing * state->coefficient;
     if (crosses != NULL) {
         const float response = pressure_response(body, crosses);
@@ -84,7 +87,7 @@ static void volume_run(pli_body* body, void* data) {
 }
 
 static pli_status pressure_enable(pli_body* body, void* state) {
-    ((pressure_state*)state)->first_volume = pressure_volume(body, plii_normals_crosses(body));
+    ((pressure_state*)state)->first_volume = pressure_volume(body, plii_normals_crosses(body), 0.0f);
     return PLI_OK;
 }
 

@@ -3,6 +3,7 @@
    about free flight counts as if it had taken as long as a step before. */
 
 #include "body/pipeline.h"
+#include "body/substep.h"
 
 /* The reference length falls as errors do, within these bounds: an error d acts as a spring of m / H^2. */
 #define STEP_SMOOTHING_FASTEST 0.75
@@ -48,7 +49,9 @@ static void step_smoothing_finish(pli_body* body, void* data) {
         along += mass * (double)pli_vec3_dot(change, state->starts[i]);
         square += mass * (double)pli_vec3_dot(change, change);
     }
-    const double ratio = (double)body->step.dt / (double)state->reference_dt;
+    /* What XPBD puts right it does as in a longer step by itself. */
+    const double lag = body->substep != NULL ? (double)body->substep->lag : 0.0;
+    const double ratio = fmin((double)body->step.dt * sqrt(1.0 + lag) / (double)state->reference_dt, 1.0);
     const double neutral = along < 0.0 ? -2.0 * along / square : 0.0;
     const float share = (float)fmin(fmax(neutral, ratio * ratio), ratio);
     for (int i = 0; i < body->node_count; ++i) {

@@ -122,7 +122,8 @@ double square(pli_vec3 v) {
 
 // What the nodes of soft body 0 may have of kinetic energy: what they had, what gravity gave, and no more than forces
 // give: wind up to three times its speed, a gas what its volume has changed by, conservation of volume the square of
-// that. All of it twice, since bodies that swing and bounce are steps off.
+// that. And what springs that it has stretched give back when a sail luffs: the most that they have had in them, but no
+// more than the wind can hold. All of it twice, since bodies that swing and bounce are steps off.
 class ForceWatcher final : public Watcher {
 public:
     explicit ForceWatcher(const RandomCase& made) : made_(made) {}
@@ -140,6 +141,7 @@ public:
         least_volume_ = std::min(least_volume_, std::max(now.volume, 1e-3 * rest_volume_));
         most_volume_ = std::max(most_volume_, now.volume);
         work_ = std::max(work_, start_.potential - now.potential);
+        most_elastic_ = std::max(most_elastic_, now.elastic);
         const double may = allowed();
         figure_ = std::max(figure_, 100 * now.kinetic / may);
         if (now.kinetic > may) { lose(Verdict::gains_energy, now.kinetic, may, step); }
@@ -154,10 +156,10 @@ public:
 
 private:
     struct State {
-        double kinetic = 0, potential = 0, mass = 0, volume = 0, lowest = 1e9;
+        double kinetic = 0, potential = 0, elastic = 0, mass = 0, volume = 0, lowest = 1e9;
     };
 
-    static State look(const Engine& engine) {
+    State look(const Engine& engine) const {
         const SoftState soft = engine.soft(0);
         const pli_vec3 gravity = engine.description().gravity;
         State state;
@@ -170,6 +172,12 @@ private:
             if (is_over_floor(soft.positions[i])) {
                 state.lowest = std::min(state.lowest, static_cast<double>(soft.positions[i].y));
             }
+        }
+        for (size_t link = 0; link < soft.rest_lengths.size(); ++link) {
+            const pli_vec3 a = soft.positions[static_cast<size_t>(soft.link_nodes[2 * link])];
+            const pli_vec3 b = soft.positions[static_cast<size_t>(soft.link_nodes[2 * link + 1])];
+            const double stretch = std::sqrt(square(pli_vec3_sub(b, a))) - static_cast<double>(soft.rest_lengths[link]);
+            state.elastic += 0.5 * static_cast<double>(made_.stiffness) * stretch * stretch;
         }
         state.volume = std::fabs(volume_of(engine, soft));
         return state;
@@ -188,10 +196,19 @@ private:
         return sum;
     }
 
+    // J, in a row of links as long as the sheet is wide that carries what stops all nodes in a step.
+    double elastic_by_wind() const {
+        const double dt = static_cast<double>(std::min(made_.steps[0], made_.steps[1]));
+        const double force_squared = start_.mass * start_.mass * square(made_.def.aero.wind) / (dt * dt);
+        return 0.5 * made_.columns * force_squared / static_cast<double>(made_.stiffness);
+    }
+
     double allowed() const {
         const scene_soft_def& def = made_.def;
         double sum = start_.kinetic + work_ + 0.1 * start_.mass * 10;
-        if (def.aero.lift > 0.0f || def.aero.drag > 0.0f) { sum += 0.5 * start_.mass * 9 * square(def.aero.wind); }
+        if (def.aero.lift > 0.0f || def.aero.drag > 0.0f) {
+            sum += 0.5 * start_.mass * 9 * square(def.aero.wind) + std::min(most_elastic_, elastic_by_wind());
+        }
         if (def.pressure > 0.0f) {
             sum += 2 * static_cast<double>(def.pressure) * std::log(most_volume_ / least_volume_);
         }
@@ -212,7 +229,7 @@ private:
 
     RandomCase made_;
     State start_;
-    double least_volume_ = 0, most_volume_ = 0, rest_volume_ = 0, work_ = 0, figure_ = 0;
+    double least_volume_ = 0, most_volume_ = 0, rest_volume_ = 0, work_ = 0, most_elastic_ = 0, figure_ = 0;
     Finding lost_;
 };
 

@@ -144,8 +144,8 @@ static void xpbd_end(pli_body* body) {
         if (body->positions[i].w > 0.0f) { plii_set_xyz(&body->velocities[i], pli_vec3_scale(velocity, kept)); }
     }
     plii_substep_rigids_finish(body, state->nodes.substep.host_dt);
-    body->substep = NULL;
     plii_run_stage(body, PLII_STAGE_FINISH);
+    body->substep = NULL;
 }
 static plii_solver_pace xpbd_pace(const pli_body* body) {
     const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
