@@ -68,14 +68,14 @@ static void run(const pile_def* def, int frames) {
 }
 
 int main(int argc, char** argv) {
-    static const char* const names[] = {"position-based", "implicit, gradients", "XPBD"};
+    static const char* const names[] = {"position-based", "implicit, gradients", "XPBD", "implicit, sweeps"};
     static const float margins[] = {0.01f, 0.02f, 0.05f};
     const int seconds = argc > 1 ? atoi(argv[1]) : 10;
     printf("margin: cm; contacts per node, rms stretch: the most in a frame; rms speed, m/s: the most of the last "
            "second;\n"
            "nodes of 3,380 that are 0.5 and 4 cm below the next layer at the end; processor time per step, ms: the "
            "mean; asleep, s: when all sleep that may (the rest of the row is awake)\n");
-    for (int solver = PILE_POSITION_BASED; solver <= PILE_XPBD; ++solver) {
+    for (int solver = PILE_POSITION_BASED; solver <= PILE_SWEEPS; ++solver) {
         for (int iterations = 5; iterations <= 10; iterations += 5) {
             printf("%s, %d %s\nmargin contacts stretch     speed  0.5 cm    4 cm      ms asleep\n", names[solver],
                    iterations, solver == PILE_XPBD ? "substeps" : "iterations");

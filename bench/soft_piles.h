@@ -22,12 +22,12 @@ enum {
     PILE_MAX_CONTACTS = 8192
 };
 
-typedef enum pile_solver { PILE_POSITION_BASED, PILE_IMPLICIT, PILE_XPBD } pile_solver;
+typedef enum pile_solver { PILE_POSITION_BASED, PILE_IMPLICIT, PILE_XPBD, PILE_SWEEPS } pile_solver;
 
 typedef struct pile_def {
     pile_solver solver;
     float margin;         /* m, of each body */
-    int iterations;       /* under XPBD substeps */
+    int iterations;       /* under XPBD substeps; as many sweeps, or one more, where these solve */
     float recovery_speed; /* m/s */
     bool colored;         /* links; position-based solver */
     bool has_tethers;
@@ -52,12 +52,16 @@ static inline pli_status pile_add(pile* all, const pile_def* def, pli_mesh* mesh
     if (status == PLI_OK && def->solver == PILE_POSITION_BASED && def->colored) {
         status = pli_body_enable_colored_links(body);
     }
-    if (status == PLI_OK && def->solver == PILE_IMPLICIT) {
-        /* Sweeps would not carry six sheets. */
+    if (status == PLI_OK && (def->solver == PILE_IMPLICIT || def->solver == PILE_SWEEPS)) {
         pli_implicit_def implicit = pli_implicit_def_default();
-        implicit.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
-        implicit.sweeps = 50;
         implicit.stiffness = 5000;
+        implicit.sweeps = def->iterations | 1;
+        implicit.filter_compression = true; /* what buckles under a load flutters in sweeps */
+        if (def->solver == PILE_IMPLICIT) {
+            implicit.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+            implicit.sweeps = 50;
+            implicit.filter_compression = false;
+        }
         status = pli_body_enable_implicit(body, &implicit);
     }
     if (status == PLI_OK && def->solver == PILE_XPBD) {

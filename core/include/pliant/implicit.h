@@ -48,8 +48,9 @@ typedef struct pli_implicit_def {
     float tolerance;            ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
     /// Compressed springs take the absolute values of their eigenvalues across, |1 - rest length / length| of their
     /// stiffness, 1 at most: they resist being turned. Default false: zero, as in the paper, but where a spring far
-    /// stiffer than m / h^2 would burst sideways; what buckles may flutter. From 3 sweeps on. Source: Chen and others,
-    /// "Stabler Neo-Hookean Simulation: Absolute Eigenvalue Filtering for Projected Newton"
+    /// stiffer than m / h^2 would burst sideways; what buckles may flutter, as soft bodies that lie on each other do
+    /// under sweeps. From 3 sweeps on. Source: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue
+    /// Filtering for Projected Newton"
     bool filter_compression;
     uint32_t cookie; ///< set by the default function
 } pli_implicit_def;
