@@ -3,6 +3,7 @@
 #include "base/ranges.h"
 #include "body/rigid_impl.h"
 #include "math/dvec3.h"
+#include "math/simd_float4.h"
 #include "self_collision/self_collision_impl.h"
 
 pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from) {
@@ -18,7 +19,6 @@ typedef struct self_limit {
     pli_vec4* velocities; /* or NULL */
     float longest, rate;
     pli_vec3 centre, move, turn; /* common motion: a rigid one brings no two nodes nearer either */
-    bool is_trial;
 } self_limit;
 
 static pli_vec3 self_limit_common(const self_limit* limit, int node) {
@@ -75,25 +75,40 @@ static double self_limit_block(int begin, int end, const void* data) {
         const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, i), self_limit_common(limit, i));
         const float squared = pli_vec3_length_squared(motion);
         if (!(nodes->offsets[i].w > 0.0f) || !(squared > longest * longest)) { continue; }
-        if (!limit->is_trial) { self_limit_move(limit, i, pli_vec3_scale(motion, longest / sqrtf(squared) - 1.0f)); }
+        self_limit_move(limit, i, pli_vec3_scale(motion, longest / sqrtf(squared) - 1.0f));
         longer += 1;
     }
     return longer;
 }
 
+/* Where the common motion has no turn: how many are longer, pinned ones too. */
+static double self_limit_count(int begin, int end, const void* data) {
+    const self_limit* limit = data;
+    const plii_float4 move = plii_lanes_from_vec3(&limit->move);
+    int longer = 0;
+    for (int i = begin; i < end; ++i) {
+        const plii_float4 offset = plii_float4_from(&limit->nodes->offsets[i]);
+        const plii_float4 motion = offset - plii_float4_from(&limit->nodes->starts[i]) - move;
+        longer += plii_lanes_dot(motion, motion) > limit->longest * limit->longest;
+    }
+    return longer;
+}
+
 enum { SELF_LIMIT_NS = 5 }; /* per node */
-static int self_limit_run(const pli_body* body, const self_limit* limit) {
-    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_LIMIT_NS), self_limit_block, limit);
+static int self_limit_run(const pli_body* body, const self_limit* limit, plii_block_value_fn* run) {
+    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_LIMIT_NS), run, limit);
 }
 
 int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest, pli_vec4* velocities,
                             bool keeps_momentum) {
-    self_limit limit = {nodes, velocities, longest, body->step.inverse_dt, .is_trial = true};
+    self_limit limit = {nodes, velocities, 0.5f * longest, .rate = body->step.inverse_dt};
+    /* Where no node goes farther than the half, none does beside their mean. */
+    if (self_limit_run(body, &limit, self_limit_count) == 0) { return 0; }
+    limit.longest = longest;
     limit.move = plii_self_common_motion(body, nodes, NULL);
-    if (self_limit_run(body, &limit) == 0) { return 0; }
+    if (self_limit_run(body, &limit, self_limit_count) == 0) { return 0; }
     keeps_momentum = keeps_momentum && self_limit_fit(body, &limit);
-    limit.is_trial = false;
-    const int longer = self_limit_run(body, &limit);
+    const int longer = self_limit_run(body, &limit, self_limit_block);
     const pli_vec3 move = limit.move, turn = limit.turn;
     if (!keeps_momentum || longer == 0 || !self_limit_fit(body, &limit)) { return longer; }
     limit.move = pli_vec3_sub(move, limit.move);

@@ -168,6 +168,7 @@ typedef struct self_nodes_pass {
     bool is_apart;
     int first;
     const plii_self_nodes* nodes; /* that move; NULL: by their velocities */
+    const pli_vec3* origin;       /* of positions that are taken over, or NULL */
     pli_vec3 shift;
     float scale, decay; /* of motions; of margins */
 } self_nodes_pass;
@@ -240,7 +241,7 @@ static int self_nodes_max_apart(int node_count) {
     return most < 4096 ? most : 4096;
 }
 
-enum { SELF_NODES_PATH_NS = 5 }; /* per node */
+enum { SELF_NODES_PATH_NS = 5, SELF_NODES_COPY_NS = 3 }; /* per node */
 /* Margin and travel beside the drift, to either side of the middle. */
 static float self_nodes_longest_reach(const pli_body* body, const plii_self_node_pairs* state) {
     float longest = 0.0f;
@@ -321,24 +322,46 @@ static double self_nodes_leaving_block(int begin, int end, const void* data) {
     return leaving;
 }
 
+static void self_nodes_copy_range(int begin, int end, void* data) {
+    const self_nodes_pass* pass = data;
+    const plii_self_nodes* nodes = pass->nodes;
+    const plii_float4 origin = plii_lanes_from_vec3(pass->origin);
+    for (int i = begin; i < end; ++i) {
+        const plii_float4 base =
+            nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
+        plii_float4_to(&pass->state->local[i], base - origin + plii_float4_from(&nodes->offsets[i]));
+    }
+}
+
+void plii_self_node_pairs_copy(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
+                               const pli_vec3* origin) {
+    self_nodes_pass pass = {.state = state, .nodes = nodes, .origin = origin};
+    state->at = state->local;
+    plii_parallel_for(body->context, self_nodes_copy_range, &pass, body->node_count, plii_grain(SELF_NODES_COPY_NS));
+}
+
+/* Those that strayed are marked. */
 static double self_nodes_strayed_block(int begin, int end, const void* data) {
     const self_nodes_pass* pass = data;
     int strayed = 0;
+    if (pass->origin != NULL) { self_nodes_copy_range(begin, end, (void*)data); }
     for (int i = begin; i < end; ++i) {
-        strayed += self_nodes_has_strayed(pass->state, i, pass->share);
+        if (!self_nodes_has_strayed(pass->state, i, pass->share)) { continue; }
+        pass->state->search.linked[i] = pass->state->search.mark;
+        strayed += 1;
     }
     return strayed;
 }
 
-static int self_nodes_count(const pli_body* body, plii_self_node_pairs* state, plii_block_value_fn* value,
-                            float share) {
-    const self_nodes_pass pass = {.body = body, .state = state, .share = share};
-    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, &pass);
+static int self_nodes_count(const self_nodes_pass* pass, plii_block_value_fn* value) {
+    const pli_body* body = pass->body;
+    return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_NODES_PATH_NS), value, pass);
 }
 
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
     if (!state->is_known || state->thickness != thickness) { return false; }
-    const int leaving = state->apart_count + self_nodes_count(body, state, self_nodes_leaving_block, 1.0f);
+    const self_nodes_pass pass = {.body = body, .state = state};
+    const int leaving = state->apart_count + self_nodes_count(&pass, self_nodes_leaving_block);
     if (leaving > self_nodes_max_apart(body->node_count) / 8 * 7) { return false; }
     state->searched_at = state->travel_time = 0.0f; /* nodes are at the ends of their paths */
     return true;
@@ -384,16 +407,13 @@ static void self_nodes_drop_marked(plii_self_node_pairs* state) {
     found->count = count;
 }
 
-/* From the list of nodes apart; it then ends with those that strayed. Returns the index of the first of them. */
-static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* state, float share) {
-    plii_self_search* search = &state->search;
-    PLII_REMOVE_IF(int, node, state->apart, state->apart_count, self_nodes_has_strayed(state, *node, share));
+/* The list of nodes apart then ends with those that strayed. Returns the index of the first of them. */
+static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* state) {
+    const plii_self_search* search = &state->search;
+    PLII_REMOVE_IF(int, node, state->apart, state->apart_count, search->linked[*node] == search->mark);
     const int first = state->apart_count;
-    self_nodes_renew_mark(body, search);
     for (int i = 0; i < body->node_count; ++i) {
-        if (!self_nodes_has_strayed(state, i, share)) { continue; }
-        state->apart[state->apart_count++] = i;
-        search->linked[i] = search->mark;
+        if (search->linked[i] == search->mark) { state->apart[state->apart_count++] = i; }
     }
     self_nodes_drop_marked(state);
     return first;
@@ -411,24 +431,26 @@ static void self_nodes_set_path(plii_self_node_pairs* state, int node, pli_vec3 
 }
 
 void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
-                                 float rate, float now, float left) {
+                                 const pli_vec3* origin, float rate, float now, float left) {
     const float since = now - state->searched_at;
     const float share = since < state->travel_time ? since / state->travel_time : 1.0f;
-    const int strayed = self_nodes_count(body, state, self_nodes_strayed_block, share);
+    self_nodes_pass pass = {body, state, share, false, 0, nodes, origin, {0, 0, 0}, left * rate, 1.0f};
+    self_nodes_renew_mark(body, &state->search);
+    const int strayed = self_nodes_count(&pass, self_nodes_strayed_block);
     if (strayed == 0) { return; }
     if (strayed + state->apart_count > self_nodes_max_apart(body->node_count)) {
-        self_nodes_pass pass = {body, state, share, .nodes = nodes, .scale = left * rate, .decay = 1.0f};
         self_nodes_search_all(&pass, now, left);
         return;
     }
     const uint64_t shortages = plii_thread.shortages;
-    const int first = self_nodes_part_strayed(body, state, share);
+    const int first = self_nodes_part_strayed(body, state);
     for (int k = first; k < state->apart_count; ++k) {
         const int node = state->apart[k];
         state->is_apart[node] = true;
         self_nodes_set_path(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
     }
-    self_nodes_pass pass = {body, state, share, .is_apart = true, .first = first};
+    pass.is_apart = true;
+    pass.first = first;
     self_nodes_find(&pass, state->apart_count - first);
     /* What is missing must not be missing in the steps to come. */
     if (plii_thread.shortages != shortages) { state->is_known = false; }

@@ -16,31 +16,6 @@ typedef struct self_nodes_state {
 
 // ------------------------------------------------------------------------------------------------------ the search
 
-typedef struct self_nodes_copy {
-    plii_self_node_pairs* pairs;
-    const plii_self_nodes* nodes;
-    plii_float4 origin;
-} self_nodes_copy;
-
-static void self_nodes_copy_range(int begin, int end, void* data) {
-    const self_nodes_copy* copy = data;
-    const plii_self_nodes* nodes = copy->nodes;
-    for (int i = begin; i < end; ++i) {
-        const plii_float4 base =
-            nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
-        const plii_float4 at = base - copy->origin + plii_float4_from(&nodes->offsets[i]);
-        plii_float4_to(&copy->pairs->local[i], at);
-    }
-}
-
-enum { SELF_NODES_COPY_NS = 1 }; /* per node */
-/* Takes positions over, relative to the origin. */
-static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    self_nodes_copy copy = {&state->pairs, nodes, plii_lanes_from_vec3(&state->origin)};
-    state->pairs.at = state->pairs.local;
-    plii_parallel_for(body->context, self_nodes_copy_range, &copy, body->node_count, plii_grain(SELF_NODES_COPY_NS));
-}
-
 /* After searches: what they found. */
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
@@ -65,7 +40,7 @@ static void self_nodes_begin(pli_body* body, void* data) {
     state->pairs.is_truncated = false;
     state->pairs.searches = 0;
     if (has_substeps) {
-        self_nodes_copy_positions(body, state, &nodes);
+        plii_self_node_pairs_copy(body, &state->pairs, &nodes, &state->origin);
     } else {
         state->origin = pli_vec3_make(0, 0, 0);
         state->pairs.at = body->previous;
@@ -75,7 +50,7 @@ static void self_nodes_begin(pli_body* body, void* data) {
         if (has_substeps) {
             state->origin = plii_self_position(&nodes, 0);
             if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
-            self_nodes_copy_positions(body, state, &nodes);
+            plii_self_node_pairs_copy(body, &state->pairs, &nodes, &state->origin);
         }
         plii_self_node_pairs_search_step(body, &state->pairs, pli_vec3_sub(origin, state->origin));
     }
@@ -177,7 +152,7 @@ static void self_nodes_run_position(pli_body* body, void* data) {
     self_nodes_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_body(body, body->previous);
     state->pairs.at = nodes.offsets;
-    plii_self_node_pairs_update(body, &state->pairs, &nodes, body->step.inverse_dt, body->step.dt, 0.0f);
+    plii_self_node_pairs_update(body, &state->pairs, &nodes, NULL, body->step.inverse_dt, body->step.dt, 0.0f);
     self_nodes_report(body, state);
     self_nodes_part_all(state, &nodes, state->def.friction);
 }
@@ -192,8 +167,8 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
     self_nodes_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     const float done = (float)(substep->index + 1) * substep->dt;
-    self_nodes_copy_positions(body, state, &nodes);
-    plii_self_node_pairs_update(body, &state->pairs, &nodes, substep->inverse_dt, done, body->step.dt - done);
+    plii_self_node_pairs_update(body, &state->pairs, &nodes, &state->origin, substep->inverse_dt, done,
+                                body->step.dt - done);
     self_nodes_report(body, state);
     self_nodes_part_all(state, &nodes, 0.0f);
 }
