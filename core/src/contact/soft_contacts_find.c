@@ -8,9 +8,8 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
 
-/* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. What moves
-   them aside grows with what falls in a step, not with margins: of that 4 are enough, down to a tenth of these. */
-#define SOFT_CONTACTS_SLACK 0.25f
+/* Of the margins; what moves nodes aside grows with what falls in a step: of that 4 are enough, down to a tenth of
+   these. */
 #define SOFT_CONTACTS_LEAST_SLACK 0.1f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 
@@ -21,7 +20,7 @@ static plii_soft_contacts_node soft_reach(const plii_soft_contacts_pass* pass, i
     const float relative = pli_vec3_length(pli_vec3_sub(motion, pass->common_motion));
     const float reach = pass->margin + relative * 2.0f;
     if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach, 0.0f}; }
-    const float least = SOFT_CONTACTS_LEAST_SLACK * pass->margin, most = SOFT_CONTACTS_SLACK * pass->margin;
+    const float least = SOFT_CONTACTS_LEAST_SLACK * pass->margin, most = PLII_SOFT_CONTACTS_SLACK * pass->margin;
     const float slack = plii_clamp(4.0f * pass->fall, least, most) + 2.0f * pass->node_state->missed[node];
     /* What is fast is stopped before it is there, and so stays on its side; gravity in a step does not count. */
     return (plii_soft_contacts_node){node, reach + plii_min(slack, SOFT_CONTACTS_MOST_SLACK * pass->margin),
@@ -371,12 +370,11 @@ static void soft_collect_boxes(const plii_soft_contacts_pass* pass) {
     }
 }
 
-/* Nodes whose reach touches the bounds of the other body, and the faces there; predicted positions are finite. */
+/* Nodes whose reach touches where the other body will be, and the faces there; predicted positions are finite. */
 static void soft_collect_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
-    const plii_float4 body_low = plii_lanes_from_vec3(&face_body->bounds.min);
-    const plii_float4 body_high = plii_lanes_from_vec3(&face_body->bounds.max);
+    const plii_float4 body_low = pass->other_low, body_high = pass->other_high;
     plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < node_body->node_count; ++i) {
         const plii_soft_contacts_node near = soft_reach(pass, i);
@@ -525,12 +523,17 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
     return PLI_OK;
 }
 
-/* Of the faces in the step: the mean of their nodes, and how much others differ from it. */
+/* Of the faces in the step: the mean of their nodes, how much others differ from it, and where it leads. */
 static void soft_measure_motion(plii_soft_contacts_pass* pass) {
     const pli_body* body = pass->face_body;
     plii_float4 sum = plii_float4_all(0.0f), low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
+    pass->other_low = low;
+    pass->other_high = high;
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 motion = plii_float4_from(&body->positions[i]) - plii_float4_from(&body->previous[i]);
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        const plii_float4 motion = x - plii_float4_from(&body->previous[i]);
+        pass->other_low = plii_lanes_min(x, pass->other_low);
+        pass->other_high = plii_lanes_max(x, pass->other_high);
         sum = sum + motion;
         low = plii_lanes_min(motion, low);
         high = plii_lanes_max(motion, high);
