@@ -50,16 +50,21 @@ pli_bounds plii_body_bounds_of(const pli_body* body, const pli_vec4* records) {
     return (pli_bounds){plii_lanes_vec3(extent.low), plii_lanes_vec3(extent.high)};
 }
 
-float plii_body_measure_motion(const pli_body* body, pli_vec3* mean) {
+float plii_body_measure_motion(const pli_body* body, pli_vec3* mean, pli_bounds* bounds) {
     plii_float4 sum = plii_float4_all(0.0f), low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
+    plii_float4 min = low, max = high;
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 motion = plii_float4_from(&body->positions[i]) - plii_float4_from(&body->previous[i]);
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        const plii_float4 motion = x - plii_float4_from(&body->previous[i]);
+        min = plii_lanes_min(x, min);
+        max = plii_lanes_max(x, max);
         sum = sum + motion;
         low = plii_lanes_min(motion, low);
         high = plii_lanes_max(motion, high);
     }
     sum = sum * (1.0f / (float)body->node_count);
     *mean = plii_lanes_vec3(sum);
+    *bounds = (pli_bounds){plii_lanes_vec3(min), plii_lanes_vec3(max)};
     return pli_vec3_length(plii_lanes_vec3(plii_lanes_max(high - sum, sum - low)));
 }
 

@@ -96,6 +96,7 @@ struct pli_body {
     bool has_swept_contacts;   /* found in this step, see plii_iterated_sweeps_class */
     bool leaps;                /* in this step its bounds move by more than the margin, where plii_follows_rigids */
     bool has_early_bounds;     /* those of this step are taken already; see pli_world_def.reference_mode */
+    float soft_slack;          /* m, by which soft contacts look farther at rest; 0: they do not look ahead */
 
     /* Filled by services, NULL while nobody needs them. */
     pli_vec3* forces;       /* [node_count] N, consumed by integration */
@@ -163,8 +164,9 @@ static inline void plii_body_was_put(pli_body* body) {
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
 pli_bounds plii_body_bounds_of(const pli_body* body, const pli_vec4* records);
-/* The mean motion of the nodes in the step; returns how much others differ from it. */
-float plii_body_measure_motion(const pli_body* body, pli_vec3* mean);
+/* The mean motion of the nodes in the step, and the bounds of their positions; returns how much motions differ from
+   that mean, m. */
+float plii_body_measure_motion(const pli_body* body, pli_vec3* mean, pli_bounds* bounds);
 /* Of a face as it is now, for trees. */
 pli_bounds plii_body_face_box(int face, const void* body);
 static inline pli_status plii_check_margin(pli_context* context, float margin, const char* function) {

@@ -209,6 +209,7 @@ static void soft_update(pli_body* body, void* data) {
     body->overlap_steps -= body->overlap_steps > 0;
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
     body->soft_shifts = state->shifts;
+    body->soft_slack = state->is_sweeping ? PLII_SOFT_CONTACTS_SLACK * body->collision_margin : 0.0f;
     if (state->is_sweeping) { plii_body_copy_positions(body, state->predicted); }
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_start_boxes(body, state); }
@@ -239,6 +240,7 @@ static void soft_build(pli_body* body, void* data) {
     body->soft_node_boxes = NULL;
     body->soft_shifts = NULL;
     body->is_parting = false;
+    body->soft_slack = 0.0f;
 }
 static void soft_disable(pli_body* body, void* data) {
     body->sweeping_features -= ((plii_soft_contacts_state*)data)->is_sweeping;

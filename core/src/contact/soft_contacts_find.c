@@ -8,9 +8,8 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
 
-/* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. What moves
-   them aside grows with what falls in a step, not with margins: of that 4 are enough, down to a tenth of these. */
-#define SOFT_CONTACTS_SLACK 0.25f
+/* Of the margins; what moves nodes aside grows with what falls in a step: of that 4 are enough, down to a tenth of
+   these. */
 #define SOFT_CONTACTS_LEAST_SLACK 0.1f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 
@@ -21,7 +20,7 @@ static plii_soft_contacts_node soft_reach(const plii_soft_contacts_pass* pass, i
     const float relative = pli_vec3_length(pli_vec3_sub(motion, pass->common_motion));
     const float reach = pass->margin + relative * 2.0f;
     if (pass->use_boxes) { return (plii_soft_contacts_node){node, reach, reach, 0.0f}; }
-    const float least = SOFT_CONTACTS_LEAST_SLACK * pass->margin, most = SOFT_CONTACTS_SLACK * pass->margin;
+    const float least = SOFT_CONTACTS_LEAST_SLACK * pass->margin, most = PLII_SOFT_CONTACTS_SLACK * pass->margin;
     const float slack = plii_clamp(4.0f * pass->fall, least, most) + 2.0f * pass->node_state->missed[node];
     /* What is fast is stopped before it is there, and so stays on its side; gravity in a step does not count. */
     return (plii_soft_contacts_node){node, reach + plii_min(slack, SOFT_CONTACTS_MOST_SLACK * pass->margin),
@@ -393,12 +392,12 @@ static void soft_collect_boxes(const plii_soft_contacts_pass* pass) {
     }
 }
 
-/* Nodes whose reach touches the bounds of the other body, and the faces there; predicted positions are finite. */
+/* Nodes whose reach touches where the other body will be, and the faces there; predicted positions are finite. */
 static void soft_collect_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
-    const plii_float4 body_low = plii_lanes_from_vec3(&face_body->bounds.min);
-    const plii_float4 body_high = plii_lanes_from_vec3(&face_body->bounds.max);
+    const plii_float4 body_low = plii_lanes_from_vec3(&pass->other_bounds.min);
+    const plii_float4 body_high = plii_lanes_from_vec3(&pass->other_bounds.max);
     plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < node_body->node_count; ++i) {
         const plii_soft_contacts_node near = soft_reach(pass, i);
@@ -566,7 +565,9 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .is_second = i == 1,
                                         .is_inside = may_be_inside ? &is_inside : NULL};
         if (pass.face_body->topology->face_count == 0) { continue; }
-        if (!use_boxes) { pass.other_motion = plii_body_measure_motion(pass.face_body, &pass.common_motion); }
+        if (!use_boxes) {
+            pass.other_motion = plii_body_measure_motion(pass.face_body, &pass.common_motion, &pass.other_bounds);
+        }
         status = !soft_collect(&pass) ? PLI_ERROR_OUT_OF_MEMORY
                  : use_boxes          ? soft_run_boxes(&pass)
                                       : soft_run_near(&pass);

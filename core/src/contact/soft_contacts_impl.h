@@ -8,6 +8,9 @@
 #include "math/bounds.h"
 #include "pliant/contact.h"
 
+/* Of the margins: nodes that are so much farther have contacts too, and are looked for in the next step. */
+#define PLII_SOFT_CONTACTS_SLACK 0.25f
+
 typedef struct plii_soft_contact {
     pli_body* face_body;
     int node, face;
@@ -84,10 +87,11 @@ typedef struct plii_soft_contacts_pass {
     pli_body* face_body;
     plii_soft_contacts_state* face_state;
     plii_soft_contacts_state* search;
-    float margin;           /* sum of both */
-    float fall;             /* m, by gravity in this step, from rest */
-    pli_vec3 common_motion; /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
-    float other_motion;     /* m, of a node of the faces beside that, at most */
+    float margin;            /* sum of both */
+    float fall;              /* m, by gravity in this step, from rest */
+    pli_vec3 common_motion;  /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
+    float other_motion;      /* m, of a node of the faces beside that, at most */
+    pli_bounds other_bounds; /* of the faces, where the step leads */
     bool use_boxes;
     bool is_second;  /* the nodes are those of the second body */
     bool* is_inside; /* that a node is inside of the faces; NULL: none is looked for */

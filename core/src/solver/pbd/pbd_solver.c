@@ -2,6 +2,7 @@
    positions. Matches btSoftBody::predictMotion and solveConstraints. */
 
 #include "body/pipeline.h"
+#include "math/bounds.h"
 #include "solver/pbd/pbd_nodes.h"
 
 void plii_solver_set_start(pli_body* body) {
@@ -64,8 +65,10 @@ void plii_solver_update_predicted_bounds(pli_body* body) {
                                        plii_vec3_is_within(pli_vec3_sub(body->bounds.max, before.max), margin));
     /* A step that goes beyond that of the world leads away from what a host has only moved by one of the world. */
     if (body->sweeping_features == 0 && !body->leaps && !(body->interval.lead > 0.0f)) { return; }
-    body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
-    body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
+    const float ahead = body->soft_slack > 0.0f ? 3.0f : 0.0f; /* they look two steps farther, by relative motions */
+    const pli_bounds after = {pli_vec3_lerp(before.min, body->bounds.min, ahead),
+                              pli_vec3_lerp(before.max, body->bounds.max, ahead)};
+    body->bounds = plii_bounds_grow(plii_bounds_join(plii_bounds_join(body->bounds, before), after), body->soft_slack);
 }
 
 void plii_solver_set_step(pli_body* body, float dt) {
