@@ -8,8 +8,7 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
 
-/* Of the margins; what moves nodes aside grows with what falls in a step: of that 4 are enough, down to a tenth of
-   these. */
+/* Of the margins, at least; what moves nodes aside grows with what falls in a step, of which 4 are enough. */
 #define SOFT_CONTACTS_LEAST_SLACK 0.1f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 
@@ -374,14 +373,13 @@ static void soft_collect_boxes(const plii_soft_contacts_pass* pass) {
 static void soft_collect_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
-    const plii_float4 body_low = pass->other_low, body_high = pass->other_high;
     plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
     for (int i = 0; i < node_body->node_count; ++i) {
         const plii_soft_contacts_node near = soft_reach(pass, i);
         /* A little more, for what rounding takes away. */
         const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(near.reach * 1.0001f);
         const plii_float4 from = x - wide, to = x + wide;
-        const plii_mask4 is_near = (from <= body_high) & (body_low <= to);
+        const plii_mask4 is_near = (from <= pass->other_high) & (pass->other_low <= to);
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         search->nodes[search->node_count++] = near;
         low = plii_lanes_min(from, low);
