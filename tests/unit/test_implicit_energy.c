@@ -300,6 +300,56 @@ static void test_cloth_over_a_table_slows_down(void** unused) {
     check_at_most(fastest, 1.8);
 }
 
+/* J beside the common motion, after a second, of a sheet of 1 kg and 20 x 20 nodes that spins and bends as it flies by
+   the origin. */
+static double energy_in_flight(pli_vec3 velocity) {
+    pli_patch_def patch = pli_patch_def_default();
+    patch.columns = patch.rows = 20;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)));
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+    const pli_body_def def = pli_body_def_default();
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    pli_implicit_def implicit = pli_implicit_def_default();
+    implicit.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+    implicit.sweeps = 50;
+    implicit.stiffness = 5000;
+    CHECK_OK(pli_body_enable_implicit(body, &implicit));
+    for (int i = 0; i < 400; ++i) {
+        const pli_vec4 x = pli_body_get_view(body).positions[i];
+        const pli_vec3 start = pli_vec3_add(pli_vec3_make(x.x, x.y, x.z), pli_vec3_scale(velocity, -0.5f));
+        CHECK_OK(pli_body_set_node_position(body, i, start));
+        const pli_vec3 motion = pli_vec3_make(-6 * x.z, 3 * x.x * x.x, 6 * x.x);
+        CHECK_OK(pli_body_set_node_velocity(body, i, pli_vec3_add(motion, velocity)));
+    }
+    for (int k = 0; k < 60; ++k) {
+        CHECK_OK(pli_world_step(world, 1.0f / 60.0f));
+    }
+    double sum = 0;
+    for (int i = 0; i < 400; ++i) {
+        const pli_vec4 v = pli_body_get_view(body).velocities[i];
+        const pli_vec3 beside = pli_vec3_sub(pli_vec3_make(v.x, v.y, v.z), velocity);
+        sum += 0.5 / 400 * (double)pli_vec3_length_squared(beside);
+    }
+    pli_body_destroy(body);
+    return sum;
+}
+
+/* Whether springs are linearised anew does not ask for the velocity that all nodes have: at 300 m/s 1.7 of 6.8 J were
+   left. */
+static void test_a_sheet_that_spins_keeps_its_energy_in_flight(void** unused) {
+    (void)unused;
+    const double at_rest = energy_in_flight(pli_vec3_make(0, 0, 0));
+    const double flying = energy_in_flight(pli_vec3_make(0, 300, 0));
+    const double oblique = energy_in_flight(pli_vec3_make(-123, 201, -186));
+    print_message("at rest %.4g J, at 300 m/s %.4g and %.4g J\n", at_rest, flying, oblique);
+    check_near(flying, at_rest, 0.01 * at_rest);
+    check_near(oblique, at_rest, 0.01 * at_rest);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_springs_that_turn_gain_nothing, setup_world, teardown_world),
@@ -311,6 +361,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_an_edge_does_not_push_sideways, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_cloth_over_a_table_slows_down, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_friction_moves_a_sheet_on_a_belt, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_sheet_that_spins_keeps_its_energy_in_flight, setup_world,
+                                        teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

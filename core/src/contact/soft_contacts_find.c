@@ -8,8 +8,7 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point4.h"
 
-/* Of the margins; what moves nodes aside grows with what falls in a step: of that 4 are enough, down to a tenth of
-   these. */
+/* Of the margins, at least; what moves nodes aside grows with what falls in a step, of which 4 are enough. */
 #define SOFT_CONTACTS_LEAST_SLACK 0.1f
 #define SOFT_CONTACTS_MOST_SLACK 4.0f
 

@@ -4,7 +4,7 @@
 #include "body/rigid_impl.h"
 #include "solver/implicit/implicit_system.h"
 
-/* Of the energy of the motion, what rounding makes of it in a step. */
+/* Of the energy of motions against each other, what rounding makes of it in a step. */
 #define IMPLICIT_ROUNDING 1e-3
 /* Of the way to a new solution: what is shorter is taken as it is. */
 #define IMPLICIT_LEAST_SHARE 0.05
@@ -55,7 +55,8 @@ static double energy_of_holds(const plii_implicit_system* system) {
 
 double plii_implicit_excess(const plii_implicit_system* system) {
     const pli_body* body = system->body;
-    double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0;
+    double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0, mass = 0.0;
+    plii_dvec3 momentum = {0};
     for (int i = 0; i < body->link_count; ++i) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
         springs +=
@@ -64,18 +65,21 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     }
     springs *= (double)system->def.stiffness;
     for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { mass = (double)INFINITY; } /* no velocity in common */
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const plii_dvec3 v = plii_implicit_xyz(&body->velocities[i]), s = system->solution[i];
         const double m = 1.0 / (double)body->positions[i].w;
         work += m * plii_dvec3_dot(s, v);
         scale += m * plii_dvec3_dot(s, s);
         kinetic += m * plii_dvec3_dot(v, v);
+        momentum = plii_dvec3_add_scaled(momentum, v, m);
+        mass += m;
     }
     for (PLII_EACH(const plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
         if (rigid->is_dynamic) { energy_add_rigid(rigid, body->rigid_pace, &work, &scale); }
     }
     work -= energy_given(&system->constraints) + energy_of_holds(system);
-    return (springs + work) / (scale + IMPLICIT_ROUNDING * kinetic);
+    return (springs + work) / (scale + IMPLICIT_ROUNDING * (kinetic - plii_dvec3_dot(momentum, momentum) / mass));
 }
 
 /* m s^2 / 2 + U, less what constraints give, of the solution `share` of the way from that before, where the body is. */
