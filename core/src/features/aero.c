@@ -116,19 +116,18 @@ typedef struct aero_nodes {
 } aero_nodes;
 
 typedef struct aero_step {
-    float density, dt;
+    float density, dt, half_dt; /* the last: s, through which the forces so far act before the air does */
     bool is_limited, is_impulse;
-    float half_dt; /* s, through which the forces so far act before the air does */
 } aero_step;
 
-/* aero_limit holds for a force that acts as an impulse at the start of the step. Solvers that part a step give nodes a
-   force bit by bit, and nodes of stiff bodies swing to and fro meanwhile: what was to turn one velocity pushes along
-   with the next. So under them air changes velocities at once, before all else. Under the others velocities are half a
-   step behind positions: what swings by pressure gets energy, unless air turns and brakes those of the same time. */
+/* aero_limit holds for a force that acts as an impulse at the start of the step. In substeps it acts bit by bit, while
+   nodes of stiff bodies swing: what was to turn one velocity pushes along with the next. So under solvers with them air
+   changes velocities at once, before all else. Under the others velocities are half a step behind positions: what
+   swings by pressure gets energy, unless air turns and brakes those of the same time. */
 static aero_step aero_begin(const pli_body* body) {
     const bool is_limited = !body->world->def.reference_mode, has_substeps = body->solver_class->has_substeps;
-    return (aero_step){body->world->def.air_density, body->step.dt, is_limited, is_limited && has_substeps,
-                       has_substeps ? 0.0f : 0.5f * body->step.dt};
+    return (aero_step){body->world->def.air_density, body->step.dt, has_substeps ? 0.0f : 0.5f * body->step.dt,
+                       is_limited, is_limited && has_substeps};
 }
 
 static void aero_push(const aero_step* step, pli_vec3 force, float inverse_mass, pli_vec4* velocity) {
