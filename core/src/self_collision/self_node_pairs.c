@@ -160,7 +160,7 @@ static void self_nodes_find_apart(self_nodes_finder* finder, int index, float sh
 
 // ---------------------------------------------------------------------------------------------------------- in blocks
 
-/* Of a pass over all nodes, or in a search over those of the list of nodes apart from `first` on. */
+/* Of a pass over all nodes, or in a search over them as the hash has them or over nodes apart from `first` on. */
 typedef struct self_nodes_pass {
     const pli_body* body;
     plii_self_node_pairs* state;
@@ -183,7 +183,7 @@ static bool self_nodes_find_some(const self_nodes_pass* pass, int begin, int end
         if (pass->is_apart) {
             self_nodes_find_apart(&finder, pass->first + i, pass->share);
         } else {
-            self_nodes_find_common(&finder, i);
+            self_nodes_find_common(&finder, pass->state->hash.nodes[i]);
         }
     }
     return finder.is_truncated || search->near.is_truncated;

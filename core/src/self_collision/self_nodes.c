@@ -5,12 +5,15 @@
 #include "math/simd_float4.h"
 #include "self_collision/self_node_pairs.h"
 
+enum { SELF_NODES_PARTS = 16 };
 typedef struct self_nodes_state {
     pli_self_collision_def def;
     pli_vec3 origin; /* of the positions of pairs, which are small so, and precise */
     plii_self_node_pairs pairs;
-    plii_self_pair* touching; /* pairs that the last sweep parted */
-    int touching_count, touching_capacity;
+    int firsts[SELF_NODES_PARTS + 1]; /* pair of each part of them, and of nodes apart */
+    int touching_counts[SELF_NODES_PARTS + 1];
+    plii_self_pair* touching; /* pairs that the last sweep parted: of each part so many, from where its pairs begin */
+    int touching_capacity;
     pli_self_collision_report report;
 } self_nodes_state;
 
@@ -128,23 +131,84 @@ static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs,
     return found;
 }
 
-static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* nodes, float friction) {
+/* Pairs are in the order of the layers of cells that their first nodes are in, and lead from a layer to itself or to
+   the next one. So parts of whole layers, of which one is between, have no node in common. Those of nodes apart come
+   last, and all where the hash has no layers. */
+static void self_nodes_set_parts(self_nodes_state* state) {
+    const plii_self_node_pairs* pairs = &state->pairs;
+    const plii_self_pair* items = pairs->found.items;
+    const plii_spatial_hash_cell* cells = pairs->hash.cells;
+    int count = pairs->hash.strides[0] != 0 ? pairs->found.count : 0;
+    while (count > 0 && pairs->is_apart[items[count - 1].a]) {
+        count -= 1;
+    }
+    for (int part = 0, first = 0; part <= SELF_NODES_PARTS; ++part) {
+        const int even = (int)((int64_t)count * (part + 1) / SELF_NODES_PARTS);
+        state->firsts[part] = first;
+        first = first < even ? even : first + 1;
+        while (first < count && cells[items[first].a].x == cells[items[first - 1].a].x) {
+            first += 1;
+        }
+        if (first > count) { first = count; }
+    }
+}
+
+/* A pass over all pairs: those of even parts, of odd ones, and of nodes apart. */
+typedef struct self_nodes_parts {
+    const pli_body* body;
+    self_nodes_state* state;
+    void (*run)(const struct self_nodes_parts* pass, int part);
+    const plii_self_nodes* nodes;
+    float friction;
+    int odd;
+} self_nodes_parts;
+
+static void self_nodes_run_range(int begin, int end, void* data) {
+    const self_nodes_parts* pass = data;
+    for (int k = begin; k < end; ++k) {
+        pass->run(pass, 2 * k + pass->odd);
+    }
+}
+
+enum { SELF_NODES_PAIR_NS = 16 }; /* so that a range is worth it */
+static void self_nodes_run_parts(self_nodes_parts* pass) {
+    const int grain = plii_grain(SELF_NODES_PAIR_NS) * SELF_NODES_PARTS / (pass->state->pairs.found.count + 1) + 1;
+    for (pass->odd = 0; pass->odd < 2; ++pass->odd) {
+        plii_parallel_for(pass->body->context, self_nodes_run_range, pass, SELF_NODES_PARTS / 2, grain);
+    }
+    pass->run(pass, SELF_NODES_PARTS);
+}
+
+static void self_nodes_part_some(const self_nodes_parts* pass, int part) {
+    self_nodes_state* state = pass->state;
     const plii_self_pair_list* pairs = &state->pairs.found;
+    const int begin = state->firsts[part], end = part < SELF_NODES_PARTS ? state->firsts[part + 1] : pairs->count;
     const plii_self_pair* near[SELF_NODES_BATCH];
+    const bool has_room = state->touching_capacity >= pairs->count;
     pli_vec4* at = state->pairs.at;
-    state->touching_count = 0;
-    state->report.contacts = 0;
-    for (int first = 0; first < pairs->count; first += SELF_NODES_BATCH) {
-        const int left = pairs->count - first, count = left < SELF_NODES_BATCH ? left : SELF_NODES_BATCH;
+    int contacts = 0;
+    for (int first = begin; first < end; first += SELF_NODES_BATCH) {
+        const int left = end - first, count = left < SELF_NODES_BATCH ? left : SELF_NODES_BATCH;
         const int found = self_nodes_find_near(at, pairs->items + first, count, near);
         for (int k = 0; k < found; ++k) {
             const plii_float4 apart = self_nodes_apart(at, near[k]);
             if (!self_nodes_is_near(apart, near[k], 1.0f)) { continue; }
-            if (!self_nodes_part(nodes, at, *near[k], apart, friction)) { continue; }
-            const bool has_room = state->touching_count < state->touching_capacity;
-            if (has_room) { state->touching[state->touching_count++] = *near[k]; }
-            state->report.contacts += 1;
+            if (!self_nodes_part(pass->nodes, at, *near[k], apart, pass->friction)) { continue; }
+            if (has_room) { state->touching[begin + contacts] = *near[k]; }
+            contacts += 1;
         }
+    }
+    state->touching_counts[part] = contacts;
+}
+
+static void self_nodes_part_all(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes,
+                                float friction) {
+    self_nodes_parts pass = {body, state, self_nodes_part_some, nodes, friction, 0};
+    self_nodes_set_parts(state);
+    self_nodes_run_parts(&pass);
+    state->report.contacts = 0;
+    for (int part = 0; part <= SELF_NODES_PARTS; ++part) {
+        state->report.contacts += state->touching_counts[part];
     }
 }
 
@@ -154,7 +218,7 @@ static void self_nodes_run_position(pli_body* body, void* data) {
     state->pairs.at = nodes.offsets;
     plii_self_node_pairs_update(body, &state->pairs, &nodes, NULL, body->step.inverse_dt, body->step.dt, 0.0f);
     self_nodes_report(body, state);
-    self_nodes_part_all(state, &nodes, state->def.friction);
+    self_nodes_part_all(body, state, &nodes, state->def.friction);
 }
 
 static void self_nodes_restart(pli_body* body, void* data, const plii_substep* substep) {
@@ -170,28 +234,34 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
     plii_self_node_pairs_update(body, &state->pairs, &nodes, &state->origin, substep->inverse_dt, done,
                                 body->step.dt - done);
     self_nodes_report(body, state);
-    self_nodes_part_all(state, &nodes, 0.0f);
+    self_nodes_part_all(body, state, &nodes, 0.0f);
 }
 
 /* Pairs that were parted lose the speed that came of it, and `friction` of the rest of their relative velocity. */
-static void self_nodes_finish(pli_body* body, void* data, const plii_substep* substep) {
-    const self_nodes_state* state = data;
-    pli_vec4* v = body->velocities;
-    for (int i = 0; i < state->touching_count; ++i) {
+static void self_nodes_finish_some(const self_nodes_parts* pass, int part) {
+    const self_nodes_state* state = pass->state;
+    const int first = state->firsts[part], last = first + state->touching_counts[part];
+    const pli_vec4* at = state->pairs.at;
+    pli_vec4* v = pass->body->velocities;
+    for (int i = first; i < last; ++i) {
         const int a = state->touching[i].a, b = state->touching[i].b;
-        const plii_float4 at_a = plii_float4_from(&state->pairs.at[a]), at_b = plii_float4_from(&state->pairs.at[b]);
-        const plii_float4 apart = plii_lanes_xyz(at_b - at_a);
+        const plii_float4 apart = plii_lanes_xyz(plii_float4_from(&at[b]) - plii_float4_from(&at[a]));
         const plii_float4 relative = plii_lanes_xyz(plii_float4_from(&v[b]) - plii_float4_from(&v[a]));
         const float squared = plii_lanes_dot(apart, apart), parting = plii_lanes_dot(relative, apart);
         if (!(squared > 0.0f)) { continue; }
-        const float weight_a = state->pairs.at[a].w, weight_b = state->pairs.at[b].w;
-        const float inverse = 1.0f / (squared * (weight_a + weight_b)), friction = state->def.friction;
-        const float along = ((parting > 0.0f ? 1.0f : 0.0f) - friction) * parting;
+        const float inverse = 1.0f / (squared * (at[a].w + at[b].w));
+        const float along = ((parting > 0.0f ? 1.0f : 0.0f) - pass->friction) * parting;
         /* change * squared */
-        const plii_float4 change = apart * along + relative * (friction * squared);
-        plii_float4_to(&v[a], plii_float4_from(&v[a]) + change * (weight_a * inverse));
-        plii_float4_to(&v[b], plii_float4_from(&v[b]) + change * (-weight_b * inverse));
+        const plii_float4 change = apart * along + relative * (pass->friction * squared);
+        plii_float4_to(&v[a], plii_float4_from(&v[a]) + change * (at[a].w * inverse));
+        plii_float4_to(&v[b], plii_float4_from(&v[b]) + change * (-at[b].w * inverse));
     }
+}
+
+static void self_nodes_finish(pli_body* body, void* data, const plii_substep* substep) {
+    self_nodes_state* state = data;
+    self_nodes_parts pass = {body, state, self_nodes_finish_some, NULL, state->def.friction, 0};
+    if (state->touching_capacity >= state->pairs.found.count) { self_nodes_run_parts(&pass); }
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -216,7 +286,6 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
     plii_self_carry_rest(body, change, state->pairs.rest);
     plii_self_node_pairs_start(&state->pairs);
     state->report = (pli_self_collision_report){0};
-    state->touching_count = 0;
 }
 
 /* Not in Bullet. Speeds are limited before anything is taken from predicted positions; contacts come after all links
@@ -247,6 +316,7 @@ const plii_feature_class plii_self_nodes_class = {
                          PLII_STATE_SPAN(self_nodes_state, pairs.thickness, pairs.reach, PLII_SAVED, "fi2f3ff"),
                          PLII_STATE_SPAN(self_nodes_state, pairs.at, pairs.parts, PLII_LEFT, NULL),
                          PLII_STATE_SPAN(self_nodes_state, pairs.is_known, pairs.searches, PLII_SAVED, "2Bi"),
+                         PLII_STATE_SPAN(self_nodes_state, firsts, touching_counts, PLII_LEFT, NULL),
                          PLII_STATE_OF(self_nodes_state, report, PLII_SAVED, "4iB")),
     .is_sound = self_nodes_is_sound,
     .on_restored = self_nodes_on_restored,
@@ -275,7 +345,7 @@ const plii_feature_class plii_self_nodes_class = {
                     PLII_LEFT_LISTS(self_nodes_state, pairs.parts, found.items, found.capacity),
                     {PLII_COUNTED_LIST(self_nodes_state, pairs.found.items, pairs.found.capacity, pairs.found.count),
                      PLII_SAVED_AS("2nf")},
-                    PLII_LEFT_COUNTED(self_nodes_state, touching, touching_capacity, touching_count)),
+                    PLII_LEFT_LIST(self_nodes_state, touching, touching_capacity)),
     .enable = self_nodes_enable,
     .topology_commit = self_nodes_topology_commit,
 };
