@@ -40,6 +40,9 @@ struct plii_substep {
     const plii_substep_limits* limits;
 };
 
+/* A whole step as one substep, to solvers that have none. */
+plii_substep plii_substep_of_step(const pli_body* body, pli_vec4* positions, pli_vec4* starts);
+
 typedef void plii_substep_fn(pli_body* body, void* state, const plii_substep* substep);
 
 /* Features that name one in their class take part whenever the body is stepped by XPBD. */
@@ -68,6 +71,9 @@ static inline pli_vec3 plii_substep_place(const pli_body* body, const plii_subst
 }
 static inline pli_vec3 plii_substep_position(const pli_body* body, const plii_substep* substep, int node) {
     return plii_substep_place(body, substep, substep->displacements, node);
+}
+static inline pli_vec3 plii_substep_start(const pli_body* body, const plii_substep* substep, int node) {
+    return plii_substep_place(body, substep, substep->start_displacements, node);
 }
 /* Since the start of the substep. */
 static inline pli_vec3 plii_substep_motion(const plii_substep* substep, int node) {

@@ -223,7 +223,7 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
         anchor->substeps.multiplier = anchor->substeps.left = pli_vec3_make(0, 0, 0);
         if (rigid->kind == PLI_RIGID_DYNAMIC) {
             plii_substep_rigid_pivot_turn(pivot);
-            const pli_vec3 start = plii_substep_place(body, substep, substep->start_displacements, anchor->node);
+            const pli_vec3 start = plii_substep_start(body, substep, anchor->node);
             const pli_vec3 goal = pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_pivot_moved(pivot));
             const pli_vec3 off = pli_vec3_sub(start, goal);
             anchor->substeps.left = pli_vec3_scale(off, 1.0f - anchor_share(body, anchor, off, 1.0f, substep->host_dt));

@@ -380,7 +380,7 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
         plii_substep_rigid_pivot_turn(&load->pivot);
         const pli_tether* tether = &state->tethers[load->node];
         const int origin = tether->origin;
-        const pli_vec3 start = plii_substep_place(body, substep, substep->start_displacements, origin);
+        const pli_vec3 start = plii_substep_start(body, substep, origin);
         const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
         const float distance = pli_vec3_length(apart);
         load->limit = tether_limit(tether_longest(state, tether), distance, substep->dt);

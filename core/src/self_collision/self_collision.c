@@ -6,38 +6,41 @@
 #include "math/simd_float4.h"
 #include "self_collision/self_collision_impl.h"
 
-pli_vec3 plii_self_common_motion(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from) {
+pli_vec3 plii_self_common_motion(const pli_body* body, const plii_substep* substep, const pli_vec3* from) {
     plii_dvec3 sum = {0};
     for (int i = 0; i < body->node_count; ++i) {
-        sum = plii_dvec3_add(sum, plii_dvec3_from(plii_self_motion_from(nodes, from, i)));
+        sum = plii_dvec3_add(sum, plii_dvec3_from(plii_self_motion_from(body, substep, from, i)));
     }
     return plii_dvec3_to_float(plii_dvec3_scale(sum, 1.0 / (double)body->node_count));
 }
 
 typedef struct self_limit {
-    const plii_self_nodes* nodes;
+    const pli_body* body;
+    const plii_substep* substep;
     pli_vec4* velocities; /* or NULL */
     float longest, rate;
     pli_vec3 centre, move, turn; /* common motion: a rigid one brings no two nodes nearer either */
 } self_limit;
 
 static pli_vec3 self_limit_common(const self_limit* limit, int node) {
-    const pli_vec3 arm = pli_vec3_sub(plii_self_start(limit->nodes, node), limit->centre);
+    const pli_vec3 arm = pli_vec3_sub(plii_substep_start(limit->body, limit->substep, node), limit->centre);
     return pli_vec3_add(limit->move, pli_vec3_cross(limit->turn, arm));
 }
 
 /* Takes as common motion that of a rigid body with the momentum and the angular momentum of the nodes. False where one
    is pinned. */
-static bool self_limit_fit(const pli_body* body, self_limit* limit) {
-    const pli_vec3 first = plii_self_start(limit->nodes, 0);
+static bool self_limit_fit(self_limit* limit) {
+    const pli_body* body = limit->body;
+    const plii_substep* substep = limit->substep;
+    const pli_vec3 first = plii_substep_start(body, substep, 0);
     double mass = 0.0;
     plii_dvec3 centre = {0}, momentum = {0}, spin = {0};
     pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
     for (int i = 0; i < body->node_count; ++i) {
-        const float own = 1.0f / limit->nodes->offsets[i].w;
+        const float own = 1.0f / substep->displacements[i].w;
         if (!plii_is_finite(own)) { return false; }
-        const pli_vec3 arm = pli_vec3_sub(plii_self_start(limit->nodes, i), first);
-        const plii_dvec3 at = plii_dvec3_from(arm), motion = plii_dvec3_from(plii_self_motion(limit->nodes, i));
+        const pli_vec3 arm = pli_vec3_sub(plii_substep_start(body, substep, i), first);
+        const plii_dvec3 at = plii_dvec3_from(arm), motion = plii_dvec3_from(plii_substep_motion(substep, i));
         mass += (double)own;
         centre = plii_dvec3_add_scaled(centre, at, (double)own);
         momentum = plii_dvec3_add_scaled(momentum, motion, (double)own);
@@ -62,19 +65,19 @@ static bool self_limit_fit(const pli_body* body, self_limit* limit) {
 }
 
 static void self_limit_move(const self_limit* limit, int node, pli_vec3 move) {
-    plii_self_move(limit->nodes, node, move, 1.0f);
+    plii_add_xyz(&limit->substep->displacements[node], move);
     if (limit->velocities != NULL) { plii_add_xyz(&limit->velocities[node], pli_vec3_scale(move, limit->rate)); }
 }
 
 static double self_limit_block(int begin, int end, const void* data) {
     const self_limit* limit = data;
-    const plii_self_nodes* nodes = limit->nodes;
+    const plii_substep* substep = limit->substep;
     const float longest = limit->longest;
     int longer = 0;
     for (int i = begin; i < end; ++i) {
-        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, i), self_limit_common(limit, i));
+        const pli_vec3 motion = pli_vec3_sub(plii_substep_motion(substep, i), self_limit_common(limit, i));
         const float squared = pli_vec3_length_squared(motion);
-        if (!(nodes->offsets[i].w > 0.0f) || !(squared > longest * longest)) { continue; }
+        if (!(substep->displacements[i].w > 0.0f) || !(squared > longest * longest)) { continue; }
         self_limit_move(limit, i, pli_vec3_scale(motion, longest / sqrtf(squared) - 1.0f));
         longer += 1;
     }
@@ -87,30 +90,31 @@ static double self_limit_count(int begin, int end, const void* data) {
     const plii_float4 move = plii_lanes_from_vec3(&limit->move);
     int longer = 0;
     for (int i = begin; i < end; ++i) {
-        const plii_float4 offset = plii_float4_from(&limit->nodes->offsets[i]);
-        const plii_float4 motion = offset - plii_float4_from(&limit->nodes->starts[i]) - move;
+        const plii_float4 displacement = plii_float4_from(&limit->substep->displacements[i]);
+        const plii_float4 motion = displacement - plii_float4_from(&limit->substep->start_displacements[i]) - move;
         longer += plii_lanes_dot(motion, motion) > limit->longest * limit->longest;
     }
     return longer;
 }
 
 enum { SELF_LIMIT_NS = 5 }; /* per node */
-static int self_limit_run(const pli_body* body, const self_limit* limit, plii_block_value_fn* run) {
+static int self_limit_run(const self_limit* limit, plii_block_value_fn* run) {
+    const pli_body* body = limit->body;
     return (int)plii_sum_blocks(body->context, body->node_count, plii_grain(SELF_LIMIT_NS), run, limit);
 }
 
-int plii_self_limit_motions(const pli_body* body, const plii_self_nodes* nodes, float longest, pli_vec4* velocities,
+int plii_self_limit_motions(const pli_body* body, const plii_substep* substep, float longest, pli_vec4* velocities,
                             bool keeps_momentum) {
-    self_limit limit = {nodes, velocities, 0.5f * longest, .rate = body->step.inverse_dt};
+    self_limit limit = {body, substep, velocities, 0.5f * longest, .rate = body->step.inverse_dt};
     /* Where no node goes farther than the half, none does beside their mean. */
-    if (self_limit_run(body, &limit, self_limit_count) == 0) { return 0; }
+    if (self_limit_run(&limit, self_limit_count) == 0) { return 0; }
     limit.longest = longest;
-    limit.move = plii_self_common_motion(body, nodes, NULL);
-    if (self_limit_run(body, &limit, self_limit_count) == 0) { return 0; }
-    keeps_momentum = keeps_momentum && self_limit_fit(body, &limit);
-    const int longer = self_limit_run(body, &limit, self_limit_block);
+    limit.move = plii_self_common_motion(body, substep, NULL);
+    if (self_limit_run(&limit, self_limit_count) == 0) { return 0; }
+    keeps_momentum = keeps_momentum && self_limit_fit(&limit);
+    const int longer = self_limit_run(&limit, self_limit_block);
     const pli_vec3 move = limit.move, turn = limit.turn;
-    if (!keeps_momentum || longer == 0 || !self_limit_fit(body, &limit)) { return longer; }
+    if (!keeps_momentum || longer == 0 || !self_limit_fit(&limit)) { return longer; }
     limit.move = pli_vec3_sub(move, limit.move);
     limit.turn = pli_vec3_sub(turn, limit.turn);
     for (int i = 0; i < body->node_count; ++i) {

@@ -15,28 +15,30 @@
 #define SELF_FACES_KEPT 0.2f
 
 /* The inverse mass of both sides. Where one is pinned, a node that bears little beside pinned ones does not go far. */
-static float self_faces_weight(const plii_self_nodes* nodes, const plii_self_faces_pair* pair) {
+static float self_faces_weight(const pli_vec4* displacements, const plii_self_faces_pair* pair) {
     const int second = pair->is_edges ? 2 : 1;
     float weights[2] = {0};
     for (int k = 0; k < 4; ++k) {
-        weights[k >= second] += pair->weights[k] * pair->weights[k] * nodes->offsets[pair->nodes[k]].w;
+        weights[k >= second] += pair->weights[k] * pair->weights[k] * displacements[pair->nodes[k]].w;
     }
     if (!(weights[0] > 0.0f)) {
-        return plii_point_weight_unpinned(nodes->offsets, 4 - second, pair->nodes + second, pair->weights + second);
+        return plii_point_weight_unpinned(displacements, 4 - second, pair->nodes + second, pair->weights + second);
     }
-    if (!(weights[1] > 0.0f)) { return plii_point_weight_unpinned(nodes->offsets, second, pair->nodes, pair->weights); }
+    if (!(weights[1] > 0.0f)) { return plii_point_weight_unpinned(displacements, second, pair->nodes, pair->weights); }
     return weights[0] + weights[1];
 }
 
 /* True when the pair was too near. */
-static bool self_faces_part(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float friction) {
-    const float weight = self_faces_weight(nodes, pair);
+static bool self_faces_part(const pli_body* body, const plii_substep* substep, const plii_self_faces_pair* pair,
+                            float friction) {
+    const float weight = self_faces_weight(substep->displacements, pair);
     float distance = 0.0f;
     pli_vec3 motion = pli_vec3_make(0, 0, 0);
     for (int k = 0; k < 4; ++k) {
         const int node = pair->nodes[k];
-        distance += pair->weights[k] * pli_vec3_dot(pair->normal, plii_self_difference(nodes, pair->nodes[0], node));
-        motion = pli_vec3_add(motion, pli_vec3_scale(plii_self_motion(nodes, node), pair->weights[k]));
+        distance +=
+            pair->weights[k] * pli_vec3_dot(pair->normal, plii_self_difference(body, substep, pair->nodes[0], node));
+        motion = pli_vec3_add(motion, pli_vec3_scale(plii_substep_motion(substep, node), pair->weights[k]));
     }
     if (!(distance < pair->target) || !(weight > 0.0f)) { return false; }
     const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(pair->normal, pli_vec3_dot(motion, pair->normal)));
@@ -44,44 +46,44 @@ static bool self_faces_part(const plii_self_nodes* nodes, const plii_self_faces_
                                          pli_vec3_scale(sliding, friction / weight));
     for (int k = 0; k < 4; ++k) {
         const int node = pair->nodes[k];
-        plii_self_move(nodes, node, change, nodes->offsets[node].w * pair->weights[k]);
+        plii_substep_move(substep, node, change, pair->weights[k]);
     }
     return true;
 }
 
 /* Pushes pairs apart that are too near. */
-static void self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* nodes) {
+static void self_faces_solve(const pli_body* body, plii_self_faces_state* state, const plii_substep* substep) {
     const float near = state->def.thickness;
     int contacts = 0;
     for (int i = 0; i < state->active_count; ++i) {
         const plii_self_faces_pair* pair = &state->pairs[state->active[i]];
         if (pair->distance > pair->target + near) { continue; }
-        contacts += self_faces_part(nodes, pair, state->def.friction);
+        contacts += self_faces_part(body, substep, pair, state->def.friction);
     }
     state->report.contacts = contacts;
 }
 
 /* What nodes that nothing stops have in common, or else all: that is not cut short. */
-static pli_vec3 self_faces_common_motion(const pli_body* body, const plii_self_nodes* nodes) {
+static pli_vec3 self_faces_common_motion(const pli_body* body, const plii_substep* substep) {
     pli_vec3 sum = pli_vec3_make(0, 0, 0);
     int count = 0;
     for (int i = 0; i < body->node_count; ++i) {
-        if (nodes->offsets[i].w > 0.0f) { continue; }
-        sum = pli_vec3_add(sum, plii_self_motion(nodes, i));
+        if (substep->displacements[i].w > 0.0f) { continue; }
+        sum = pli_vec3_add(sum, plii_substep_motion(substep, i));
         count += 1;
     }
-    return count > 0 ? pli_vec3_scale(sum, 1.0f / (float)count) : plii_self_common_motion(body, nodes, NULL);
+    return count > 0 ? pli_vec3_scale(sum, 1.0f / (float)count) : plii_self_common_motion(body, substep, NULL);
 }
 
 /* Ends motions beside the common one, with which the plane of a pair goes, too near to that. True when one did. */
-static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, pli_vec3 common,
-                               bool is_forced) {
+static bool self_faces_shorten(const pli_body* body, const plii_substep* substep, const plii_self_faces_pair* pair,
+                               pli_vec3 common, bool is_forced) {
     /* Levels of the nodes along the normal, about the middle; positive on the first side. The lowest of each side. */
     float sign[4], level[4], lowest[2] = {FLT_MAX, FLT_MAX};
-    const pli_vec3 origin = pli_vec3_add(plii_self_start(nodes, pair->nodes[0]), common);
+    const pli_vec3 origin = pli_vec3_add(plii_substep_start(body, substep, pair->nodes[0]), common);
     for (int k = 0; k < 4; ++k) {
         const bool is_first = k == 0 || (k == 1 && pair->is_edges);
-        const pli_vec3 x = pli_vec3_sub(plii_self_position(nodes, pair->nodes[k]), origin);
+        const pli_vec3 x = pli_vec3_sub(plii_substep_position(body, substep, pair->nodes[k]), origin);
         sign[k] = is_first ? 1.0f : -1.0f;
         level[k] = sign[k] * (pli_vec3_dot(pair->normal, x) - pair->middle);
         lowest[is_first] = plii_min(lowest[is_first], level[k]);
@@ -92,13 +94,13 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_fac
     for (int k = 0; k < 4; ++k) {
         if (!(level[k] < kept)) { continue; }
         const int node = pair->nodes[k];
-        if (!(nodes->offsets[node].w > 0.0f)) { continue; }
-        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, node), common);
+        if (!(substep->displacements[node].w > 0.0f)) { continue; }
+        const pli_vec3 motion = pli_vec3_sub(plii_substep_motion(substep, node), common);
         const float change = sign[k] * pli_vec3_dot(pair->normal, motion);
         /* A little more than needed, lest rounding brings the pair back in the next pass. */
         const float share = change < 0.0f ? plii_clamp((level[k] - 1.01f * kept) / change, 0.0f, 1.0f) : 0.0f;
         if (share > 0.0f) {
-            plii_self_move(nodes, node, motion, -share);
+            plii_add_xyz(&substep->displacements[node], pli_vec3_scale(motion, -share));
             is_shortened = true;
         }
     }
@@ -106,15 +108,15 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_fac
 }
 
 /* After all constraints of a step or substep: cuts motions short. */
-static void self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    state->report.shortened += plii_self_limit_motions(body, nodes, state->motion, NULL, false);
-    const pli_vec3 common = self_faces_common_motion(body, nodes);
+static void self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_substep* substep) {
+    state->report.shortened += plii_self_limit_motions(body, substep, state->motion, NULL, false);
+    const pli_vec3 common = self_faces_common_motion(body, substep);
     bool is_done = false;
     for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {
         is_done = true;
         for (int i = 0; i < state->active_count; ++i) {
             const bool is_forced = pass == SELF_FACES_MAX_PASSES;
-            if (self_faces_shorten(nodes, &state->pairs[state->active[i]], common, is_forced)) {
+            if (self_faces_shorten(body, substep, &state->pairs[state->active[i]], common, is_forced)) {
                 is_done = false;
                 state->report.shortened += 1;
             }
@@ -130,24 +132,24 @@ static void self_faces_finish(const pli_body* body, plii_self_faces_state* state
 static void self_faces_run_prepare(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     memcpy(state->starts, body->previous, (size_t)body->node_count * sizeof *state->starts);
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body, state->starts);
+    const plii_substep step = plii_substep_of_step(body, body->positions, state->starts);
     plii_self_faces_begin(body, state);
-    plii_self_faces_restart(body, state, &nodes, state->travel);
+    plii_self_faces_restart(body, state, &step, state->travel);
 }
 
 static void self_faces_run_position(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body, state->starts);
-    self_faces_solve(state, &nodes);
+    const plii_substep step = plii_substep_of_step(body, body->positions, state->starts);
+    self_faces_solve(body, state, &step);
 }
 
 /* After velocities were taken from positions: they follow. */
 static void self_faces_run_finish(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     if (body->solver_class->has_substeps) { return; }
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body, state->starts);
+    const plii_substep step = plii_substep_of_step(body, body->positions, state->starts);
     plii_body_copy_positions(body, state->was);
-    self_faces_finish(body, state, &nodes);
+    self_faces_finish(body, state, &step);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
         plii_add_xyz(&body->velocities[i], pli_vec3_scale(change, body->step.inverse_dt));
@@ -156,16 +158,14 @@ static void self_faces_run_finish(pli_body* body, void* data) {
 
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
     plii_self_faces_state* state = data;
-    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     const float most = state->travel * substep->dt * body->step.inverse_dt;
     const float room = SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
-    plii_self_faces_restart(body, state, &nodes, plii_self_faces_bound(body, &nodes, room, most));
+    plii_self_faces_restart(body, state, substep, plii_self_faces_bound(body, substep, room, most));
 }
 
 static void self_faces_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    self_faces_solve(data, &nodes);
-    self_faces_finish(body, data, &nodes);
+    self_faces_solve(body, data, substep);
+    self_faces_finish(body, data, substep);
 }
 
 static pli_status self_faces_enable(pli_body* body, void* data) {

@@ -205,39 +205,39 @@ static bool self_faces_search_run(pli_body* body, plii_self_faces_state* state, 
 // ------------------------------------------------------------------------------------------------------------- motions
 
 /* Beside the common motion, of all nodes or of pinned ones. */
-static float self_faces_largest(const pli_body* body, const plii_self_nodes* nodes, const pli_vec3* from,
+static float self_faces_largest(const pli_body* body, const plii_substep* substep, const pli_vec3* from,
                                 bool are_pinned) {
-    const pli_vec3 common = plii_self_common_motion(body, nodes, from);
+    const pli_vec3 common = plii_self_common_motion(body, substep, from);
     float squared = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        if (are_pinned && nodes->offsets[i].w > 0.0f) { continue; }
-        const pli_vec3 motion = pli_vec3_sub(plii_self_motion_from(nodes, from, i), common);
+        if (are_pinned && substep->displacements[i].w > 0.0f) { continue; }
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion_from(body, substep, from, i), common);
         squared = plii_max(squared, pli_vec3_length_squared(motion));
     }
     return sqrtf(squared);
 }
 
-float plii_self_faces_bound(const pli_body* body, const plii_self_nodes* nodes, float room, float most) {
-    const float wanted = 1.25f * self_faces_largest(body, nodes, NULL, false) + room;
-    return wanted > most ? plii_max(most, self_faces_largest(body, nodes, NULL, true)) : wanted;
+float plii_self_faces_bound(const pli_body* body, const plii_substep* substep, float room, float most) {
+    const float wanted = 1.25f * self_faces_largest(body, substep, NULL, false) + room;
+    return wanted > most ? plii_max(most, self_faces_largest(body, substep, NULL, true)) : wanted;
 }
 
 /* Counts how far nodes have got. What is not finite goes on being so, and is caught elsewhere. */
-static void self_faces_count_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
-    state->moved += self_faces_largest(body, nodes, state->last, false) * (1.0f + 1e-5f);
+static void self_faces_count_motion(const pli_body* body, plii_self_faces_state* state, const plii_substep* substep) {
+    state->moved += self_faces_largest(body, substep, state->last, false) * (1.0f + 1e-5f);
     for (int i = 0; i < body->node_count; ++i) {
-        state->last[i] = plii_self_start(nodes, i);
+        state->last[i] = plii_substep_start(body, substep, i);
     }
 }
 
 void plii_self_faces_begin(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    const plii_self_nodes nodes = {NULL, body->previous, body->previous};
+    const plii_substep start = plii_substep_of_step(body, body->previous, body->previous);
     state->report = (pli_self_faces_report){.pairs = state->pair_count};
-    const plii_self_nodes predicted = plii_self_nodes_of_body(body, body->previous);
+    const plii_substep predicted = plii_substep_of_step(body, body->positions, body->previous);
     const float most = state->def.max_travel > 0.0f ? state->def.max_travel : state->mean_edge_length;
     state->travel = plii_self_faces_bound(body, &predicted, 0.5f * state->def.thickness, most);
-    self_faces_count_motion(body, state, &nodes);
+    self_faces_count_motion(body, state, &start);
     const float room = 0.5f * (state->reach - state->def.thickness);
     if (state->reach > 0.0f && state->moved + state->travel <= room) { return; }
     state->reach = state->def.thickness + 2.0f * state->travel;
@@ -308,9 +308,9 @@ static void self_faces_restart_block(int begin, int end, int block, void* data) 
     restart->counts[block] = count - begin;
 }
 
-void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes, float motion) {
+void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_substep* substep, float motion) {
     state->motion = motion;
-    self_faces_count_motion(body, state, nodes);
+    self_faces_count_motion(body, state, substep);
     state->active_count = 0;
     if (!PLII_RESERVE(body->context, &state->active, &state->active_capacity, state->pair_count)) {
         state->report.is_truncated = true;

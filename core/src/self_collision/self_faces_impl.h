@@ -54,11 +54,11 @@ typedef struct plii_self_faces_state {
 
 /* How far nodes may go beside their common motion that have these motions before constraints: with some `room` for
    those, `most` at most; pinned nodes, which nothing stops, set their own. */
-float plii_self_faces_bound(const pli_body* body, const plii_self_nodes* nodes, float room, float most);
+float plii_self_faces_bound(const pli_body* body, const plii_substep* substep, float room, float most);
 
 /* Edges of all faces, each once. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);
 /* At the start of a step: pairs that could come together in it. `data`: the state. */
 void plii_self_faces_begin(pli_body* body, void* data);
 /* Collects the pairs that could come together when no node moves by more than `motion` beside the common motion. */
-void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes, float motion);
+void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_substep* substep, float motion);

@@ -167,8 +167,8 @@ typedef struct self_nodes_pass {
     float share; /* of the travel since the search */
     bool is_apart;
     int first;
-    const plii_self_nodes* nodes; /* that move; NULL: by their velocities */
-    const pli_vec3* origin;       /* of positions that are taken over, or NULL */
+    const plii_substep* substep; /* in which nodes move; NULL: by their velocities */
+    const pli_vec3* origin;      /* of positions that are taken over, or NULL */
     pli_vec3 shift;
     float scale, decay; /* of motions; of margins */
 } self_nodes_pass;
@@ -324,18 +324,18 @@ static double self_nodes_leaving_block(int begin, int end, const void* data) {
 
 static void self_nodes_copy_range(int begin, int end, void* data) {
     const self_nodes_pass* pass = data;
-    const plii_self_nodes* nodes = pass->nodes;
+    const plii_substep* substep = pass->substep;
+    const pli_vec4* bases = substep->is_absolute ? NULL : pass->body->positions;
     const plii_float4 origin = plii_lanes_from_vec3(pass->origin);
     for (int i = begin; i < end; ++i) {
-        const plii_float4 base =
-            nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
-        plii_float4_to(&pass->state->local[i], base - origin + plii_float4_from(&nodes->offsets[i]));
+        const plii_float4 base = bases != NULL ? plii_lanes_xyz(plii_float4_from(&bases[i])) : plii_float4_all(0.0f);
+        plii_float4_to(&pass->state->local[i], base - origin + plii_float4_from(&substep->displacements[i]));
     }
 }
 
-void plii_self_node_pairs_copy(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
+void plii_self_node_pairs_copy(const pli_body* body, plii_self_node_pairs* state, const plii_substep* substep,
                                const pli_vec3* origin) {
-    self_nodes_pass pass = {.state = state, .nodes = nodes, .origin = origin};
+    self_nodes_pass pass = {.body = body, .state = state, .substep = substep, .origin = origin};
     state->at = state->local;
     plii_parallel_for(body->context, self_nodes_copy_range, &pass, body->node_count, plii_grain(SELF_NODES_COPY_NS));
 }
@@ -371,7 +371,7 @@ static void self_nodes_travel_range(int begin, int end, void* data) {
     const self_nodes_pass* pass = data;
     for (int i = begin; i < end; ++i) {
         const pli_vec3 motion =
-            pass->nodes != NULL ? plii_self_motion(pass->nodes, i) : plii_xyz(pass->body->velocities[i]);
+            pass->substep != NULL ? plii_substep_motion(pass->substep, i) : plii_xyz(pass->body->velocities[i]);
         plii_add_xyz(&pass->state->searched[i], pass->shift);
         self_nodes_set_travel(pass->state, i, pli_vec3_scale(motion, pass->scale), pass->share, pass->decay);
     }
@@ -430,11 +430,12 @@ static void self_nodes_set_path(plii_self_node_pairs* state, int node, pli_vec3 
     plii_set_xyz(&state->searched[node], begin);
 }
 
-void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
-                                 const pli_vec3* origin, float rate, float now, float left) {
+void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_substep* substep,
+                                 const pli_vec3* origin) {
+    const float rate = substep->inverse_dt, now = (float)(substep->index + 1) * substep->dt, left = body->step.dt - now;
     const float since = now - state->searched_at;
     const float share = since < state->travel_time ? since / state->travel_time : 1.0f;
-    self_nodes_pass pass = {body, state, share, false, 0, nodes, origin, {0, 0, 0}, left * rate, 1.0f};
+    self_nodes_pass pass = {body, state, share, false, 0, substep, origin, {0, 0, 0}, left * rate, 1.0f};
     self_nodes_renew_mark(body, &state->search);
     const int strayed = self_nodes_count(&pass, self_nodes_strayed_block);
     if (strayed == 0) { return; }
@@ -447,7 +448,7 @@ void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* sta
     for (int k = first; k < state->apart_count; ++k) {
         const int node = state->apart[k];
         state->is_apart[node] = true;
-        self_nodes_set_path(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
+        self_nodes_set_path(state, node, pli_vec3_scale(plii_substep_motion(substep, node), rate), share);
     }
     pass.is_apart = true;
     pass.first = first;

@@ -68,7 +68,7 @@ void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state);
 /* With new arrays of nodes, which the caller declares. */
 void plii_self_node_pairs_start(plii_self_node_pairs* state);
 /* Takes positions over to `local`, relative to an origin. */
-void plii_self_node_pairs_copy(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
+void plii_self_node_pairs_copy(const pli_body* body, plii_self_node_pairs* state, const plii_substep* substep,
                                const pli_vec3* origin);
 /* More than folded cloth has, so that there is room before it folds. */
 #define PLII_SELF_PAIRS_PER_NODE 6
@@ -81,7 +81,7 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
 /* At the start of a step: nodes go on with their velocities, and are as reliable as they were in the last step.
    `shift`: from the positions of the last step to those of this one, where both are relative to an origin. */
 void plii_self_node_pairs_search_step(const pli_body* body, plii_self_node_pairs* state, pli_vec3 shift);
-/* Later, at `now` s since the start of the step with `left` s to go: searches what has left its path, if anything has.
-   The motion of a node times `rate` is its velocity. Given an origin, positions are taken over before. */
-void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_self_nodes* nodes,
-                                 const pli_vec3* origin, float rate, float now, float left);
+/* At the end of a substep: searches what has left its path, if anything has. Given an origin, positions are taken over
+   before. */
+void plii_self_node_pairs_update(const pli_body* body, plii_self_node_pairs* state, const plii_substep* substep,
+                                 const pli_vec3* origin);

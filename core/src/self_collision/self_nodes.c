@@ -20,7 +20,7 @@ typedef struct self_nodes_state {
 // ------------------------------------------------------------------------------------------------------ the search
 
 /* After searches: what they found. */
-static void self_nodes_report(pli_body* body, self_nodes_state* state) {
+static void self_nodes_report(const pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
     const bool has_room =
         !body->solver_class->has_substeps ||
@@ -34,7 +34,7 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
    solver's own then; those of the last search are others where that was in a step with substeps. */
 static void self_nodes_begin(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    const plii_self_nodes nodes = {NULL, body->previous, body->previous};
+    const plii_substep start = plii_substep_of_step(body, body->previous, body->previous);
     const bool has_substeps = body->solver_class->has_substeps;
     const pli_vec3 origin = state->origin;
     const bool has_other_origin = !has_substeps && pli_vec3_length_squared(origin) > 0.0f;
@@ -43,7 +43,7 @@ static void self_nodes_begin(pli_body* body, void* data) {
     state->pairs.is_truncated = false;
     state->pairs.searches = 0;
     if (has_substeps) {
-        plii_self_node_pairs_copy(body, &state->pairs, &nodes, &state->origin);
+        plii_self_node_pairs_copy(body, &state->pairs, &start, &state->origin);
     } else {
         state->origin = pli_vec3_make(0, 0, 0);
         state->pairs.at = body->previous;
@@ -51,9 +51,9 @@ static void self_nodes_begin(pli_body* body, void* data) {
     if (has_other_origin || !plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
         state->pairs.thickness = state->def.thickness;
         if (has_substeps) {
-            state->origin = plii_self_position(&nodes, 0);
+            state->origin = plii_xyz(body->previous[0]);
             if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
-            plii_self_node_pairs_copy(body, &state->pairs, &nodes, &state->origin);
+            plii_self_node_pairs_copy(body, &state->pairs, &start, &state->origin);
         }
         plii_self_node_pairs_search_step(body, &state->pairs, pli_vec3_sub(origin, state->origin));
     }
@@ -63,21 +63,21 @@ static void self_nodes_begin(pli_body* body, void* data) {
 // ------------------------------------------------------------------------------------------------------ the solve
 
 /* Of motions beside the common one. */
-static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes,
+static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_substep* substep,
                              pli_vec4* velocities) {
     const float longest = state->def.speed_limit_ratio * state->def.thickness; /* m, 0 without a limit */
     if (!(longest > 0.0f)) { return; }
-    state->report.limited_nodes += plii_self_limit_motions(body, nodes, longest, velocities, true);
+    state->report.limited_nodes += plii_self_limit_motions(body, substep, longest, velocities, true);
 }
 
-static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
-    pli_vec4* offset = &nodes->offsets[node];
-    plii_float4_to(offset, plii_float4_from(offset) + move);
-    if (at != nodes->offsets) { plii_float4_to(&at[node], plii_float4_from(&at[node]) + move); }
+static void self_nodes_move(const plii_substep* substep, pli_vec4* at, int node, plii_float4 move) {
+    pli_vec4* displacement = &substep->displacements[node];
+    plii_float4_to(displacement, plii_float4_from(displacement) + move);
+    if (at != substep->displacements) { plii_float4_to(&at[node], plii_float4_from(&at[node]) + move); }
 }
 
 /* Of a pair that is too near. True when one of them can move. */
-static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, plii_self_pair pair, plii_float4 apart,
+static bool self_nodes_part(const plii_substep* substep, pli_vec4* at, plii_self_pair pair, plii_float4 apart,
                             float friction) {
     const float weight_a = at[pair.a].w, weight_b = at[pair.b].w, weight = weight_a + weight_b;
     if (!(weight > 0.0f)) { return false; }
@@ -89,14 +89,15 @@ static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, plii_sel
         distance = 1.0f;
     }
     const float scale = gap / (distance * weight);
-    self_nodes_move(nodes, at, pair.a, along * (-scale * weight_a));
-    self_nodes_move(nodes, at, pair.b, along * (scale * weight_b));
+    self_nodes_move(substep, at, pair.a, along * (-scale * weight_a));
+    self_nodes_move(substep, at, pair.b, along * (scale * weight_b));
     if (friction > 0.0f) {
-        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, pair.b), plii_self_motion(nodes, pair.a));
+        const pli_vec3 motion =
+            pli_vec3_sub(plii_substep_motion(substep, pair.b), plii_substep_motion(substep, pair.a));
         const plii_float4 lanes = plii_lanes_from_vec3(&motion);
         const float share_a = weight_a / weight;
-        self_nodes_move(nodes, at, pair.a, lanes * (friction * share_a));
-        self_nodes_move(nodes, at, pair.b, lanes * (friction * (share_a - 1.0f)));
+        self_nodes_move(substep, at, pair.a, lanes * (friction * share_a));
+        self_nodes_move(substep, at, pair.b, lanes * (friction * (share_a - 1.0f)));
     }
     return true;
 }
@@ -158,7 +159,7 @@ typedef struct self_nodes_parts {
     const pli_body* body;
     self_nodes_state* state;
     void (*run)(const struct self_nodes_parts* pass, int part);
-    const plii_self_nodes* nodes;
+    const plii_substep* substep;
     float friction;
     int odd;
 } self_nodes_parts;
@@ -193,7 +194,7 @@ static void self_nodes_part_some(const self_nodes_parts* pass, int part) {
         for (int k = 0; k < found; ++k) {
             const plii_float4 apart = self_nodes_apart(at, near[k]);
             if (!self_nodes_is_near(apart, near[k], 1.0f)) { continue; }
-            if (!self_nodes_part(pass->nodes, at, *near[k], apart, pass->friction)) { continue; }
+            if (!self_nodes_part(pass->substep, at, *near[k], apart, pass->friction)) { continue; }
             if (has_room) { state->touching[begin + contacts] = *near[k]; }
             contacts += 1;
         }
@@ -201,9 +202,12 @@ static void self_nodes_part_some(const self_nodes_parts* pass, int part) {
     state->touching_counts[part] = contacts;
 }
 
-static void self_nodes_part_all(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes,
-                                float friction) {
-    self_nodes_parts pass = {body, state, self_nodes_part_some, nodes, friction, 0};
+/* Given an origin, positions are relative to it. */
+static void self_nodes_part_all(const pli_body* body, self_nodes_state* state, const plii_substep* substep,
+                                const pli_vec3* origin, float friction) {
+    self_nodes_parts pass = {body, state, self_nodes_part_some, substep, friction, 0};
+    plii_self_node_pairs_update(body, &state->pairs, substep, origin);
+    self_nodes_report(body, state);
     self_nodes_set_parts(state);
     self_nodes_run_parts(&pass);
     state->report.contacts = 0;
@@ -214,27 +218,19 @@ static void self_nodes_part_all(const pli_body* body, self_nodes_state* state, c
 
 static void self_nodes_run_position(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body, body->previous);
-    state->pairs.at = nodes.offsets;
-    plii_self_node_pairs_update(body, &state->pairs, &nodes, NULL, body->step.inverse_dt, body->step.dt, 0.0f);
-    self_nodes_report(body, state);
-    self_nodes_part_all(body, state, &nodes, state->def.friction);
+    const plii_substep step = plii_substep_of_step(body, body->positions, body->previous);
+    state->pairs.at = body->positions;
+    self_nodes_part_all(body, state, &step, NULL, state->def.friction);
 }
 
 static void self_nodes_restart(pli_body* body, void* data, const plii_substep* substep) {
-    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    self_nodes_limit(body, data, &nodes, NULL);
+    self_nodes_limit(body, data, substep, NULL);
 }
 
 /* Friction is left to the velocities: moved sideways, nodes would get into others. */
 static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* substep) {
     self_nodes_state* state = data;
-    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    const float done = (float)(substep->index + 1) * substep->dt;
-    plii_self_node_pairs_update(body, &state->pairs, &nodes, &state->origin, substep->inverse_dt, done,
-                                body->step.dt - done);
-    self_nodes_report(body, state);
-    self_nodes_part_all(body, state, &nodes, 0.0f);
+    self_nodes_part_all(body, state, substep, &state->origin, 0.0f);
 }
 
 /* Pairs that were parted lose the speed that came of it, and `friction` of the rest of their relative velocity. */
@@ -270,8 +266,8 @@ static void self_nodes_run_update(pli_body* body, void* data) {
     self_nodes_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body, body->previous);
-    self_nodes_limit(body, state, &nodes, body->velocities);
+    const plii_substep step = plii_substep_of_step(body, body->positions, body->previous);
+    self_nodes_limit(body, state, &step, body->velocities);
 }
 
 static pli_status self_nodes_enable(pli_body* body, void* data) {
