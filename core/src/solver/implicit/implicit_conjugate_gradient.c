@@ -552,15 +552,6 @@ static bool gradient_judge(plii_implicit_system* system) {
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;
 }
 
-static double gradient_first_block(int begin, int end, const void* data) {
-    const plii_implicit_system* system = data;
-    double sum = 0.0;
-    for (int i = begin; i < end; ++i) {
-        sum += plii_dvec3_dot(system->rhs[i], plii_implicit_block_solve(&system->blocks[i], system->rhs[i]));
-    }
-    return sum;
-}
-
 void plii_implicit_conjugate_gradient(plii_implicit_system* system, int iterations, bool is_warm) {
     plii_implicit_constraints* constraints = &system->constraints;
     if (!is_warm) { memset(system->solution, 0, plii_implicit_vector_size(system->body)); }
@@ -568,7 +559,8 @@ void plii_implicit_conjugate_gradient(plii_implicit_system* system, int iteratio
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         memset(rigid->direction, 0, sizeof rigid->direction);
     }
-    double first = plii_implicit_sum(system, gradient_first_block, system), last = 0.0;
+    plii_implicit_solve_blocks(system, system->rhs, system->spare);
+    double first = gradient_dot(system, system->rhs, system->spare), last = 0.0;
     (void)gradient_judge(system);
     for (int round = 0; round < IMPLICIT_MAX_ROUNDS; ++round) {
         system->report.iterations += gradient_solve(system, iterations, &first, &last);
