@@ -50,9 +50,9 @@ static bool link_cut_split_links(link_cut* cut) {
     for (int i = 0; i < count; ++i) {
         const int* nodes = cut->edit.links[i].nodes;
         if (!link_cut_matches(cut, nodes[0], nodes[1])) { continue; }
-        const int first = nodes[0] == cut->ends[0] ? 0 : 1;
-        const float share = first == 0 ? cut->share : 1.0f - cut->share;
-        if (!plii_edit_split_link(&cut->edit, i, share, cut->nodes[first], cut->nodes[1 - first])) { return false; }
+        if (!plii_edit_split_link(&cut->edit, i, cut->ends[0], cut->share, cut->nodes[0], cut->nodes[1])) {
+            return false;
+        }
     }
     return true;
 }

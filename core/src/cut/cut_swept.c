@@ -205,12 +205,7 @@ static bool swept_part_rope_links(swept_pass* pass) {
                 return false;
             }
         }
-        const bool is_forward = edit->links[i].nodes[0] == edge->a;
-        const int at_a = edge->first, at_b = edge->first + 1;
-        if (!plii_edit_split_link(edit, i, is_forward ? edge->share : 1.0f - edge->share, is_forward ? at_a : at_b,
-                                  is_forward ? at_b : at_a)) {
-            return false;
-        }
+        if (!plii_edit_split_link(edit, i, edge->a, edge->share, edge->first, edge->first + 1)) { return false; }
         pass->parted += 1;
     }
     return true;

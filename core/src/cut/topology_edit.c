@@ -136,13 +136,15 @@ bool plii_edit_add_face(plii_edit* edit, plii_edit_face face) {
     return true;
 }
 
-bool plii_edit_split_link(plii_edit* edit, int link, float share, int first, int second) {
+bool plii_edit_split_link(plii_edit* edit, int link, int from, float share, int near, int far) {
     plii_edit_link half = edit->links[link];
-    half.nodes[0] = second;
-    half.rest_squared = (1.0f - share) * (1.0f - share) * edit->links[link].rest_squared;
+    const bool is_forward = half.nodes[0] == from;
+    const float kept = is_forward ? share : 1.0f - share;
+    half.nodes[0] = is_forward ? far : near;
+    half.rest_squared = (1.0f - kept) * (1.0f - kept) * edit->links[link].rest_squared;
     if (!plii_edit_add_link(edit, half)) { return false; }
-    edit->links[link].nodes[1] = first;
-    edit->links[link].rest_squared = share * share * edit->links[link].rest_squared;
+    edit->links[link].nodes[1] = is_forward ? near : far;
+    edit->links[link].rest_squared = kept * kept * edit->links[link].rest_squared;
     return true;
 }
 
@@ -201,8 +203,7 @@ static bool edit_split_links(plii_edit* edit, const plii_edge_map* map) {
         const int* nodes = edit->links[i].nodes;
         const plii_edge* edge = plii_edge_map_find(map, nodes[0], nodes[1]);
         if (edge == NULL || edge->node == PLI_NULL_INDEX) { continue; }
-        const float share = nodes[0] == edge->a ? edge->share : 1.0f - edge->share;
-        if (!plii_edit_split_link(edit, i, share, edge->node, edge->node)) { return false; }
+        if (!plii_edit_split_link(edit, i, edge->a, edge->share, edge->node, edge->node)) { return false; }
     }
     return true;
 }

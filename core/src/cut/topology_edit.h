@@ -61,8 +61,8 @@ int plii_edit_copy_node(plii_edit* edit, int node);
 /* False when out of memory. */
 bool plii_edit_add_link(plii_edit* edit, plii_edit_link link);
 bool plii_edit_add_face(plii_edit* edit, plii_edit_face face);
-/* Parts a link at `share` of its length: it ends at node `first` then, and its other half begins at `second`. */
-bool plii_edit_split_link(plii_edit* edit, int link, float share, int first, int second);
+/* Parts a link at `share` of its length from its end `from`: the half there ends at node `near`, the other at `far`. */
+bool plii_edit_split_link(plii_edit* edit, int link, int from, float share, int near, int far);
 /* Removes the links that go; each swaps with the last one, as in btSoftBody. */
 typedef bool plii_edit_link_fn(const plii_edit_link* link, void* user);
 void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user);
