@@ -5,12 +5,6 @@
 
 #include "contact/soft_contacts_impl.h"
 
-/* The substep of the body that is solved, or NULL: a whole step. */
-typedef struct couple_time {
-    const plii_substep* substep;
-    float dt, inverse_dt;
-} couple_time;
-
 /* A body of contacts. Its nodes have moved by along * moves - before * starts in the step or substep; in a substep they
    are at positions + here * moves. Shifts took overlaps back: as if nodes had started so much farther. */
 typedef struct couple_side {
@@ -23,7 +17,7 @@ typedef struct couple_side {
     bool is_beside;
 } couple_side;
 
-static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time time, float rate) {
+static couple_side couple_side_of(pli_body* body, bool is_beside, const plii_substep* substep, float rate) {
     couple_side side = {.body = body,
                         .positions = body->positions,
                         .moves = body->positions,
@@ -33,15 +27,15 @@ static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time ti
                         .before = 1.0f,
                         .rate = rate,
                         .is_beside = is_beside};
-    if (time.substep == NULL) { return side; }
+    if (substep->is_absolute) { return side; }
     if (body->substep != NULL) {
         side.moves = body->substep->displacements;
         side.starts = body->substep->start_displacements;
         side.here = 1.0f;
     } else { /* it is, or will be, at its positions at the end of the step */
         side.moves = body->velocities;
-        side.here = -time.substep->remaining * rate;
-        side.along = time.dt * rate;
+        side.here = -substep->remaining * rate;
+        side.along = substep->dt * rate;
         side.before = 0.0f;
     }
     return side;
@@ -50,20 +44,19 @@ static couple_side couple_side_of(pli_body* body, bool is_beside, couple_time ti
 /* Contacts of one body with another one. */
 typedef struct couple_pair {
     couple_side node, face;
-    bool is_idle; /* the one of the faces: it does not move */
-    couple_time time;
+    bool is_idle;         /* the one of the faces: it does not move */
+    plii_substep substep; /* of the body that is solved, or its whole step */
 } couple_pair;
 
 static couple_pair couple_pair_of(pli_body* body, pli_body* other) {
-    const plii_substep* substep = body->substep;
-    const couple_time time = substep != NULL ? (couple_time){substep, substep->dt, substep->inverse_dt}
-                                             : (couple_time){NULL, body->step.dt, body->step.inverse_dt};
+    const plii_substep substep =
+        body->substep != NULL ? *body->substep : plii_substep_of_step(body, body->positions, body->previous);
     const bool is_beside = body->island != NULL && other->island == body->island;
     const float rate = is_beside ? 1.0f : other->step.dt / body->step.dt;
-    return (couple_pair){.node = couple_side_of(body, true, time, 1.0f),
-                         .face = couple_side_of(other, is_beside, time, rate),
+    return (couple_pair){.node = couple_side_of(body, true, &substep, 1.0f),
+                         .face = couple_side_of(other, is_beside, &substep, rate),
                          .is_idle = plii_body_is_idle(other),
-                         .time = time};
+                         .substep = substep};
 }
 
 /* `is_beside`: known to be, where factors are 1. */
@@ -103,33 +96,35 @@ PLII_SIMD_INLINE void couple_add(pli_vec4* to, plii_float4 by) {
 }
 
 /* A body that is not solved side by side is where its velocity leads to. */
-static void couple_accelerate(const couple_side* side, int node, plii_float4 by, couple_time time) {
-    const float left = time.dt + (time.substep != NULL ? time.substep->remaining : 0.0f);
-    couple_add(&side->body->velocities[node], by * (time.inverse_dt / side->rate));
-    couple_add(&side->body->positions[node], by * time.inverse_dt * left);
+static void couple_accelerate(const couple_side* side, int node, plii_float4 by, const plii_substep* substep) {
+    const float left = substep->dt + substep->remaining;
+    couple_add(&side->body->velocities[node], by * (substep->inverse_dt / side->rate));
+    couple_add(&side->body->positions[node], by * substep->inverse_dt * left);
 }
 
-typedef void couple_effect(const couple_side* side, int node, plii_float4 by, couple_time time, bool is_beside);
+typedef void couple_effect(const couple_side* side, int node, plii_float4 by, const plii_substep* substep,
+                           bool is_beside);
 
-PLII_SIMD_INLINE void couple_move(const couple_side* side, int node, plii_float4 by, couple_time time, bool is_beside) {
+PLII_SIMD_INLINE void couple_move(const couple_side* side, int node, plii_float4 by, const plii_substep* substep,
+                                  bool is_beside) {
     if (is_beside || side->is_beside) {
         couple_add(&side->moves[node], by);
     } else {
-        couple_accelerate(side, node, by, time);
+        couple_accelerate(side, node, by, substep);
     }
 }
 
 /* The solve takes as much for the start of the node. */
-PLII_SIMD_INLINE void couple_shift(const couple_side* side, int node, plii_float4 by, couple_time time,
+PLII_SIMD_INLINE void couple_shift(const couple_side* side, int node, plii_float4 by, const plii_substep* substep,
                                    bool is_beside) {
     if (!(is_beside || side->is_beside) || side->shifts == NULL) { return; }
     plii_lanes_to_vec3(&side->shifts[node], plii_lanes_from_vec3(&side->shifts[node]) + by);
 }
 
 /* As if the node had started there, so that no velocity comes of it. */
-PLII_SIMD_INLINE void couple_still(const couple_side* side, int node, plii_float4 by, couple_time time,
+PLII_SIMD_INLINE void couple_still(const couple_side* side, int node, plii_float4 by, const plii_substep* substep,
                                    bool is_beside) {
-    if (!side->is_beside) { couple_accelerate(side, node, -by, time); }
+    if (!side->is_beside) { couple_accelerate(side, node, -by, substep); }
     couple_add(&side->starts[node], by);
 }
 
@@ -138,18 +133,18 @@ PLII_SIMD_INLINE void couple_push(const couple_pair* pair, const plii_soft_conta
                                   couple_effect effect, bool is_beside) {
     const couple_side *node = &pair->node, *others = &pair->face;
     const int* face = others->body->topology->faces[contact->face];
-    effect(node, contact->node, push * node->positions[contact->node].w, pair->time, is_beside);
+    effect(node, contact->node, push * node->positions[contact->node].w, &pair->substep, is_beside);
     if (pair->is_idle) { return; }
     const plii_float4 back = -push;
-    effect(others, face[0], back * (others->positions[face[0]].w * contact->weights.x), pair->time, is_beside);
-    effect(others, face[1], back * (others->positions[face[1]].w * contact->weights.y), pair->time, is_beside);
-    effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), pair->time, is_beside);
+    effect(others, face[0], back * (others->positions[face[0]].w * contact->weights.x), &pair->substep, is_beside);
+    effect(others, face[1], back * (others->positions[face[1]].w * contact->weights.y), &pair->substep, is_beside);
+    effect(others, face[2], back * (others->positions[face[2]].w * contact->weights.z), &pair->substep, is_beside);
 }
 
 PLII_SIMD_INLINE void couple_record(const plii_soft_contacts_state* state, int index, plii_float4 push,
-                                    couple_time time) {
+                                    const plii_substep* substep) {
     if (index >= state->impulse_count) { return; }
-    plii_contact_impulses_push(&state->impulses, index, plii_lanes_vec3(push * time.inverse_dt));
+    plii_contact_impulses_push(&state->impulses, index, plii_lanes_vec3(push * substep->inverse_dt));
 }
 
 /* s; overlaps go as if a spring with a dashpot drew them out. A few sweeps leave nodes of a pile a little too deep in
@@ -172,8 +167,8 @@ PLII_SIMD_INLINE plii_float4 couple_recovery(const couple_pair* pair, const plii
     const plii_float4 zero = plii_float4_all(0.0f);
     const plii_float4 beyond = margin - pair->node.body->collision_margin - pair->face.body->collision_margin;
     const plii_float4 depth = plii_lanes_max(zero, along - gap - plii_lanes_max(zero, beyond));
-    const float share = pair->time.dt / (pair->time.dt + SOFT_COUPLE_RECOVERY_TIME);
-    const float fastest = plii_contact_recovery_speed(state->def.recovery_speed) * pair->time.dt;
+    const float share = pair->substep.dt / (pair->substep.dt + SOFT_COUPLE_RECOVERY_TIME);
+    const float fastest = plii_contact_recovery_speed(state->def.recovery_speed) * pair->substep.dt;
     const plii_float4 most = plii_lanes_min(depth * share, plii_float4_all(fastest));
     return plii_lanes_min(plii_lanes_max(most - along, zero), most);
 }
@@ -201,7 +196,7 @@ PLII_SIMD_SHARED void couple_store(plii_soft_contact* const* of, int count, size
 PLII_SIMD_SHARED void couple_solve(const couple_pair* pair, const plii_soft_contacts_state* state, const int* indices,
                                    int count, couple_sweep sweep) {
     const plii_float4 zero = plii_float4_all(0.0f);
-    const bool is_first = sweep == SOFT_COUPLE_FIRST, is_substep = pair->time.substep != NULL;
+    const bool is_first = sweep == SOFT_COUPLE_FIRST, is_substep = !pair->substep.is_absolute;
     const bool is_beside = count == SOFT_COUPLE_BESIDE;
     plii_soft_contact* of[PLII_LANES];
     plii_float4 places[4] = {zero}, motions[4] = {zero}, normals[4] = {zero}, sums[4] = {zero}, starts[4] = {zero};
@@ -249,7 +244,7 @@ PLII_SIMD_SHARED void couple_solve(const couple_pair* pair, const plii_soft_cont
         if (!pair->face.is_beside) { along += shift * (1.0f - pair->node.positions[of[0]->node].w / weight); }
         gap += shift;
     }
-    const float alpha = state->def.compliance * pair->time.inverse_dt * pair->time.inverse_dt;
+    const float alpha = state->def.compliance * pair->substep.inverse_dt * pair->substep.inverse_dt;
     const plii_float4 wanted = (plii_lanes_min(gap - along, zero) - gap - alpha * pushed) / (weight + alpha);
     plii_float4 multiplier = plii_lanes_max(pushed + of[0]->hardness * wanted, zero);
     plii_vec3x4 friction = plii_vec3x4_sub(rubbed, plii_vec3x4_scale(sliding, 1.0f / weight));
@@ -270,7 +265,7 @@ PLII_SIMD_SHARED void couple_solve(const couple_pair* pair, const plii_soft_cont
     PLII_UNROLL(4)
     for (int k = 0; k < count; ++k) {
         couple_push(pair, of[k], pushes[k], couple_move, is_beside);
-        couple_record(state, indices[k], pushes[k], pair->time);
+        couple_record(state, indices[k], pushes[k], &pair->substep);
         if (!is_first || !(shift[k] > 0.0f)) { continue; }
         of[k]->shift = shift[k];
         couple_push(pair, of[k], plii_lanes_from_vec3(&of[k]->normal) * parted[k], couple_shift, is_beside);
@@ -292,7 +287,7 @@ static float couple_settle(const couple_pair* pair, const plii_soft_contacts_sta
     contact->shift -= parted;
     const plii_float4 push = n * (parted / contact->weight);
     couple_push(pair, contact, push, couple_still, false);
-    couple_record(state, index, -push, pair->time);
+    couple_record(state, index, -push, &pair->substep);
     return parted;
 }
 
