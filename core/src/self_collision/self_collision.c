@@ -123,7 +123,7 @@ int plii_self_limit_motions(const pli_body* body, const plii_substep* substep, f
     return longer;
 }
 
-/* Points on a sphere by the golden angle; the index is spread over them. */
+/* From the middle of a cube to a point of it that a hash of the indices picks. */
 pli_vec3 plii_self_direction(int a, int b) {
     unsigned h = (unsigned)a * 0x9e3779b1u ^ (unsigned)b * 0x85ebca77u;
     h ^= h >> 16;
