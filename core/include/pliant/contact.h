@@ -134,7 +134,8 @@ typedef struct pli_soft_contacts_def {
     /// depth per step as a speed, as in btSoftBody.
     float recovery_speed;
     /// Reference mode only: keep Bullet's fat boxes from step to step and search with them, so that the same pairs are
-    /// found as by btSoftBody; default false: search with boxes that cover the whole reach of a contact.
+    /// found as by btSoftBody, and meet rigid shapes as with pli_body_enable_bullet_node_boxes; default false: search
+    /// with boxes that cover the whole reach of a contact.
     bool bullet_boxes;
     uint32_t cookie; ///< set by the default function
 } pli_soft_contacts_def;

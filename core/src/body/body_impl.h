@@ -104,13 +104,12 @@ struct pli_body {
     pli_vec3* face_normals; /* [face_count] unit; likewise */
     float* areas;           /* [node_count] mean of the doubled areas of the faces around, at rest */
     float* face_areas;      /* [face_count] doubled area, at rest */
-    /* [node_count] as Bullet keeps them, and those of soft contacts, which count where there are some; for comparisons:
-       rigid bodies are met by the nodes whose boxes they touch. */
-    pli_bounds* node_boxes;
-    const pli_bounds* soft_node_boxes;
-    pli_vec3* soft_shifts; /* [node_count] m, or NULL: by which soft contacts have taken overlaps back in this solve */
-    bool records_contacts; /* a feature asks for it, see contact_report.h */
-    bool is_parting;       /* soft contacts took much of their shifts out in the last SETTLE */
+    /* As Bullet keeps them, for comparisons (contact/bullet_boxes.c). */
+    pli_bounds* node_boxes; /* [node_count] rigid bodies are met by the nodes whose boxes they touch */
+    pli_bounds* face_boxes; /* [face_count] */
+    pli_vec3* soft_shifts;  /* [node_count] m, or NULL: by which soft contacts have taken overlaps back in this solve */
+    bool records_contacts;  /* a feature asks for it, see contact_report.h */
+    bool is_parting;        /* soft contacts took much of their shifts out in the last SETTLE */
     struct plii_clusters* clusters;                  /* NULL unless they are enabled */
     const struct plii_rigid_contacts* node_contacts; /* with rigid bodies; likewise */
     uint8_t* anchored;                               /* [node_count] 1 where an anchor holds the node */

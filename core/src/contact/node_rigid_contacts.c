@@ -313,11 +313,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     plii_rigid_contacts* state = data;
     const int before = state->count;
     const pli_rigid_state* motion = &rigid->state;
-    rigid_contacts_candidate candidate = {.body = body, .state = state, .rigid = rigid};
-    if (body->node_boxes != NULL) {
-        /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
-        candidate.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
-    }
+    rigid_contacts_candidate candidate = {.body = body, .state = state, .rigid = rigid, .boxes = body->node_boxes};
     candidate.is_fixed = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world);
     candidate.is_still =
         candidate.is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);

@@ -4,39 +4,6 @@
 #include "contact/soft_contacts_impl.h"
 #include "pliant/bullet_reference.h"
 
-// --------------------------------------------------------------------------------------------------- Bullet's boxes
-
-/* Bullet's trees start without margins. */
-static void soft_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 x = plii_xyz(body->previous[i]);
-        state->node_boxes[i] = (pli_bounds){x, x};
-    }
-    for (int i = 0; i < body->topology->face_count; ++i) {
-        state->face_boxes[i] =
-            plii_bounds_grow(plii_bounds_of_face(body->previous, body->topology->faces[i]), 100.0f * PLII_EPSILON);
-    }
-    state->has_boxes = true;
-}
-
-static void soft_update_boxes(const pli_body* body, plii_soft_contacts_state* state) {
-    const float margin = body->collision_margin, slack = margin * 0.25f, ahead = body->step.dt * 3.0f;
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 x = plii_xyz(body->positions[i]);
-        plii_fat_aabb_update(&state->node_boxes[i], plii_bounds_grow((pli_bounds){x, x}, margin),
-                             pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
-    }
-    for (int i = 0; i < body->topology->face_count; ++i) {
-        const int* face = body->topology->faces[i];
-        const pli_vec3 sum =
-            pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[face[0]]), plii_xyz(body->velocities[face[1]])),
-                         plii_xyz(body->velocities[face[2]]));
-        plii_fat_aabb_update(&state->face_boxes[i],
-                             plii_bounds_grow(plii_bounds_of_face(body->positions, face), margin),
-                             pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
-    }
-}
-
 // --------------------------------------------------------------------------------------------------- Bullet's solve
 
 /* As btSoftBody::PSolve_SContacts, for bodies with Bullet's boxes: one body is solved before the other. With a recovery
@@ -86,8 +53,8 @@ static void soft_note(const pli_body* body, const plii_soft_contacts_state* stat
 
 static void soft_solve_bullet(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
-    const bool shifts = state->def.recovery_speed > 0.0f;                 /* what overlapped before */
-    for (int i = 0; i < state->count && state->node_boxes != NULL; ++i) { /* without boxes none is Bullet's */
+    const bool shifts = state->def.recovery_speed > 0.0f;           /* what overlapped before */
+    for (int i = 0; i < state->count && !state->is_sweeping; ++i) { /* without boxes none is Bullet's */
         const plii_soft_contact* contact = &state->contacts[i];
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
@@ -175,7 +142,7 @@ static bool soft_is_too_many(float* of_node, const plii_soft_contact* contact) {
 
 void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_state* state) {
     float* of_nodes = state->missed; /* read in the search, and anew at the end of the step: contacts, here */
-    for (bool is_crowded = state->count > 0 && state->node_boxes == NULL; is_crowded;) {
+    for (bool is_crowded = state->count > 0 && state->is_sweeping; is_crowded;) {
         is_crowded = false;
         memset(of_nodes, 0, (size_t)body->node_count * sizeof *of_nodes);
         for (PLII_EACH(const plii_soft_contact, contact, state->contacts, state->count)) {
@@ -211,10 +178,6 @@ static void soft_update(pli_body* body, void* data) {
     body->soft_shifts = state->shifts;
     body->soft_slack = state->is_sweeping ? PLII_SOFT_CONTACTS_SLACK * body->collision_margin : 0.0f;
     if (state->is_sweeping) { plii_body_copy_positions(body, state->predicted); }
-    if (state->node_boxes == NULL) { return; }
-    if (!state->has_boxes) { soft_start_boxes(body, state); }
-    soft_update_boxes(body, state);
-    body->soft_node_boxes = state->node_boxes;
 }
 
 static void soft_on_body_removed(pli_body* body, void* data, plii_notice notice, const void* other) {
@@ -223,21 +186,9 @@ static void soft_on_body_removed(pli_body* body, void* data, plii_notice notice,
     state->impulse_count = state->met_count = 0;
 }
 
-static void soft_release_boxes(pli_body* body, plii_soft_contacts_state* state) {
-    PLII_RELEASE(body->context, state->node_boxes, body->node_count);
-    PLII_RELEASE(body->context, state->face_boxes, body->topology->face_count);
-    state->node_boxes = NULL;
-    state->face_boxes = NULL;
-    state->has_boxes = false;
-    body->soft_node_boxes = NULL;
-}
-
-/* Boxes start anew with the next step. */
 static void soft_build(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->order_count = 0;
-    state->has_boxes = false;
-    body->soft_node_boxes = NULL;
     body->soft_shifts = NULL;
     body->is_parting = false;
     body->soft_slack = 0.0f;
@@ -247,19 +198,13 @@ static void soft_disable(pli_body* body, void* data) {
     soft_build(body, data);
 }
 
-/* Boxes after clusters; contacts after those with rigid bodies and before the links. */
-enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
+enum { SOFT_CONTACTS_ORDER = 30 }; /* after contacts with rigid bodies and before the links */
 
 static bool soft_is_sound(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
-    const int faces = body->topology->face_count;
-    if (state->order_count != 0 && state->order_count != faces) { return false; }
-    return state->node_boxes != NULL ? state->face_boxes != NULL || faces == 0 : !state->has_boxes;
-}
-
-static void soft_on_restored(pli_body* body, void* data) {
-    const plii_soft_contacts_state* state = data;
-    body->soft_node_boxes = state->has_boxes ? state->node_boxes : NULL;
+    const bool has_boxes = plii_feature_is_enabled(body, &plii_bullet_boxes_class);
+    if (state->is_sweeping == has_boxes) { return false; }
+    return state->order_count == 0 || state->order_count == body->topology->face_count;
 }
 
 const plii_feature_class plii_soft_contacts_class = {
@@ -274,17 +219,13 @@ const plii_feature_class plii_soft_contacts_class = {
                                     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
                                     PLII_STATE(plii_soft_contacts_state, sweeps, PLII_LEFT),
                                     PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
-                                    PLII_STATE_OF(plii_soft_contacts_state, has_boxes, PLII_SAVED, "B"),
                                     PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT)),
     .is_sound = soft_is_sound,
-    .on_restored = soft_on_restored,
     .arrays = PLII_ARRAYS(
         PLII_LEFT_COUNTED(plii_soft_contacts_state, contacts, capacity, count),
         {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, shifts), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
-        {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, PLII_SAVED_AS("6f")},
-        {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, PLII_SAVED_AS("6f")},
         {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
         PLII_LEFT_COUNTED(plii_soft_contacts_state, met, met_capacity, met_count),
         PLII_LEFT_COUNTED(plii_soft_contacts_state, faces, face_capacity, face_count),
@@ -294,7 +235,7 @@ const plii_feature_class plii_soft_contacts_class = {
         PLII_LEFT_LIST(plii_soft_contacts_state, groups, group_capacity),
         PLII_LEFT_COUNTED(plii_soft_contacts_state, nodes, node_capacity, node_count),
         {PLII_COUNTED_LIST(plii_soft_contacts_state, face_order, order_capacity, order_count), PLII_SAVED_AS("F")}),
-    .stages = {[PLII_STAGE_UPDATE] = {soft_update, SOFT_CONTACTS_BOXES_ORDER},
+    .stages = {[PLII_STAGE_UPDATE] = {soft_update, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_PREPARE] = {soft_recover_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {soft_solve_bullet, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_COUPLE] = {plii_soft_contacts_couple, SOFT_CONTACTS_ORDER},
@@ -313,19 +254,22 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY_SETTINGS(body, pli_soft_contacts_def, used, def, plii_soft_contacts_class);
     PLII_TRY_ENABLE(body, plii_soft_contacts_state, state, plii_soft_contacts_class);
-    const bool wants_boxes = used.bullet_boxes && state->node_boxes == NULL;
-    if (wants_boxes && !(PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&
-                         PLII_ALLOCATE(body->context, &state->face_boxes, body->topology->face_count))) {
-        soft_release_boxes(body, state);
-        return PLII_FAIL_ENABLED(body, plii_soft_contacts_class, __func__, "no memory for boxes");
+    if (!used.bullet_boxes) { plii_feature_disable(body, &plii_bullet_boxes_class); }
+    const pli_status status = used.bullet_boxes ? plii_feature_enable(body, &plii_bullet_boxes_class, NULL) : PLI_OK;
+    if (status != PLI_OK) {
+        plii_feature_undo(body, &plii_soft_contacts_class);
+        return status;
     }
-    if (!used.bullet_boxes) { soft_release_boxes(body, state); }
     body->sweeping_features += !used.bullet_boxes - state->is_sweeping;
     state->is_sweeping = !used.bullet_boxes;
     state->def = used;
     return plii_body_changed(body, PLI_OK);
 }
-PLII_DEFINE_DISABLE(pli_body_disable_soft_contacts, plii_check_body_change, plii_soft_contacts_class)
+pli_status pli_body_disable_soft_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &plii_bullet_boxes_class);
+    return plii_feature_disable(body, &plii_soft_contacts_class) ? plii_body_changed(body, PLI_OK) : PLI_OK;
+}
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
     const plii_soft_contacts_state* state = plii_feature_state_for(body, &plii_soft_contacts_class, __func__);
@@ -344,36 +288,4 @@ int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_cont
 
 pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count) {
     return plii_reorder_contacts(body, &plii_soft_contacts_class, order, count, __func__);
-}
-
-static pli_status soft_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
-                                   const char* function) {
-    PLII_FAIL_IF(boxes == NULL && count > 0, context, PLI_ERROR_NULL_ARGUMENT, function, "%s_boxes is null", what);
-    for (int i = 0; i < count; ++i) {
-        PLII_FAIL_IF(!plii_soft_contacts_box_is_finite(boxes[i]), context, PLI_ERROR_NOT_FINITE, function,
-                     "the box of %s %d is not finite", what, i);
-    }
-    return PLI_OK;
-}
-
-pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes, const pli_bounds* face_boxes) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
-    const bool has_faces = state != NULL && state->node_boxes != NULL;
-    PLII_FAIL_IF(!has_faces && body->node_boxes == NULL, body->context, PLI_ERROR_WRONG_STATE, __func__,
-                 "neither soft contacts with bullet_boxes nor pli_body_enable_bullet_node_boxes are enabled");
-    const int face_count = has_faces ? body->topology->face_count : 0;
-    PLII_TRY(soft_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
-    PLII_TRY(soft_check_boxes(body->context, face_boxes, face_count, "face", __func__));
-    for (int i = 0; i < body->node_count; ++i) {
-        if (body->node_boxes != NULL) { body->node_boxes[i] = node_boxes[i]; }
-        if (has_faces) { state->node_boxes[i] = node_boxes[i]; }
-    }
-    if (!has_faces) { return plii_body_changed(body, PLI_OK); }
-    for (int i = 0; i < face_count; ++i) {
-        state->face_boxes[i] = face_boxes[i];
-    }
-    state->has_boxes = true;
-    body->soft_node_boxes = state->node_boxes;
-    return plii_body_changed(body, PLI_OK);
 }

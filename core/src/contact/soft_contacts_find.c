@@ -378,13 +378,13 @@ static void soft_collect_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < pass->node_body->node_count; ++i) {
-        const pli_bounds box = pass->node_state->node_boxes[i];
+        const pli_bounds box = pass->node_body->node_boxes[i];
         if (!plii_soft_contacts_box_is_finite(box)) { continue; }
         search->nodes[search->node_count++] = soft_reach(pass, i);
         all = plii_bounds_join(all, box);
     }
     for (int i = 0; i < pass->face_body->topology->face_count; ++i) {
-        const pli_bounds box = pass->face_state->face_boxes[i];
+        const pli_bounds box = pass->face_body->face_boxes[i];
         if (!plii_bounds_overlap(box, all) || !plii_soft_contacts_box_is_finite(box)) { continue; }
         search->faces[search->face_count] = i;
         search->boxes[search->face_count++] = box;
@@ -466,7 +466,7 @@ void plii_soft_contacts_reserve(pli_body* body, void* data) {
     if (is_recorded) { (void)PLII_RESERVE(context, &state->impulses.items, &state->impulses.capacity, room); }
     if (body->records_contacts) { (void)PLII_RESERVE(context, &state->met, &state->met_capacity, world->body_count); }
     /* Made later, from other positions, the order is another one. */
-    if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_order_faces(body, state)) {
+    if (state->is_sweeping && body->topology->face_count > 0 && !soft_order_faces(body, state)) {
         plii_world_note_shortage(body->world);
     }
     /* The first body of a pair searches for both. */
@@ -495,7 +495,7 @@ static pli_status soft_run_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
-        const int count = plii_bvh4_overlaps(&search->near, &pass->node_state->node_boxes[near.node], search->hits);
+        const int count = plii_bvh4_overlaps(&search->near, &pass->node_body->node_boxes[near.node], search->hits);
         for (int k = 0; k < count; ++k) {
             PLII_TRY(soft_test(pass, near.node, near.reach, search->faces[search->hits[k]]));
         }
@@ -548,7 +548,7 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
-    const bool use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL;
+    const bool use_boxes = !state->is_sweeping && !other_state->is_sweeping;
     pli_status status = PLI_OK;
     const bool may_be_inside = !use_boxes && plii_soft_contacts_may_be_inside(body, other);
     bool is_inside = false;

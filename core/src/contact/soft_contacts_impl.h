@@ -54,12 +54,8 @@ typedef struct plii_soft_contacts_state {
     pli_vec3* predicted; /* [node_count] m */
     pli_vec3* shifts;    /* [node_count] of body->soft_shifts */
     float* missed;       /* [node_count] m, how far from there the nodes ended in the step before */
-    bool is_sweeping;    /* the body counts it among its sweeping features */
+    bool is_sweeping;    /* without Bullet's boxes; the body counts it among its sweeping features */
     int sweeps;          /* over the contacts in this step */
-    /* Bullet's boxes, or NULL. */
-    pli_bounds* node_boxes; /* [node_count] */
-    pli_bounds* face_boxes; /* [face_count] */
-    bool has_boxes;         /* false: to be taken from the start of the next step */
     /* For the search; kept by the first body of a pair. */
     plii_soft_contacts_node* nodes; /* near the other body */
     int node_count, node_capacity;

@@ -225,9 +225,6 @@ static int file_get_int(void* state, size_t offset) {
     memcpy(&value, file_member(state, offset), sizeof value);
     return value;
 }
-static bool file_is_kept(const char* fields, plii_snapshot_share share) {
-    return fields != NULL && share != PLII_LEFT;
-}
 
 /* Of what was read, the numbers that calls would refuse. */
 static void file_check_settings(plii_file* file, const plii_limits* settings, void* values) {
@@ -281,7 +278,7 @@ static void file_array(plii_file* file, pli_body* body, const plii_feature_array
         }
         block = plii_feature_array_address(body, array, state);
     }
-    if (!is_there || !file_is_kept(array->fields, array->snapshot)) { return; }
+    if (!is_there || !plii_file_is_kept(array->fields, array->snapshot)) { return; }
     const size_t count = plii_feature_array_bytes(body, array, state) / array->element_size;
     plii_file_elements(file, array->fields, block, count, array->element_size);
 }
@@ -299,16 +296,12 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
     const plii_feature_class* klass = feature->klass;
     void* state = feature->state;
     plii_file_begin_part(file, klass->name);
-    for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
-        if (file_is_kept(part->fields, part->snapshot)) {
-            plii_file_fields(file, part->fields, file_member(state, part->offset));
-        }
-    }
+    plii_file_parts(file, klass->state_parts, state);
     file_check_settings(file, &klass->settings, state);
     for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
         if (file->status != PLI_OK) { break; }
         if (array->length >= PLII_LIST) {
-            if (file_is_kept(array->fields, array->snapshot)) { file_list(file, body, array, state); }
+            if (plii_file_is_kept(array->fields, array->snapshot)) { file_list(file, body, array, state); }
         } else if (!array->is_scratch) {
             file_array(file, body, array, state);
         }

@@ -72,7 +72,10 @@ plii_file_identity plii_file_identify(const plii_file* file, const void* pointer
 
 /* Structs by the letters of their members (body/feature.h). */
 void plii_file_fields(plii_file* file, const char* fields, void* element);
-void plii_file_parts(plii_file* file, const plii_state_part* parts, void* element);
+void plii_file_parts(plii_file* file, const plii_state_part* parts, void* element); /* those that are kept */
+static inline bool plii_file_is_kept(const char* fields, plii_snapshot_share share) {
+    return fields != NULL && share != PLII_LEFT;
+}
 void plii_file_elements(plii_file* file, const char* fields, void* elements, size_t count, size_t element_size);
 /* Bytes that such a struct has in a file, and in memory; 0 in memory: `fields` has a letter that there is not. */
 size_t plii_file_packed_size(const char* fields);

@@ -277,7 +277,8 @@ void plii_file_fields(plii_file* file, const char* fields, void* element) {
 }
 
 void plii_file_parts(plii_file* file, const plii_state_part* parts, void* element) {
-    for (const plii_state_part* part = parts; part->size > 0; ++part) {
+    for (const plii_state_part* part = parts; part != NULL && part->size > 0; ++part) {
+        if (!plii_file_is_kept(part->fields, part->snapshot)) { continue; }
         plii_file_fields(file, part->fields, (unsigned char*)element + part->offset);
     }
 }
