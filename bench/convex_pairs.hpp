@@ -62,7 +62,7 @@ struct Hull {
         }
         return *best;
     }
-    plii_convex convex() const { return {support, this, centre, 0.0f}; }
+    plii_convex convex() const { return {support, this, centre}; }
     double extent(double x, double y, double z) const {
         double farthest = -HUGE_VAL;
         for (const pli_vec3& p : points) {

@@ -19,14 +19,14 @@ static void test_pairs_are_remembered_for_a_step(void** state) {
     pli_context* context = create_context();
     plii_pair_cache memory = {0};
     assert_true(plii_pair_cache_begin_step(context, &memory));
-    plii_pair_cache_get(context, &memory, first_key)->count = 3;
+    plii_pair_cache_get(context, &memory, first_key)->cache.count = 3;
     memory.present.items[0].slot = 7;
     assert_null(plii_pair_cache_find(&memory, first_key));
     assert_true(plii_pair_cache_begin_step(context, &memory));
     assert_int_equal(plii_pair_cache_find(&memory, first_key)->count, 3);
     assert_null(plii_pair_cache_find(&memory, second_key));
-    assert_int_equal(plii_pair_cache_get(context, &memory, second_key)->count, 0);
-    assert_int_equal(plii_pair_cache_get(context, &memory, first_key)->count, 3);
+    assert_int_equal(plii_pair_cache_get(context, &memory, second_key)->cache.count, 0);
+    assert_int_equal(plii_pair_cache_get(context, &memory, first_key)->cache.count, 3);
     assert_int_equal(memory.present.items[1].slot, 0);
     assert_true(plii_pair_cache_begin_step(context, &memory));
     assert_true(plii_pair_cache_begin_step(context, &memory));

@@ -186,12 +186,6 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
     return true;
 }
 
-/* The record of a pair; NULL when nothing is to be kept, or when out of memory. */
-static plii_pair_record* cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
-    if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) { return NULL; }
-    return &state->memory.present.items[state->memory.present.count - 1];
-}
-
 /* That of the last step; NULL: the pair had none. */
 static const plii_manifold* manifold_before(const plii_cluster_contacts* state, const plii_pair_record* record) {
     const int index = record->previous_index;
@@ -217,7 +211,8 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
         !body->clusters->def.reference_mode && !state->def.disable_contact_cache && info->other != body;
     const plii_pair_key key = {info->cluster, has_rigid ? info->shape : info->other_cluster,
                                has_rigid ? (const void*)info->rigid : (const void*)info->other, 0};
-    plii_pair_record* record = cluster_contacts_recall(body, state, key);
+    plii_pair_record* record =
+        state->def.distance == NULL ? plii_pair_cache_get(body->context, &state->memory, key) : NULL;
     const plii_manifold* before = is_followed && record != NULL ? manifold_before(state, record) : NULL;
     const int first = state->count;
     if (before != NULL &&

@@ -203,8 +203,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
         if (answer != NEAR_UNKNOWN) { return answer == NEAR_YES; }
     }
     const plii_convex a = plii_cluster_hull_convex(&soft);
-    const plii_convex b = {
-        .support = rigid_hull_support, .user = &hard, .centre = hard.pose.origin, .radius = shape->def.radius};
+    const plii_convex b = {.support = rigid_hull_support, .user = &hard, .centre = hard.pose.origin};
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }
 

@@ -187,12 +187,12 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
     if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return PLI_OK; }
     if (moment.is_overlapping && !sweep->has_side) { return PLI_OK; }
     if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
-    plii_convex_cache* cache =
+    plii_pair_record* record =
         plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass));
-    if (cache == NULL) { return PLI_OK; }
-    if (!(moment.is_overlapping && sweep->has_side)) { cache->normal = moment.normal; }
-    cache->has_normal = true;
-    cache->count = 0;
+    if (record == NULL) { return PLI_OK; }
+    if (!(moment.is_overlapping && sweep->has_side)) { record->cache.normal = moment.normal; }
+    record->cache.has_normal = true;
+    record->cache.count = 0;
     return PLI_OK;
 }
 

@@ -34,13 +34,12 @@ typedef struct convex_search {
     pli_vec3 point_a, point_b; /* nearest points of the last step towards `best` */
     double size;
     int support_calls;
-    int max_support_calls;
     bool is_finite;
 } convex_search;
 
 /* d(normal). False when no calls are left or a support point is not finite. */
 static bool convex_measure(convex_search* search, pli_vec3 normal, convex_axis* axis) {
-    if (search->support_calls + 2 > search->max_support_calls) { return false; }
+    if (search->support_calls + 2 > PLII_CONVEX_MAX_SUPPORT_CALLS) { return false; }
     const pli_vec3 a = search->a->support(search->a->user, pli_vec3_neg(normal));
     const pli_vec3 b = search->b->support(search->b->user, normal);
     search->support_calls += 2;
@@ -113,7 +112,7 @@ static void convex_descend(convex_search* search, convex_axis axis) {
                                       .offset = plii_dvec3_scale(unit, (axis.depth + gap) / plii_dvec3_length(unit)),
                                       .max_distance = HUGE_VAL,
                                       .gap = search->gap,
-                                      .max_support_calls = search->max_support_calls - search->support_calls - 2};
+                                      .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS - search->support_calls - 2};
         if (query.max_support_calls < (search->has_points ? CONVEX_STEP_CALLS : 4)) { break; }
         plii_convex_cache start = {.directions = {axis.normal}, .count = 1};
         plii_gjk_result gjk;
@@ -138,7 +137,7 @@ static void convex_descend(convex_search* search, convex_axis axis) {
 /* True when the penetration function gave a direction. */
 static bool convex_search_penetration(convex_search* search, plii_penetration_fn* penetration) {
     plii_penetration_query query = {.a = search->a, .b = search->b, .size = search->size};
-    query.max_support_calls = search->max_support_calls - search->support_calls - 2 * CONVEX_STEP_CALLS;
+    query.max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS - search->support_calls - 2 * CONVEX_STEP_CALLS;
     if (query.max_support_calls < 2) { return false; }
     const bool is_found = penetration(&query);
     search->support_calls += query.support_calls;
@@ -208,13 +207,11 @@ static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, co
 
 void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii_convex_options* options,
                           plii_convex_cache* cache, plii_convex_result* result) {
-    const int max_support_calls =
-        options->max_support_calls > 0 ? options->max_support_calls : PLII_CONVEX_MAX_SUPPORT_CALLS;
     const plii_gjk_query query = {.a = a,
                                   .b = b,
                                   .max_distance = (double)options->max_distance,
                                   .gap = options->gap,
-                                  .max_support_calls = max_support_calls / 2};
+                                  .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS / 2};
     plii_gjk_result gjk;
     plii_gjk_run(&query, cache, &gjk);
     *result = (plii_convex_result){.relation = gjk.relation, .support_calls = gjk.support_calls};
@@ -223,7 +220,6 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
         convex_search search = {.a = a,
                                 .b = b,
                                 .support_calls = gjk.support_calls,
-                                .max_support_calls = max_support_calls,
                                 .gap = options->gap,
                                 .progress = options->uses_cached_axis ? CONVEX_FOLLOWED_PROGRESS : CONVEX_PROGRESS,
                                 .is_finite = true};

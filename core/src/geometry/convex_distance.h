@@ -22,11 +22,9 @@ typedef struct plii_convex_options {
     plii_penetration_fn* penetration; /* plii_penetration_epa, or NULL: descent only */
     double gap;                       /* as that of plii_gjk_query */
     bool uses_cached_axis; /* the last axis out of an overlap is followed, though another may be a little shorter */
-    int max_support_calls; /* for all stages together, at least PLII_CONVEX_MIN_SUPPORT_CALLS; 0: the most */
 } plii_convex_options;
 
-#define PLII_CONVEX_MIN_SUPPORT_CALLS 48
-#define PLII_CONVEX_MAX_SUPPORT_CALLS 512
+#define PLII_CONVEX_MAX_SUPPORT_CALLS 512 /* of all stages of a query together */
 
 typedef struct plii_convex_result {
     plii_convex_relation relation;

@@ -5,8 +5,8 @@
 #include "math/dvec3.h"
 #include "math/vec.h"
 
-/* A convex set is a core, known by its farthest points, grown by a radius. Both sets of a pair are given in one frame,
-   whose origin should not lie far away: results are as accurate as float coordinates there. */
+/* A convex core is known by its farthest points. Both of a pair are given in one frame, whose origin should not lie far
+   away: results are as accurate as float coordinates there. */
 
 /* A point of the core that lies farthest along `direction`, a unit vector. Finite; the same for the same direction. */
 typedef pli_vec3 plii_support_fn(const void* user, pli_vec3 direction);
@@ -15,7 +15,6 @@ typedef struct plii_convex {
     plii_support_fn* support;
     const void* user;
     pli_vec3 centre; /* somewhere near the middle of the core: where searches start, needs not lie inside */
-    float radius;    /* the set is all that lies within this of the core; m. The queries here look at cores only */
 } plii_convex;
 
 typedef enum plii_convex_relation {

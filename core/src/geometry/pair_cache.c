@@ -67,7 +67,7 @@ void plii_pair_cache_forget(pli_context* context, plii_pair_cache* cache, const 
     if (cache->before.count < count) { (void)plii_pair_cache_index_before(context, cache); }
 }
 
-plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
+plii_pair_record* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
     plii_pair_records* present = &cache->present;
     const plii_pair_records* before = &cache->before;
     if (!PLII_GROW(context, &present->items, &present->capacity, present->count)) { return NULL; }
@@ -80,7 +80,7 @@ plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* ca
     record->slot = 0;
     record->previous_index = index;
     record->cache = index != PLI_NULL_INDEX ? before->items[index].cache : (plii_convex_cache){0};
-    return &record->cache;
+    return record;
 }
 
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache) {

@@ -41,8 +41,8 @@ void plii_match_capacity(pli_context* context, void** empty, int* capacity, int 
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count);
 /* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */
 bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache);
-/* The cache of a pair as of the last step, in the last record present; valid until the next call. NULL: no memory. */
-plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key);
+/* The record of a pair, with its cache as of the last step; valid until the next call. NULL: no memory. */
+plii_pair_record* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew, or those with that `other` in their keys. */

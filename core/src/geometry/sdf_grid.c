@@ -68,18 +68,16 @@ static bool winding_build(sampling_grid* grid) {
         const pli_vec3 centre = pli_vec3_scale(pli_vec3_add(c[0], pli_vec3_add(c[1], c[2])), 1.0f / 3.0f);
         winding_add_weighted(&grid->clusters[i], centre, normal, pli_vec3_length(normal));
         boxes[i] = plii_bounds_of_triangle(c[0], c[1], c[2]);
-        winding_finish(&grid->clusters[i], boxes[i]);
     }
-    for (int level = 1; level < grid->level_count; ++level) {
-        const int below = grid->begin[level - 1], begin = grid->begin[level], end = grid->begin[level + 1];
-        for (int i = below; i < begin; ++i) {
-            const winding_cluster* child = &grid->clusters[i];
-            const int parent = begin + (i - below) / PLII_BVH_FAN;
-            boxes[parent] = (i - below) % PLII_BVH_FAN == 0 ? boxes[i] : plii_bounds_join(boxes[parent], boxes[i]);
-            winding_add_weighted(&grid->clusters[parent], child->centre, child->area_normal, child->area);
-        }
+    for (int level = 0; level < grid->level_count; ++level) {
+        const int begin = grid->begin[level], end = grid->begin[level + 1];
         for (int i = begin; i < end; ++i) {
-            winding_finish(&grid->clusters[i], boxes[i]);
+            winding_cluster* cluster = &grid->clusters[i];
+            winding_finish(cluster, boxes[i]);
+            if (end == count) { continue; } /* there are no parents */
+            const int parent = end + (i - begin) / PLII_BVH_FAN;
+            boxes[parent] = (i - begin) % PLII_BVH_FAN == 0 ? boxes[i] : plii_bounds_join(boxes[parent], boxes[i]);
+            winding_add_weighted(&grid->clusters[parent], cluster->centre, cluster->area_normal, cluster->area);
         }
     }
     plii_scratch_free(&scratch);
