@@ -40,8 +40,17 @@ struct plii_substep {
     const plii_substep_limits* limits;
 };
 
-/* A whole step as one substep, to solvers that have none. */
-plii_substep plii_substep_of_step(const pli_body* body, pli_vec4* positions, pli_vec4* starts);
+/* A whole step as one substep, to solvers that have none; inline, so that they do not bring in those that do. */
+static inline plii_substep plii_substep_of_step(const pli_body* body, pli_vec4* positions, pli_vec4* starts) {
+    return (plii_substep){.dt = body->step.dt,
+                          .inverse_dt = body->step.inverse_dt,
+                          .host_dt = body->host_dt,
+                          .inverse_host_dt = 1.0f / body->host_dt,
+                          .is_absolute = true,
+                          .has_new_positions = true,
+                          .displacements = positions,
+                          .start_displacements = starts};
+}
 
 typedef void plii_substep_fn(pli_body* body, void* state, const plii_substep* substep);
 

@@ -6,17 +6,6 @@
     PLII_EACH(const plii_pipeline_entry, entry, &(pipeline).entries[(pipeline).begin[PLII_SUBSTEPPED]],                \
               (pipeline).begin[PLII_SUBSTEPPED + 1] - (pipeline).begin[PLII_SUBSTEPPED])
 
-plii_substep plii_substep_of_step(const pli_body* body, pli_vec4* positions, pli_vec4* starts) {
-    return (plii_substep){.dt = body->step.dt,
-                          .inverse_dt = body->step.inverse_dt,
-                          .host_dt = body->host_dt,
-                          .inverse_host_dt = 1.0f / body->host_dt,
-                          .is_absolute = true,
-                          .has_new_positions = true,
-                          .displacements = positions,
-                          .start_displacements = starts};
-}
-
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
     plii_substep_limits* limits = &kinds->limits;
     kinds->count = limits->count = 0;
