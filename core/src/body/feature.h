@@ -95,15 +95,14 @@ typedef struct plii_feature_array {
     size_t member; /* offset of the pointer */
     size_t element_size;
     plii_array_length length;
-    size_t capacity;  /* of a list: offset of its capacity in the state */
-    size_t stride;    /* of lists in an array of structs: bytes from one to the next, */
-    int copies;       /* and how many there are; 0: 1 */
-    int times, per;   /* so many elements for so many nodes, links or faces; 0: 1 */
-    int more;         /* elements */
-    bool is_in_body;  /* the pointer is a member of the body, not of the state */
-    bool is_optional; /* the feature allocates it when it wants to; it follows the body then */
-    bool is_kept;     /* when a cut adds nodes, what belongs to old ones stays; of a list, all does */
-    bool is_scratch;  /* only there in `enable`, `build` and topology_commit, zeroed */
+    size_t capacity; /* of a list: offset of its capacity in the state */
+    size_t stride;   /* of lists in an array of structs: bytes from one to the next, */
+    int copies;      /* and how many there are; 0: 1 */
+    int times, per;  /* so many elements for so many nodes, links or faces; 0: 1 */
+    int more;        /* elements */
+    bool is_in_body; /* the pointer is a member of the body, not of the state */
+    bool is_kept;    /* when a cut adds nodes, what belongs to old ones stays; of a list, all does */
+    bool is_scratch; /* only there in `enable`, `build` and topology_commit, zeroed */
     /* For snapshots (world/snapshot.c). */
     plii_snapshot_share snapshot;
     size_t count; /* of a list: offset of how many elements are in use, an int. Of one that is left it is 0 after a

@@ -51,8 +51,11 @@ size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* 
 bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state) {
     const feature_counts counts = feature_counts_now(body);
     for (EACH_ARRAY(array, klass)) {
-        const bool is_wanted = !array->is_optional && feature_array_size(array, &counts) > 0;
-        if (is_wanted && !plii_feature_array_add(body, array, state)) {
+        const size_t size = feature_array_size(array, &counts);
+        if (size == 0) { continue; }
+        void* block = plii_allocate(body->context, size);
+        feature_array_set(body, array, state, block);
+        if (block == NULL) {
             plii_feature_arrays_release(body, klass, state, false);
             return false;
         }
@@ -83,13 +86,6 @@ size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class*
     return bytes;
 }
 
-bool plii_feature_array_add(pli_body* body, const plii_feature_array* array, void* state) {
-    const feature_counts counts = feature_counts_now(body);
-    void* block = plii_allocate(body->context, feature_array_size(array, &counts));
-    feature_array_set(body, array, state, block);
-    return block != NULL;
-}
-
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
     for (EACH_ARRAY(array, klass)) {
         if (array->length == PLII_LIST && !array->is_kept) { return true; }
@@ -97,13 +93,11 @@ bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
     return false;
 }
 
-int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* klass, const void* state,
-                              const plii_topology_change* change, size_t* sizes) {
+int plii_feature_arrays_sizes(const plii_feature_class* klass, const plii_topology_change* change, size_t* sizes) {
     const feature_counts counts = feature_counts_of(change->node_count, change->link_count, change->face_count);
     int count = 0;
     for (EACH_ARRAY(array, klass)) {
-        const bool is_left_out = array->is_optional && plii_feature_array_address(body, array, state) == NULL;
-        sizes[count++] = is_left_out ? 0 : feature_array_size(array, &counts);
+        sizes[count++] = feature_array_size(array, &counts);
     }
     return count;
 }

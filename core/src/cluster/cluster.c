@@ -367,9 +367,8 @@ static void clusters_finish(pli_body* body, void* state) {
 void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
     PLII_RELEASE(body->context, clusters->items, clusters->capacity);
     PLII_RELEASE(body->context, clusters->members, clusters->member_capacity);
-    PLII_RELEASE(body->context, clusters->node_sums, body->node_count);
-    const pli_clusters_def def = clusters->def;
-    *clusters = (plii_clusters){.def = def};
+    memset(clusters->node_sums, 0, (size_t)body->node_count * sizeof *clusters->node_sums);
+    *clusters = (plii_clusters){.def = clusters->def, .node_sums = clusters->node_sums};
 }
 
 static pli_status clusters_enable(pli_body* body, void* state) {
@@ -456,7 +455,7 @@ static bool clusters_is_sound(const pli_body* body, const void* data) {
         if (cluster->member_count > clusters->member_count - members) { return false; }
         members += cluster->member_count;
     }
-    return members == clusters->member_count && (clusters->count == 0 || clusters->node_sums != NULL);
+    return members == clusters->member_count;
 }
 
 const plii_feature_class plii_clusters_class = {
@@ -470,7 +469,7 @@ const plii_feature_class plii_clusters_class = {
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
     .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+        {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .snapshot = PLII_LEFT},
         {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g10g8g6gi6giU6g3B"),
          .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
         {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),

@@ -37,8 +37,7 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
     pli_context* context = body->context;
     if (node_count > INT32_MAX - clusters->member_count ||
         !PLII_GROW(context, &clusters->items, &clusters->capacity, clusters->count) ||
-        !PLII_RESERVE(context, &clusters->members, &clusters->member_capacity, clusters->member_count + node_count) ||
-        (clusters->node_sums == NULL && !PLII_ALLOCATE(context, &clusters->node_sums, body->node_count))) {
+        !PLII_RESERVE(context, &clusters->members, &clusters->member_capacity, clusters->member_count + node_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     body->world->needs_reserve = true;

@@ -172,7 +172,7 @@ static pli_status generate_elements(pli_body* body, plii_clusters* clusters) {
 /* Makes the new clusters beside the old ones and swaps them in when all went well. `count` 0: from elements. */
 static pli_status generate_replace(pli_body* body, int count, int max_iterations, int* made, const char* function) {
     PLII_TRY_ENABLE(body, plii_clusters, clusters, plii_clusters_class);
-    plii_clusters fresh = {.def = clusters->def};
+    plii_clusters fresh = {.def = clusters->def, .node_sums = clusters->node_sums};
     pli_status status;
     if (count > 0) {
         generate_work g = {.scratch = {.context = body->context}, .group_count = count};

@@ -58,7 +58,7 @@ typedef struct plii_clusters {
     int member_count, member_capacity;
     int next_member_count; /* of those that follow them while the topology changes */
     bool keeps_momentum;   /* one or more do, in this step */
-    pli_vec4* node_sums;   /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
+    pli_vec4* node_sums;   /* [node_count] mass-weighted displacement and mass */
 } plii_clusters;
 
 extern const plii_field plii_cluster_settings_fields[6];

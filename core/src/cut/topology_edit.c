@@ -328,7 +328,7 @@ static bool edit_reserve_features(const plii_edit* edit, const plii_topology_cha
         const plii_feature_class* klass = pipeline->features[i].klass;
         void* state = pipeline->features[i].state;
         struct edit_blocks* wanted = &product->features[i];
-        const int count = plii_feature_arrays_sizes(edit->body, klass, state, change, wanted->sizes);
+        const int count = plii_feature_arrays_sizes(klass, change, wanted->sizes);
         if (klass->topology_reserve != NULL && !klass->topology_reserve(edit->body, state, change)) { return false; }
         for (int k = 0; k < count; ++k) {
             if (!plii_allocate_array(edit->context, &wanted->blocks[k], wanted->sizes[k])) { return false; }

@@ -268,17 +268,6 @@ static void file_list(plii_file* file, pli_body* body, const plii_feature_array*
 /* One that follows the body. */
 static void file_array(plii_file* file, pli_body* body, const plii_feature_array* array, void* state) {
     void* block = plii_feature_array_address(body, array, state);
-    bool is_there = block != NULL;
-    if (array->is_optional) { plii_file_fields(file, "B", &is_there); }
-    if (file->status != PLI_OK) { return; }
-    if (file->mode == PLII_FILE_READ && is_there && block == NULL) {
-        if (!plii_feature_array_add(body, array, state)) {
-            plii_file_refuse(file, "an array cannot be made");
-            return;
-        }
-        block = plii_feature_array_address(body, array, state);
-    }
-    if (!is_there || !plii_file_is_kept(array->fields, array->snapshot)) { return; }
     const size_t count = plii_feature_array_bytes(body, array, state) / array->element_size;
     plii_file_elements(file, array->fields, block, count, array->element_size);
 }
@@ -300,9 +289,10 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
     file_check_settings(file, &klass->settings, state);
     for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
         if (file->status != PLI_OK) { break; }
-        if (array->length >= PLII_LIST) {
-            if (plii_file_is_kept(array->fields, array->snapshot)) { file_list(file, body, array, state); }
-        } else if (!array->is_scratch) {
+        if (!plii_file_is_kept(array->fields, array->snapshot)) { continue; }
+        if (array->length == PLII_LIST) {
+            file_list(file, body, array, state);
+        } else {
             file_array(file, body, array, state);
         }
     }

@@ -136,17 +136,7 @@ static void snapshot_array(snapshot_walk* walk, pli_body* body, const plii_featu
         snapshot_list_of_feature(walk, body, klass, array, state);
         return;
     }
-    void* block = plii_feature_array_address(body, array, state);
-    const size_t size = plii_feature_array_bytes(body, array, state);
-    const bool was_there = snapshot_number(walk, block != NULL) != 0;
-    if (walk->status != PLI_OK) { return; }
-    if (walk->mode >= SNAPSHOT_COMPARE && was_there && block == NULL) {
-        snapshot_refuse(walk, "an array is not there any more", klass->name);
-    } else if (was_there) {
-        snapshot_bytes(walk, block, size);
-    } else if (walk->mode == SNAPSHOT_RESTORE && block != NULL) {
-        memset(block, 0, size); /* as it is when it comes to be there */
-    }
+    snapshot_bytes(walk, plii_feature_array_address(body, array, state), plii_feature_array_bytes(body, array, state));
 }
 
 static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_feature* feature) {
