@@ -241,7 +241,7 @@ static void test_costs_tell_what_is_on(void**) {
     assert_in_range(costs.at("bytes").get<size_t>(), base + bytes, base + bytes + 2000);
     assert_true(microseconds > 0.0 && microseconds < of_passes);
     check_near(of_passes, costs.at("microseconds").get<double>(), 1e-6 * of_passes);
-    assert_int_equal(costs.at("features").size() + costs.at("left_out").size(), 43);
+    assert_int_equal(costs.at("features").size() + costs.at("left_out").size(), 44);
     const auto linked = costs.at("linked_bytes").get<size_t>();
     assert_in_range(linked, 50000, costs.at("core_bytes").get<size_t>() / 2);
     const std::vector<std::string> modules = costs.at("linked_modules");
