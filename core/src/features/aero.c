@@ -134,7 +134,7 @@ static void aero_push(const aero_step* step, pli_vec3 force, float inverse_mass,
     plii_add_xyz(velocity, pli_vec3_scale(force, inverse_mass * step->dt));
 }
 
-PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, const aero_step* step, aero_nodes nodes) {
+PLII_SIMD_SHARED void aero_run_four(const aero_state* aero, const aero_step* step, aero_nodes nodes) {
     const float density = step->density, dt = step->dt;
     const plii_float4 inverse_mass =
         plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
