@@ -5,8 +5,8 @@
 // the benchmark and the comparison in tests/.
 
 extern "C" {
-#include "geometry/convex_hull.h"
 #include "geometry/convex_distance.h"
+#include "geometry/convex_hull.h"
 }
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>

@@ -318,7 +318,7 @@ static void test_overlaps_of_sheets_leave_no_speed(void** state) {
     static const struct {
         int sheets;
         double speed; /* m/s */
-    } cases[] = {{3, 2e-4}, {6, 0.03}};
+    } cases[] = {{3, 2e-5}, {6, 0.02}};
     const fixture* f = *state;
     assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)), PLI_OK);
     for (int c = 0; c < 6; ++c) {

@@ -214,6 +214,7 @@ static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const in
     const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
     if (pass->is_inside != NULL && from < 0.0f) { return false; }
+    pick->distance = 0.0f;
     pick->weights = closest.weights;
     pick->normal = from > 0.0f ? normal : pli_vec3_neg(normal);
     return true;
@@ -358,6 +359,7 @@ static pli_status soft_add_nearest(const plii_soft_contacts_pass* pass, plii_sof
     if (pass->is_inside != NULL && soft_is_inside(pass, near, &picks.nearest)) {
         *pass->is_inside = true;
         picks.nearest.normal = pli_vec3_neg(picks.nearest.normal);
+        picks.nearest.distance = 0.0f;
         picks.inside_count = 0;
     }
     PLII_TRY(soft_append(pass, near.node, near.margin, &picks.nearest));

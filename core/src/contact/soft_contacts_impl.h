@@ -16,7 +16,8 @@ typedef struct plii_soft_contact {
     int node, face;
     pli_vec3 weights;
     union {
-        float distance; /* m, of the nearest point, 0 where the node crosses the face; until the first sweep */
+        float distance; /* m, of the nearest point, 0 where the node crosses the face or is inside; until the first
+                           sweep */
         pli_vec4 start; /* m, of the node from the point of the face, with shifts, when all bodies had that sweep */
     };
     pli_vec3 normal; /* from the face to the node */
