@@ -3,41 +3,40 @@
 
 /// Status codes, allocator and log hooks, and the context that carries them.
 ///
-/// Errors. These may come from any call that they apply to, and are not repeated at each one; "@return" names what
-/// needs more words.
+/// Errors. Any call may return those of this list that apply to it; "@return" names only what needs more words.
 ///
 ///     PLI_ERROR_NULL_ARGUMENT  a handle, a required pointer or the place for a result is NULL
 ///     PLI_ERROR_STALE_ID       a handle is of another kind than the call takes
 ///     PLI_ERROR_INVALID_DEF    a definition does not come from its default function
 ///     PLI_ERROR_NOT_FINITE     a number is NaN or infinite
-///     PLI_ERROR_INVALID_VALUE  a number is outside of the range that is named beside it (limits.h)
-///     PLI_ERROR_WRONG_STATE    the call was made inside of a callback and would change something
-///     PLI_ERROR_OUT_OF_MEMORY  of calls that create, append, add or enable
+///     PLI_ERROR_INVALID_VALUE  a number is outside the range that is named beside it (limits.h)
+///     PLI_ERROR_WRONG_STATE    the call was made inside a callback and would change something
+///     PLI_ERROR_OUT_OF_MEMORY  from calls that create, append, add or enable
 ///
-/// Calls without a status give zero, NULL or whatever is neutral instead.
+/// On an error, calls without a status return zero, NULL or another neutral value.
 ///
-/// Definitions. What has more than one number is told by a definition: a struct that its `_default` function fills, of
-/// which only what differs is set, and which is copied; one number is passed as it is. Calls that enable something, and
-/// others that say so, take NULL for the defaults.
+/// Definitions. A call that needs more than one number takes a definition: a struct that its `_default` function fills
+/// in. Change the fields that should differ; the call copies it. A single number is passed directly. Calls that enable
+/// something, and others that say so, take NULL for the defaults.
 ///
 /// Features. pli_body_enable_x turns something on, or changes it when it is on; pli_body_disable_x turns it off, and
 /// does nothing when it is off. Both return a status.
 ///
-/// Getters. pli_x_get_y gives what is stored; measures (pli_body_volume, pli_body_momentum) and counts (pli_x_y_count)
-/// are nouns; what takes memory to find out returns a status (pli_body_count_parts). Lists fill the room that the
-/// caller gives and return how many there are.
+/// Getters. pli_x_get_y returns what is stored. Measures (pli_body_volume, pli_body_momentum) and counts
+/// (pli_x_y_count) are nouns. A measure that needs memory returns a status (pli_body_count_parts). Getters of lists
+/// fill the room that the caller gives and return how many entries there are.
 ///
-/// Callbacks. The library calls hooks and callbacks of the user from the middle of its work: those of a context, a
-/// profile function, controllers of joints, the surface of a cut, the functions of a shape, what is asked while a file
-/// of a world is written. In all of them calls that only read may be made; what would change, make or destroy anything
-/// in the context of the caller is refused with PLI_ERROR_WRONG_STATE, and nothing is changed.
+/// Callbacks. The library calls hooks and callbacks of the user in the middle of its work: those of a context, a
+/// profile function, controllers of joints, the surface of a cut, the functions of a shape, and those that a file of a
+/// world needs. Inside them, calls that only read are allowed. A call that would change, make or destroy anything in
+/// the context is refused with PLI_ERROR_WRONG_STATE, and nothing is changed.
 ///
-/// Handles (context, world, body, rigid body, mesh, shape). To use one after its end is undefined behaviour, but in a
-/// checked build (CMake option PLIANT_CHECKED): there it gives PLI_ERROR_STALE_ID and a message, without a look at
-/// memory that is gone. The address of a handle may be taken by another one later.
+/// Handles (context, world, body, rigid body, mesh, shape). Using a handle after its end is undefined behaviour. In a
+/// checked build (CMake option PLIANT_CHECKED) it gives PLI_ERROR_STALE_ID and a message instead, without reading
+/// memory that is gone. A later handle may have the same address.
 ///
-/// Time. "Not while stepping" means: PLI_ERROR_WRONG_STATE between pli_world_predict and pli_world_solve. What is not
-/// marked so is allowed there.
+/// Time. "Not while stepping" means: PLI_ERROR_WRONG_STATE between pli_world_predict and pli_world_solve. Calls without
+/// this note are allowed there.
 
 #include <stddef.h>
 #include <stdint.h>
@@ -94,11 +93,12 @@ typedef enum pli_status {
 /// Short English text of a status code, as in PLI_STATUS_LIST; "unknown status" for other numbers, never NULL.
 PLI_API const char* pli_status_string(pli_status status);
 
-/// Memory hooks; both or none. They may read only. Those of a context are called by one thread at a time, on any.
+/// Memory hooks; both or none. They may read only. Those of a context are called by one thread at a time, which may be
+/// any thread.
 typedef struct pli_allocator {
     /// A block of `size` bytes aligned to `alignment` (a power of two, at most 64), or NULL.
     void* (*allocate)(size_t size, size_t alignment, void* user);
-    /// Takes a block back, with the size that was asked for; never called with NULL.
+    /// Releases a block, given with the size that was asked for; never called with NULL.
     void (*release)(void* block, size_t size, void* user);
     void* user; ///< handed to both
 } pli_allocator;
@@ -110,16 +110,17 @@ typedef enum pli_log_level {
     PLI_LOG_ERROR = 2    ///< a call has failed; the text of pli_last_error
 } pli_log_level;
 
-/// Receives one line without a newline. The library is silent when no log function is set. May read only; errors of
-/// calls that it makes itself are not logged.
+/// Receives one line without a newline. The library is silent when no log function is set. It may read only; errors of
+/// calls that the function makes itself are not logged.
 typedef void pli_log_fn(pli_log_level level, const char* message, void* user);
 
 /// Work on [begin, end) of a range of work; called on any thread, parts at the same time.
 typedef void pli_range_fn(int begin, int end, void* task);
 
 /// Calls `range` for parts that make up [0, count), in any order and on any threads, and returns when all are done.
-/// Parts below `grain` are not worth a thread. Results do not depend on how the range is parted, and no part waits for
-/// another one. Asked by several threads at once when worlds of the context step at the same time. May read only.
+/// Parts smaller than `grain` are not worth a thread. Results do not depend on how the range is divided, and no part
+/// waits for another one. Several threads call it at once when worlds of the context step at the same time. It may read
+/// only.
 typedef void pli_parallel_for_fn(pli_range_fn* range, void* task, int count, int grain, void* user);
 
 /// Instruction sets of the inner loops. All give the same bits.
@@ -132,9 +133,9 @@ typedef enum pli_simd {
     PLI_SIMD_AVX512 = 5    ///< sixteen floats at a time where that is faster, with AVX-512 F, DQ and VL
 } pli_simd;
 
-/// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
-/// destroyed before it. One context is used by one thread at a time, but for steps of different worlds, which may be
-/// at the same time; different contexts never touch.
+/// Owns the hooks and the last error message. Every mesh, shape and world is made in a context and must be destroyed
+/// before it. Only one thread may use a context at a time, except that different worlds of it may step at the same
+/// time. Different contexts share nothing.
 typedef struct pli_context pli_context;
 
 /// Hooks and threads of a context.
@@ -157,19 +158,20 @@ PLI_API pli_context_def pli_context_def_default(void);
 ///         instruction set that the processor or this build does not have
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
-/// Ends a context that holds nothing any more. NULL is allowed.
+/// Destroys a context that holds nothing any more. NULL is allowed.
 /// @return PLI_ERROR_WRONG_STATE, and the context stays, while worlds, meshes, shapes or triangles of it are alive (the
 ///         message says how many)
 PLI_API pli_status pli_context_destroy(pli_context* context);
 
 /// What the last failed call in this context did wrong and where, in one line ("pli_mesh_append_link: node 17 is out
-/// of range, the mesh has 9 nodes"). Empty when nothing has failed. Valid until the next failing call. NULL, or a
-/// context that is gone, in a checked build: of the last call of this thread that failed without a context to keep the
-/// message, since its handle was null or unknown or its context is gone; in other builds empty.
+/// of range, the mesh has 9 nodes"). Empty when nothing has failed. Valid until the next failing call.
+/// Given NULL, or in a checked build a context that is gone, it returns the message of this thread's last call that had
+/// no context to keep it in (its handle was null or unknown, or its context is gone). Other builds keep no such message
+/// and return an empty one.
 PLI_API const char* pli_last_error(const pli_context* context);
 
-/// Of calls that are built on the library, as the bridge is, and find an error themselves: makes "function: message"
-/// the text of pli_last_error and tells the log function. Allowed in callbacks. Nothing for PLI_OK.
+/// For code that is built on the library, as the bridge is, and finds an error itself: makes "function: message" the
+/// text of pli_last_error and calls the log function. Allowed in callbacks. Does nothing for PLI_OK.
 /// @param function name of the call that has failed
 /// @param message  what is wrong, in one line
 /// @return `status`, for the caller to return

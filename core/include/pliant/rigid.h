@@ -1,9 +1,9 @@
 #ifndef PLIANT_RIGID_H
 #define PLIANT_RIGID_H
 
-/// Rigid bodies as the soft bodies see them: pose, velocities, mass, friction and shapes. The core does not move them
-/// on its own account; the host (a rigid-body engine, or the caller) owns their motion, and reads back the velocities
-/// that contacts and anchors have changed. Rigid bodies do not collide with each other here: that is the engine's.
+/// Rigid bodies as soft bodies see them: pose, velocities, mass, friction and shapes. The core does not move them by
+/// itself. The host (a rigid-body engine, or the caller) owns their motion, and reads back the velocities that contacts
+/// and anchors have changed. Rigid bodies do not collide with each other here; an engine does that.
 
 #include "shape.h"
 
@@ -19,9 +19,9 @@ typedef struct pli_rigid pli_rigid;
 /// Who moves a rigid body.
 typedef enum pli_rigid_kind {
     PLI_RIGID_STATIC = 0, ///< nobody: floors and walls; velocities are ignored
-    /// the host alone: lifts, hands, characters; its velocities drag soft bodies, impulses do not change it. The pose
-    /// set before pli_world_step is that of the start of the step, and the velocities lead from there: what is anchored
-    /// ends at the pose plus velocity times dt, where the character is to be drawn
+    /// The host alone: lifts, hands, characters. Its velocities drag soft bodies, and impulses do not change it. The
+    /// pose set before pli_world_step is that of the start of the step, and the velocities lead from there: anchored
+    /// nodes end at the pose plus velocity times dt, where the character is to be drawn.
     PLI_RIGID_KINEMATIC = 1,
     PLI_RIGID_DYNAMIC = 2 ///< host and soft bodies: impulses change its velocities
 } pli_rigid_kind;
@@ -59,15 +59,14 @@ PLI_API pli_rigid_def pli_rigid_def_default(void);
 /// @param def copied
 PLI_API pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid);
 
-/// Removes it, with the anchors and joints that hold to it: a body that had any gets PLI_EVENT_ANCHORS_LOST. NULL is
-/// allowed. Not while stepping: it stays then, and pli_last_error says so.
+/// Destroys a rigid body, with the anchors and joints that hold to it; a body that had any gets PLI_EVENT_ANCHORS_LOST.
+/// NULL is allowed. Not while stepping: it then stays, and pli_last_error says so.
 PLI_API void pli_rigid_destroy(pli_rigid* rigid);
 
-/// Takes over pose, velocities and mass from the host, before a step or between its parts. What its kind ignores is
-/// not checked.
+/// Sets pose, velocities and mass, before a step or between its parts. Fields that the kind ignores are not checked.
 PLI_API pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state);
 
-/// The present state; after a step with the velocities that soft bodies have changed.
+/// The present state. After a step its velocities are those that soft bodies have left.
 PLI_API pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid);
 
 /// Changes the friction.
@@ -78,11 +77,12 @@ PLI_API pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction);
 /// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_NOT_FINITE
 PLI_API pli_status pli_rigid_set_restitution(pli_rigid* rigid, float restitution);
 
-/// Changes what impulses do along each world axis: 0 holds it, 1 is free. Bullet: setLinearFactor, setAngularFactor
+/// Scales the effect of impulses along each world axis: 0 holds the body, 1 leaves it free. Bullet: setLinearFactor,
+/// setAngularFactor
 /// @param linear_factor,angular_factor up to PLI_MAX_FACTOR
 PLI_API pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor);
 
-/// Changes the kind, keeping anchors; the state as in pli_rigid_set_state.
+/// Changes the kind and sets the state, as pli_rigid_set_state. Anchors stay.
 PLI_API pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state);
 
 /// Replaces the shapes, keeping anchors. Contacts of the step in progress stay as they were made.
@@ -92,15 +92,15 @@ PLI_API pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, con
 PLI_API pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
                                         const pli_transform* shape_poses);
 
-/// For hosts whose body is out of their world for a while, or gone in the middle of a step. A rigid body that is not
-/// present meets nothing, and anchors and joints to it are kept and hold nothing; contacts of the step in progress stay
-/// as they were made. Present is the default.
+/// For hosts whose body is out of their world for a while, or disappears in the middle of a step. A rigid body that is
+/// not present touches nothing; anchors and joints to it are kept, but have no effect. Contacts of the step in progress
+/// stay as they were made. By default a body is present.
 PLI_API pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present);
 
-/// False for one that pli_rigid_set_present has taken out.
+/// False after pli_rigid_set_present with false.
 PLI_API bool pli_rigid_is_present(const pli_rigid* rigid);
 
-/// A sensor takes part in no contact: bodies go through it, and those with pli_body_enable_contact_events tell that
+/// A sensor takes part in no contact: bodies pass through it, and those with pli_body_enable_contact_events report that
 /// they are in it. Anchors and joints to it hold. Default false. Contacts of the step in progress stay as they were
 /// made.
 PLI_API pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor);
@@ -109,8 +109,8 @@ PLI_API pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor);
 PLI_API bool pli_rigid_is_sensor(const pli_rigid* rigid);
 
 /// True for a dynamic body that fell asleep with the soft bodies that it touches (pli_body_enable_sleep). Its
-/// velocities are zero, and pli_rigid_integrate leaves it where it is; a host that moves it otherwise leaves it too. It
-/// wakes with them, or by a state with another pose or with a velocity.
+/// velocities are zero, and pli_rigid_integrate leaves it where it is, as should a host that moves bodies itself. It
+/// wakes with the soft bodies, or when it is given another pose or a velocity.
 PLI_API bool pli_rigid_is_asleep(const pli_rigid* rigid);
 
 /// As in pli_rigid_def or pli_rigid_set_kind.
@@ -122,21 +122,21 @@ PLI_API void* pli_rigid_get_user_data(const pli_rigid* rigid);
 /// True when a contact or an anchor acted on the body in the last step: the host should wake it.
 PLI_API bool pli_rigid_was_touched(const pli_rigid* rigid);
 
-/// Where soft bodies have left a dynamic body in the last step, against where it was in pli_world_solve. A host that
-/// had moved its bodies before, as Bullet does, should move this one once more by that: the implicit solver, XPBD and
-/// contacts of faces move rigid bodies along while they solve, and count on it. pli_rigid_integrate does so.
+/// How far soft bodies have moved a dynamic body in the last step from where it was in pli_world_solve. A host that
+/// moves its bodies before the solve, as Bullet does, should move this one by that as well: the implicit solver, XPBD
+/// and contacts of faces move rigid bodies along while they solve, and rely on it. pli_rigid_integrate does so.
 /// @param shift    m, world axes; zero where it returns false; may be NULL
 /// @param rotation rad, axis times angle, world axes, about the centre of mass; likewise
-/// @return false when there is no need to
+/// @return false when there is nothing to move
 PLI_API bool pli_rigid_get_shift(const pli_rigid* rigid, pli_vec3* shift, pli_vec3* rotation);
 
-/// A free rigid body on the core alone: v += gravity * dt, pose by v and the angular velocity, the inertia turned
-/// with it. For C programs without a rigid-body engine; call after pli_world_step. Of a body that was touched in the
-/// step gravity changes v at the start of the next one, so that what holds it takes it back: v is zero where it rests.
-/// Kinematic bodies move without gravity, static ones not at all.
+/// Moves a rigid body freely, for C programs without a rigid-body engine: v += gravity * dt, the pose by v and the
+/// angular velocity, the inertia turned with it. Call it after pli_world_step. If the body was touched in the step,
+/// gravity changes v only at the start of the next one, so that what holds the body takes it back: a body at rest has v
+/// = 0. Kinematic bodies move without gravity, static ones not at all.
 /// @param gravity m/s^2, up to PLI_MAX_ACCELERATION
 /// @param dt      s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
-/// @return PLI_ERROR_INVALID_VALUE also when the body would leave the limits; it stays as it was then
+/// @return PLI_ERROR_INVALID_VALUE also when the body would leave the limits; it then stays as it was
 PLI_API pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt);
 
 #ifdef __cplusplus
