@@ -53,8 +53,7 @@ PLI_API pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id anchor);
 /// @param nodes [count] of the body, none twice, none that has an anchor; may be NULL when count is 0
 /// @param count 0 or more
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (count, a node twice or anchored already, a
-/// rigid
-///         body of another world), PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_OUT_OF_MEMORY
+///         rigid body of another world), PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_OUT_OF_MEMORY
 /// Cost: about 150 B per node.
 PLI_API pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pli_rigid* rigid);
 

@@ -220,7 +220,7 @@ PLI_API pli_status pli_body_disable_velocity_links(pli_body* body);
 /// Cost: about 20 B per link.
 PLI_API pli_status pli_body_enable_colored_links(pli_body* body);
 
-/// Returns to the order of the mesh, the default. Nothing when not enabled.
+/// Returns to the order of the mesh, the default. Does nothing when not enabled.
 /// @return as pli_body_enable_velocity_links
 PLI_API pli_status pli_body_disable_colored_links(pli_body* body);
 
@@ -289,7 +289,7 @@ PLI_API pli_sleep_def pli_sleep_def_default(void);
 /// Cost: 12 B per node. Awake, one pass over the nodes per step; asleep, a few tests of boxes.
 PLI_API pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def);
 
-/// Wakes the body for good. Nothing when not enabled.
+/// Wakes the body for good. Does nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_sleep(pli_body* body);
 

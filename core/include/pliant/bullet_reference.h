@@ -47,8 +47,8 @@ PLI_API pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* 
 /// Cost: 24 B per node.
 PLI_API pli_status pli_body_enable_bullet_node_boxes(pli_body* body);
 
-/// Drops the boxes; rigid shapes meet all nodes that are near, unless `bullet_boxes` keeps them. Nothing when not
-/// enabled.
+/// Drops the boxes; rigid shapes meet all nodes that are near, unless `bullet_boxes` keeps them. Does nothing
+/// when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_bullet_node_boxes(pli_body* body);
 

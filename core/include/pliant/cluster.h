@@ -14,21 +14,21 @@ extern "C" {
 /// How one cluster behaves.
 typedef struct pli_cluster_settings {
     float matching;        ///< [0, 1], default 0: share of the distance to the rest shape removed per step
-    float node_damping;    ///< [0, 1], default 0: nodes take over the rigid motion of the cluster
+    float node_damping;    ///< [0, 1], default 0: share by which nodes take over the rigid motion of the cluster
     float linear_damping;  ///< [0, 1], default 0: share of the linear velocity that a step takes from the cluster
     float angular_damping; ///< [0, 1], default 0: the same of the angular velocity
     bool collides;         ///< default true; false: takes no part in cluster contacts
-    /// N s per contact and step, 0 to PLI_MAX_FORCE, default 100: impulses between clusters of one body are cut to it.
-    /// btSoftBody has it and never comes to use it.
+    /// N s per contact and step, 0 to PLI_MAX_FORCE, default 100: limit of impulses between clusters of one body.
+    /// btSoftBody has this setting, but never uses it.
     float max_self_impulse;
-    float self_impulse_factor; ///< [0, 1], default 1: factor of the same impulses; as `max_self_impulse`
+    float self_impulse_factor; ///< [0, 1], default 1: factor of the same impulses; likewise
 } pli_cluster_settings;
 
 /// All clusters of a body.
 typedef struct pli_clusters_def {
     int iterations; ///< >= 1, default 4: joint and contact iterations of the clusters. Bullet name: citerations
-    /// Reference mode only: as btSoftBody does it, default false. Frames may be reflections, pinned nodes weigh 1e18 kg
-    /// and are moved by matching and impulses, candidates for contacts come from boxes that are kept from step to step.
+    /// Default false. True: as btSoftBody does it. Frames may be reflections, pinned nodes weigh 1e18 kg and are moved
+    /// by matching and impulses, and candidates for contacts come from boxes that are kept from step to step.
     bool reference_mode;
     uint32_t cookie; ///< set by the default function
 } pli_clusters_def;
@@ -36,14 +36,14 @@ typedef struct pli_clusters_def {
 /// Defaults of the fields.
 PLI_API pli_clusters_def pli_clusters_def_default(void);
 
-/// Lets a body have clusters, or changes the settings of all. It starts without any cluster; the calls below that make
-/// some enable them with the defaults when needed. A change of `reference_mode` takes the present shape of all clusters
-/// as their rest shape.
+/// Lets a body have clusters, or changes the settings of all of them. At first there are none; the calls below that
+/// make clusters enable them with the defaults if needed. A change of `reference_mode` takes the present shape of all
+/// clusters as their rest shape.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def);
 
-/// Removes all clusters, and the joints and contacts that hold to them. Nothing when not enabled.
+/// Removes all clusters, and the joints and contacts that hold to them. Does nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_clusters(pli_body* body);
 
@@ -82,11 +82,11 @@ PLI_API int pli_body_cluster_count(const pli_body* body);
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE
 PLI_API pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_cluster_settings* settings);
 
-/// Replaces the settings of one cluster; those that a body's clusters are made with are the defaults.
+/// Replaces the settings of one cluster. New clusters have the defaults.
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE
 PLI_API pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_cluster_settings* settings);
 
-/// What a cluster is at the moment.
+/// The present state of a cluster.
 typedef struct pli_cluster_view {
     int node_count;   ///< >= 1
     const int* nodes; ///< node i at nodes[i * node_stride], valid until the clusters of the body change
@@ -98,15 +98,15 @@ typedef struct pli_cluster_view {
     pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), in world axes
     pli_vec3 linear_velocity;       ///< m/s
     pli_vec3 angular_velocity;      ///< rad/s
-    bool contains_pinned_node;      ///< then it is far heavier than its free nodes are
+    bool contains_pinned_node;      ///< a cluster with one is far heavier than its free nodes
 } pli_cluster_view;
 
 /// Nodes, frame, mass and velocities of one cluster.
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE
 PLI_API pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_view* view);
 
-/// Takes the present shape of all clusters as their rest shape, and the present masses of the nodes: after masses have
-/// been changed or nodes placed.
+/// Takes the present shape of all clusters as their rest shape, and the present masses of the nodes. For use after
+/// masses were changed or nodes placed.
 /// @return PLI_ERROR_WRONG_STATE when clusters are not enabled, or while stepping
 PLI_API pli_status pli_body_reset_clusters(pli_body* body);
 
@@ -125,21 +125,22 @@ typedef struct pli_cluster_contact {
     float distance;         ///< m, of the cores; < 0 when they overlap
 } pli_cluster_contact;
 
-/// Finds witnesses, normal and distance of the pair named in `contact`; false when they are not near. May read only.
+/// Finds witnesses, normal and distance of the pair named in `contact`; returns false when they are not near. May read
+/// only.
 typedef bool pli_cluster_distance_fn(const pli_body* body, pli_cluster_contact* contact, void* user);
 
-/// What the clusters of a body meet, and how hard.
+/// What the clusters of a body collide with, and how hard.
 typedef struct pli_cluster_contacts_def {
     bool with_rigids; ///< default true. Bullet name: CL_RS
     bool with_bodies; ///< default true; the other body needs it too. Bullet name: CL_SS
-    bool with_self;   ///< default false: clusters of one body that are apart when first met. Bullet name: CL_SELF
-    /// 0 to PLI_MAX_FACTOR, default 0.2; the smaller of the two sides counts. Coulomb's coefficient; in reference mode
-    /// the share of the sliding velocity that each iteration removes. Bullet name: kDF
+    bool with_self;   ///< default false; clusters of one body that are apart when first seen. Bullet name: CL_SELF
+    /// 0 to PLI_MAX_FACTOR, default 0.2: Coulomb's coefficient; the smaller one of the two sides counts. In reference
+    /// mode the share of the sliding velocity that each iteration removes. Bullet name: kDF
     float friction;
     float dynamic_hardness; ///< [0, 1], default 0.1: share of the overlap with a dynamic body that a step removes.
                             ///< Bullet name: kSRHR_CL
     float static_hardness;  ///< [0, 1], default 1: the same with static and kinematic bodies. Bullet name: kSKHR_CL
-    float soft_hardness;    ///< [0, 1], default 0.5: the same between clusters; the larger of the two sides counts.
+    float soft_hardness;    ///< [0, 1], default 0.5: the same between clusters; the larger one of the two sides counts.
                             ///< Bullet name: kSSHR_CL
     /// [0, 1], default 0.5: share of the correction that is a displacement, not a velocity. The rigid body takes it as
     /// a velocity all the same. Bullet name: kSR_SPLT_CL
@@ -147,13 +148,12 @@ typedef struct pli_cluster_contacts_def {
     float static_split;        ///< [0, 1], default 0.5: the same with static and kinematic bodies. Bullet: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of descent, default false
-    /// Reference mode only: contacts with rigid bodies and other bodies are measured anew in each step, and rigid
-    /// bodies where they are when they collide. Default false: those whose sides hardly move against each other are
-    /// followed for a few steps, in which they are right to some percent of the margin, and rigid bodies are measured
-    /// where the step takes them. Always so with clusters in reference mode and with `distance`.
+    /// Reference mode only. True: contacts with rigid bodies and other bodies are measured anew in each step, with
+    /// rigid bodies where they are when they collide. Default false: contacts whose sides hardly move against each
+    /// other are followed for a few steps, with an error of some percent of the margin, and rigid bodies are measured
+    /// where the step takes them. Clusters in reference mode, and with `distance`, act as with true.
     bool disable_contact_cache;
-    /// Reference mode only: replaces the distance query, for comparisons with that of another library; default NULL:
-    /// the one of the core.
+    /// Reference mode only: replaces the core's distance query, for comparisons with another library. Default NULL.
     pli_cluster_distance_fn* distance;
     void* distance_user; ///< handed to `distance`
     uint32_t cookie;     ///< set by the default function
@@ -162,18 +162,18 @@ typedef struct pli_cluster_contacts_def {
 /// Defaults of the fields.
 PLI_API pli_cluster_contacts_def pli_cluster_contacts_def_default(void);
 
-/// Lets convex hulls of clusters meet rigid shapes and each other, where the step ends, or changes how. What is fast
-/// needs pli_body_enable_rigid_face_contacts beside it. Enables clusters when needed.
+/// Lets convex hulls of clusters collide with rigid shapes and with each other, where the step ends. Called again, it
+/// changes the settings. Fast bodies need pli_body_enable_rigid_face_contacts beside it. Enables clusters if needed.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def);
 
-/// Ends cluster contacts; the clusters stay. Nothing when not enabled.
+/// Ends cluster contacts; the clusters stay. Does nothing when not enabled.
 PLI_API pli_status pli_body_disable_cluster_contacts(pli_body* body);
 
 /// Contacts of the step in progress, or of the last one, in the order of solving.
 /// @param contacts NULL, or room for `capacity` contacts
-/// @return the number of contacts there are, 0 when not enabled
+/// @return the number of contacts, 0 when not enabled
 PLI_API int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts);
 
 #ifdef __cplusplus

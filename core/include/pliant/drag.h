@@ -13,8 +13,8 @@ extern "C" {
 
 /// Names a drag of one body; all zero is none.
 typedef struct pli_drag_id {
-    int32_t index1;      ///< one more than the place in the library's table, 0: none
-    uint32_t generation; ///< tells a drag from those that had its place before
+    int32_t index1;      ///< index in the library's table plus one; 0: none
+    uint32_t generation; ///< tells the drag from earlier ones at that index
 } pli_drag_id;
 
 /// What to drag, and how firmly.
@@ -23,9 +23,9 @@ typedef struct pli_drag_def {
     int face;        ///< default PLI_NULL_INDEX: a node is dragged
     pli_vec3 point;  ///< m, up to PLI_MAX_COORDINATE: the point of the face that is nearest to this is dragged, as
                      ///< pli_ray_hit::point
-    float frequency; ///< Hz, 0 to PLI_MAX_FACTOR, default 5: of all that is not pinned on the spring; used without a
-                     ///< stiffness
-    float stiffness; ///< N/m, 0 to PLI_MAX_COEFFICIENT; default 0: by the frequency
+    float frequency; ///< Hz, 0 to PLI_MAX_FACTOR, default 5: of all free nodes of the body on the spring; used where
+                     ///< `stiffness` is 0
+    float stiffness; ///< N/m, 0 to PLI_MAX_COEFFICIENT; default 0: from the frequency
     float damping_ratio; ///< 0 to PLI_MAX_FACTOR, default 1: share of the critical damping of the same mass
     uint32_t cookie;     ///< set by the default function
 } pli_drag_def;
@@ -33,8 +33,8 @@ typedef struct pli_drag_def {
 /// Defaults of the fields.
 PLI_API pli_drag_def pli_drag_def_default(void);
 
-/// Takes hold of a point of a body. The goal is where the point is now. There may be several drags. A cut through the
-/// face leaves the drag with the nearest of its nodes.
+/// Takes hold of a point of a body. The goal is at first where the point is now. A body may have several drags. After a
+/// cut through the face the nearest of its nodes is dragged.
 /// @param drag receives the id; required
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node, face), PLI_ERROR_INVALID_VALUE, PLI_ERROR_NOT_FINITE,
 ///         PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY

@@ -1,8 +1,8 @@
 #ifndef PLIANT_DRAWING_H
 #define PLIANT_DRAWING_H
 
-/// What a renderer needs of a body: normals, vertices in the renderer's own layout between two steps, and what cuts
-/// have made of nodes and faces.
+/// What a renderer needs of a body: normals, vertices in the renderer's own layout, interpolated between steps, and
+/// what cuts changed.
 
 #include "body.h"
 
@@ -17,7 +17,7 @@ extern "C" {
 /// Cost: 40 B per node and 12 B per face; a pass over the faces per step.
 PLI_API pli_status pli_body_enable_normals(pli_body* body);
 
-/// Ends them, but for what other features need. Nothing when not enabled.
+/// Ends them, but for what other features need. Does nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_normals(pli_body* body);
 
@@ -49,15 +49,15 @@ PLI_API pli_vertex_buffer_def pli_vertex_buffer_def_default(void);
 ///         PLI_ERROR_INDEX_OUT_OF_RANGE (node of a vertex); nothing is written then
 PLI_API pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer_def* buffer, float factor);
 
-/// A node that a cut or a refinement has added: what a vertex has beside its position (texture coordinates, weights,
-/// colours) is that of `a` + share * (that of `b` - that of `a`).
+/// A node that a cut or a refinement has added. Its texture coordinates, weights and colours are those of `a` + share *
+/// (those of `b` - those of `a`).
 typedef struct pli_new_node {
     int a;       ///< a node of smaller index, which may be new itself
     int b;       ///< as `a`; the same for a copy
     float share; ///< 0 to 1
 } pli_new_node;
 
-/// What has become of the nodes and faces of a body. Old nodes keep their index.
+/// How the nodes and faces of a body have changed. Old nodes keep their index.
 typedef struct pli_topology_changes {
     int old_node_count;            ///< nodes from this index on are new
     int new_node_count;            ///< of `new_nodes`
@@ -67,18 +67,17 @@ typedef struct pli_topology_changes {
     const int* face_parents;       ///< [face_count] the old face that each face is, or is a part of
 } pli_topology_changes;
 
-/// Notes from now on what cuts and refinements change. Enabled again, it starts anew: what there is now counts as
-/// before.
+/// Records what cuts and refinements change from now on. Called again, it starts anew from the present state.
 /// @return PLI_ERROR_OUT_OF_MEMORY, PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 4 B per face, 12 B per new node.
 PLI_API pli_status pli_body_enable_topology_changes(pli_body* body);
 
-/// Notes nothing any more. Nothing when not enabled.
+/// Notes nothing any more. Does nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_topology_changes(pli_body* body);
 
-/// All changes since they are noted, or since the call before of pli_body_enable_topology_changes; valid until the next
-/// change. All zero when they are not noted.
+/// All changes since the last call of pli_body_enable_topology_changes; valid until the next change. All zero when it
+/// is not enabled.
 PLI_API pli_topology_changes pli_body_get_topology_changes(const pli_body* body);
 
 #ifdef __cplusplus

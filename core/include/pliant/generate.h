@@ -1,8 +1,8 @@
 #ifndef PLIANT_GENERATE_H
 #define PLIANT_GENERATE_H
 
-/// Ready-made meshes. Every function makes a new mesh that the caller destroys; nodes have 1 kg unless pinned. Points
-/// go to PLI_MAX_COORDINATE (limits.h), in m.
+/// Ready-made meshes. Every function makes a new mesh that the caller destroys. Nodes have 1 kg unless pinned. Points
+/// are in m, up to PLI_MAX_COORDINATE (limits.h).
 
 #include "mesh.h"
 
@@ -64,10 +64,9 @@ PLI_API pli_status pli_mesh_create_patch(pli_context* context, const pli_patch_d
 PLI_API pli_status pli_mesh_create_patch_uv(pli_context* context, const pli_patch_def* def, float* texture_coordinates,
                                             pli_mesh** mesh);
 
-/// Makes a closed surface over Hammersley points on an ellipsoid, all of which become nodes, in their order (Bullet's
-/// hull drops some); of those that coincide up to rounding, from some 100,000 on or where the centre is far away, not
-/// all do. Links are shuffled.
-/// Bullet name: CreateEllipsoid with res = point_count - 3
+/// Makes a closed surface over Hammersley points on an ellipsoid. All points become nodes, in their order (Bullet's
+/// hull drops some), except those that coincide up to rounding, which happens from some 100,000 on or if the centre is
+/// far away. Links are shuffled. Bullet name: CreateEllipsoid with res = point_count - 3
 /// @param radii       m, > 0, of the three axes
 /// @param point_count >= 4
 PLI_API pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_vec3 radii, int point_count,
@@ -92,8 +91,8 @@ PLI_API pli_status pli_mesh_create_from_triangles(pli_context* context, int poin
                                                   int triangle_count, const int* triangles, bool shuffle,
                                                   pli_mesh** mesh);
 
-/// Makes a surface mesh, as pli_mesh_create_from_triangles, from the vertices of a renderer, which are there more than
-/// once where textures or normals end: vertices at the same place become one node, so that the surface hangs together.
+/// Makes a surface mesh, as pli_mesh_create_from_triangles, from the vertices of a renderer, which has several at one
+/// place where textures or normals end. Vertices at the same place become one node, so that the surface is connected.
 /// @param vertices     [vertex_count], 1 or more
 /// @param triangles    [3 * triangle_count] indices of vertices; faces keep their order
 /// @param vertex_nodes [vertex_count] receives the node of each vertex, for pli_vertex_buffer_def::vertex_nodes; not

@@ -14,16 +14,16 @@ extern "C" {
 
 /// How the linear system of a step is solved.
 typedef enum pli_implicit_method {
-    /// A fixed number of Jacobi sweeps: the cheapest, always stable, softer than asked where sweeps are few. For cloth
+    /// A fixed number of Jacobi sweeps: the cheapest, always stable, softer than asked for with few sweeps. For cloth
     /// that has to look right.
     PLI_IMPLICIT_JACOBI = 0,
-    /// Jacobi sweeps under Chebyshev weights: fewer sweeps to the same error. For stiff meshes with ten sweeps or more.
+    /// Jacobi sweeps with Chebyshev weights: fewer sweeps for the same error. For stiff meshes with ten sweeps or more.
     PLI_IMPLICIT_CHEBYSHEV = 1,
-    /// Until `tolerance` is met or `sweeps` are done: for materials whose stiffness has to be the one that is set.
+    /// Until `tolerance` is met or `sweeps` are done. For materials whose stiffness has to be the one that is set.
     PLI_IMPLICIT_CONJUGATE_GRADIENT = 2
 } pli_implicit_method;
 
-/// What the sweeps start from. They need many sweeps to carry a change through a stiff mesh.
+/// What the sweeps start from. It takes many of them to carry a change through a stiff mesh.
 typedef enum pli_implicit_start {
     /// The velocities of nodes without springs: a free body falls with exactly g. The usual choice.
     PLI_IMPLICIT_START_IN_FREE_FLIGHT = 0,
@@ -33,24 +33,25 @@ typedef enum pli_implicit_start {
 
 /// Material and solver of an implicit body.
 typedef struct pli_implicit_def {
-    float stiffness; ///< N/m, 0 to PLI_MAX_COEFFICIENT, default 1000, of links whose material has linear_stiffness 1,
-                     ///< else times that
-    float damping;   ///< N s/m along each link, 0 to PLI_MAX_COEFFICIENT, default 0, the same way
-    /// >= 1, default 5. Take an odd number: with an even one the change of velocity of the stiffest modes comes out up
-    /// to twice too large.
+    float stiffness; ///< N/m, 0 to PLI_MAX_COEFFICIENT, default 1000; times the linear_stiffness of the link's
+                     ///< material
+    float damping;   ///< N s/m along each link, 0 to PLI_MAX_COEFFICIENT, default 0; likewise
+    /// >= 1, default 5. Take an odd number: with an even one the change of velocity of the stiffest modes is up to
+    /// twice too large.
     int sweeps;
-    /// >= 0, default 0: of conjugate gradients, after sweeps that would end a step with more energy than it had because
-    /// they are too few for the springs or their turning. Then the springs are linearised anew and solved to
-    /// `tolerance`, up to eight times a step; steps that sweeps can solve cost a pass over the links more.
+    /// >= 0, default 0: iterations of conjugate gradients that follow when sweeps would end a step with more energy
+    /// than it had, because they are too few for the springs or their rotation. The springs are then linearised anew
+    /// and solved to `tolerance`, up to eight times per step. Steps that sweeps can solve cost one pass over the links
+    /// more.
     int finishing_iterations;
     pli_implicit_method method; ///< default PLI_IMPLICIT_JACOBI
     pli_implicit_start start;   ///< default PLI_IMPLICIT_START_IN_FREE_FLIGHT
     float tolerance;            ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
-    /// Compressed springs take the absolute values of their eigenvalues across, |1 - rest length / length| of their
-    /// stiffness, 1 at most: they resist being turned. Default false: zero, as in the paper, but where a spring far
-    /// stiffer than m / h^2 would burst sideways; what buckles may flutter, as soft bodies that lie on each other do
-    /// under sweeps. From 3 sweeps on. Source: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue
-    /// Filtering for Projected Newton"
+    /// True: compressed springs resist being turned. Across themselves they have the absolute value of their stiffness
+    /// there, |1 - rest length / length| of it, 1 at most. From 3 sweeps on. Default false: they have none, as in the
+    /// paper, except where a spring far stiffer than m / h^2 would burst sideways; springs that buckle may then
+    /// flutter, as in soft bodies that lie on each other under sweeps. Source: Chen and others, "Stabler Neo-Hookean
+    /// Simulation: Absolute Eigenvalue Filtering for Projected Newton"
     bool filter_compression;
     uint32_t cookie; ///< set by the default function
 } pli_implicit_def;
@@ -58,22 +59,22 @@ typedef struct pli_implicit_def {
 /// Defaults of the fields.
 PLI_API pli_implicit_def pli_implicit_def_default(void);
 
-/// Steps the body with this solver, or changes its settings. Forces, anchors, contacts and pose matching stay in use;
-/// anchors and contacts of nodes with rigid bodies are solved with the springs, both ways. Of pli_solver_settings
-/// position_iterations (for everything else), velocity_damping and time_scale stay in use.
+/// Steps the body with this solver, or changes its settings. Forces, anchors, contacts and pose matching stay in use.
+/// Anchors and contacts with rigid bodies are solved together with the springs, and push rigid bodies too. Of
+/// pli_solver_settings position_iterations (for everything else), velocity_damping and time_scale stay in use.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def);
 
-/// Returns to the position-based solver and to the links that the body had there. Nothing when not enabled.
+/// Returns to the position-based solver and to the links that the body had there. Does nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_disable_implicit(pli_body* body);
 
 /// How the last step went.
 typedef struct pli_implicit_report {
-    int iterations;        ///< sweeps, or iterations of the conjugate gradient
+    int iterations;        ///< sweeps, or iterations of conjugate gradients
     float residual;        ///< relative to the first one; conjugate gradients only, else 0
-    float spectral_radius; ///< estimate of the Jacobi iteration's; Chebyshev weights only, else 0
+    float spectral_radius; ///< estimated, of the Jacobi iteration; Chebyshev weights only, else 0
     int collapsed_links;   ///< springs without length, hence without direction, that were left out
 } pli_implicit_report;
 

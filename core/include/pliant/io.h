@@ -24,7 +24,7 @@ typedef struct pli_triangles {
 /// @return PLI_ERROR_FILE_OPEN, PLI_ERROR_FILE_FORMAT
 PLI_API pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_triangles* triangles);
 
-/// Releases what pli_triangles_read_obj has allocated and zeroes it. NULL, and what is zeroed already, are allowed.
+/// Releases the memory of pli_triangles_read_obj and zeroes the struct. NULL and a zeroed struct are allowed.
 PLI_API void pli_triangles_destroy(pli_triangles* triangles);
 
 /// Reads a surface: pli_triangles_read_obj, then pli_mesh_create_from_triangles with shuffled links.

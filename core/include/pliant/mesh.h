@@ -63,10 +63,10 @@ PLI_API pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh);
 /// Makes a copy in the same context, to change one of the two.
 PLI_API pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh);
 
-/// Ends a mesh; bodies made from it stay as they are. NULL is allowed.
+/// Destroys a mesh; bodies made from it stay as they are. NULL is allowed.
 PLI_API void pli_mesh_destroy(pli_mesh* mesh);
 
-/// Pointers to the arrays of a mesh; all zero for a handle that is none.
+/// Pointers to the arrays of a mesh; all zero for an invalid handle.
 PLI_API pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh);
 
 // ------------------------------------------------------------------------------------------------- building
@@ -153,7 +153,7 @@ PLI_API pli_status pli_mesh_set_total_mass_from_faces(pli_mesh* mesh, float mass
 ///         PLI_ERROR_INVALID_VALUE as in pli_mesh_set_total_mass, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_mesh_set_total_mass_from_tetras(pli_mesh* mesh, float mass);
 
-/// pli_mesh_set_total_mass_from_faces with |pli_mesh_volume| * density: what a solid of this surface weighs.
+/// pli_mesh_set_total_mass_from_faces with |pli_mesh_volume| * density, the mass of a solid with this surface.
 /// Bullet name: setTotalDensity
 /// @param density kg/m^3, > 0
 /// @return PLI_ERROR_INVALID_MESH also when the faces enclose no volume; else the same

@@ -1,7 +1,7 @@
 #ifndef PLIANT_QUERY_H
 #define PLIANT_QUERY_H
 
-/// Questions about where a body is.
+/// Ray casts.
 
 #include "body.h"
 
@@ -50,11 +50,11 @@ typedef struct pli_ray_hit {
 /// Defaults of the fields; `from` and `to` have to be set.
 PLI_API pli_ray_def pli_ray_def_default(void);
 
-/// Finds the nearest hit of a ray with one body, as it is now. Faces and tetrahedra are hit from both sides; of
-/// features that are hit at the same place faces come first, then tetrahedra, links, nodes. Faces and tetrahedra are
-/// not hit in the first 1.2e-6 of the ray, so that another one may go on from where one has hit. Linear in what is
-/// asked for. In reference mode (pli_world_def) as btSoftBody, which takes triangles below some centimetres for much
-/// larger ones. Bullet name: rayTest
+/// Finds the nearest hit of a ray with one body, as it is now. Faces and tetrahedra are hit from both sides. Where
+/// several are hit at the same place faces come first, then tetrahedra, links, nodes. The first 1.2e-6 of the ray hits
+/// no face and no tetrahedron, so that a ray may continue from a hit. Time is linear in the number of `targets`. In
+/// reference mode (pli_world_def) it does as btSoftBody, which takes triangles below some centimetres for much larger
+/// ones. Bullet name: rayTest
 /// @return PLI_ERROR_INVALID_VALUE also for a ray without length and without a known target
 PLI_API pli_status pli_body_cast_ray(const pli_body* body, const pli_ray_def* def, pli_ray_hit* hit);
 

@@ -14,8 +14,8 @@ extern "C" {
 
 typedef struct pli_shape pli_shape;
 
-/// What makes a shape. All callbacks get `user`, must be pure functions and may run on any thread. They may read only,
-/// but for `destroy`, which may also release other shapes.
+/// The functions of a shape. All get `user`, must be pure functions and may run on any thread. They may read only,
+/// except `destroy`, which may also release other shapes.
 typedef struct pli_shape_def {
     void* user; ///< handed to all callbacks, default NULL
     /// Signed distances (negative inside) and unit outward normals at `count` local points. A distance above
@@ -28,7 +28,7 @@ typedef struct pli_shape_def {
     /// that lies within `radius` of the core.
     pli_vec3 (*support)(const void* user, pli_vec3 direction);
     float radius; ///< m, >= 0, default 0
-    /// Called when the last reference goes; may be NULL.
+    /// Called when the last reference is released; may be NULL.
     void (*destroy)(void* user);
     uint32_t cookie; ///< set by the default function
 } pli_shape_def;
@@ -36,14 +36,14 @@ typedef struct pli_shape_def {
 /// Defaults of the fields; `distances` and `bounds` have to be set.
 PLI_API pli_shape_def pli_shape_def_default(void);
 
-/// Makes a shape of the caller's own functions.
+/// Makes a shape from the caller's own functions.
 /// @param def copied; after an error `destroy` is not called
 PLI_API pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_shape** shape);
 
 /// Takes one more reference.
 PLI_API void pli_shape_retain(pli_shape* shape);
 
-/// Gives one reference back; the shape goes with the last one. NULL is allowed.
+/// Releases one reference; the last one destroys the shape. NULL is allowed.
 PLI_API void pli_shape_release(pli_shape* shape);
 
 /// Makes the half space dot(normal, p) <= offset.
@@ -77,12 +77,12 @@ PLI_API pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half
 PLI_API pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points,
                                                 float radius, pli_shape** shape);
 
-/// Makes a surface of triangles with their own bounding volume tree. The sign of the distance comes from the
-/// angle-weighted normal of the nearest feature, so a closed surface is solid and an open one is a floor seen from its
-/// front; behind an open surface only points within `thickness` count as inside, and farther behind it there is nothing
-/// (distance INFINITY). Each connected part of the surface is open or closed by itself; points at equal positions count
-/// as one. Zero-area triangles are ignored, and those that come again with the same corners in the same order.
-/// Source: Baerentzen and Aanaes, "Signed Distance Computation Using the Angle Weighted Pseudonormal"
+/// Makes a surface of triangles with a bounding volume tree. The sign of the distance comes from the angle-weighted
+/// normal of the nearest feature, so a closed surface is solid, and an open one is a floor seen from its front. Behind
+/// an open surface only points within `thickness` count as inside; farther behind there is nothing (distance INFINITY).
+/// Each connected part of the surface is open or closed by itself; points at equal positions count as one. Triangles
+/// without area, and repeated ones with the same corners in the same order, are ignored. Source: Baerentzen and Aanaes,
+/// "Signed Distance Computation Using the Angle Weighted Pseudonormal"
 /// @param points    [point_count]; copied
 /// @param triangles [3 * triangle_count] indices of points, counter-clockwise seen from outside
 /// @param thickness m, > 0
@@ -94,7 +94,7 @@ PLI_API pli_status pli_shape_create_triangle_mesh(pli_context* context, int poin
 /// How a triangle mesh is sampled.
 typedef struct pli_sampled_mesh_def {
     float cell_size; ///< m, >= 0, distance of the samples; default 0: the diagonal of the mesh's bounds / 64
-    /// m, >= 0, how far outside of the bounds of the mesh distances are sampled, a cell at least; default 0: 4 cells
+    /// m, >= 0: how far outside the bounds of the mesh distances are sampled, at least a cell; default 0: 4 cells
     float padding;
     uint32_t cookie; ///< set by the default function
 } pli_sampled_mesh_def;
@@ -105,12 +105,12 @@ typedef struct pli_sampled_mesh_def {
 /// Defaults of the fields.
 PLI_API pli_sampled_mesh_def pli_sampled_mesh_def_default(void);
 
-/// Makes the solid inside of triangles, by signed distances that are sampled on a grid once and interpolated: a query
-/// costs the same for any number of triangles. Inside is where the winding number is above one half, whatever way each
-/// part of the surface is turned: holes are closed by a surface of their own, parts may overlap (triangles that lie
-/// inside as a whole do not count) or lie inside of each other (turned the same way: solid, turned the other way: a
-/// cavity), triangles may be doubled or have no area. Details below a cell are lost. Outside of the grid the distance
-/// is a lower bound, up to the error of interpolation; let `padding` be the largest collision margin at least.
+/// Makes the solid inside triangles, by signed distances that are sampled on a grid once and then interpolated: a query
+/// costs the same for any number of triangles. Inside is where the winding number is above one half, whichever way each
+/// part of the surface is turned. Holes are closed by a surface of their own. Parts may overlap (triangles that lie
+/// completely inside do not count) or lie inside each other (turned the same way: solid; the other way: a cavity).
+/// Triangles may be doubled or have no area. Details smaller than a cell are lost. Outside the grid the distance is a
+/// lower bound, up to the error of interpolation; let `padding` be at least the largest collision margin.
 /// @param points    [point_count]
 /// @param triangles [3 * triangle_count] indices of points
 /// @param def       NULL for the defaults; copied
@@ -121,8 +121,8 @@ PLI_API pli_status pli_shape_create_sampled_mesh(pli_context* context, int point
                                                  int triangle_count, const int* triangles,
                                                  const pli_sampled_mesh_def* def, pli_shape** shape);
 
-/// Signed distance of a point from a shape, m, < 0 inside, for colliders of one's own and for tests. INFINITY for a
-/// null shape and for a point that is not finite.
+/// Signed distance of a point from a shape, m, < 0 inside, for your own colliders and for tests. INFINITY for a null
+/// shape and for a point that is not finite.
 /// @param point  m, in the frame of the shape
 /// @param normal receives the unit outward normal; may be NULL
 PLI_API float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal);

@@ -63,8 +63,7 @@ PLI_API void* pli_world_get_user_data(const pli_world* world);
 /// been stepped to the end, and the next step asks for the memory again: the host may go on, or free memory first. A
 /// step in which nothing new appears allocates nothing, so it cannot run out of memory.
 /// @param dt s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP. Divide a long frame into steps of 1/30 s or less, or let time
-/// go
-///           slower: a single step of 0.25 s throws bodies that rest, and takes them through floors
+///         go slower: a single step of 0.25 s throws bodies that rest, and takes them through floors
 /// @return PLI_ERROR_WRONG_STATE after pli_world_predict without pli_world_solve; after any error but
 ///         PLI_ERROR_OUT_OF_MEMORY nothing was done
 PLI_API pli_status pli_world_step(pli_world* world, float dt);
@@ -114,8 +113,7 @@ typedef struct pli_body_pair {
 /// other, but side by side on the threads of the context.
 /// @param pairs [count]
 /// @return as pli_world_collide_bodies. Nothing is done when a pair is wrong; after PLI_ERROR_OUT_OF_MEMORY contacts
-/// are
-///         missing
+///         are missing
 PLI_API pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* pairs, int count);
 
 /// Last part of a step: joints, constraints and contacts, velocities, and what follows from them.
