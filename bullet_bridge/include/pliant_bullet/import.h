@@ -63,8 +63,8 @@ struct ImportedBody {
     bool has_cluster_contacts;                 ///< CL_RS or CL_SS
     pli_cluster_contacts_def cluster_contacts; ///< where `has_cluster_contacts`
     std::vector<ImportedJoint> joints;         ///< in Bullet's order, without those that are contacts
-    /// What steps of Bullet would do that has no place here, in sentences: a joint to another btSoftBody, with an
-    /// IControl of the game or with its ends apart, a rest volume set by hand, collision flags of deformable bodies.
+    /// Sentences about what was not taken: a joint to another btSoftBody, with an IControl of the game or with its ends
+    /// apart, a rest volume set by hand, collision flags of deformable bodies.
     std::vector<std::string> not_taken;
 };
 

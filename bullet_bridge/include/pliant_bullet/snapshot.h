@@ -10,51 +10,55 @@
 
 namespace pliant {
 
-/// A moment between two steps of a Bullet world and of the bridge's world in it: what pli_world_save takes, with
-/// anchors and their ids, and of every collision object of the Bullet world pose, velocities, forces and activity,
-/// with what soft bodies held it by and the contact points that Bullet has between them, the seed of its solver and the
-/// time in its accumulator.
+/// The state of a Bullet world and of the bridge's world in it between two steps. It holds what pli_world_save takes,
+/// with anchors and their ids. Of Bullet's side it holds pose, velocities, forces and activity of every collision
+/// object, what soft bodies held it by, Bullet's contact points, the seed of its solver and the time in its
+/// accumulator. It does not hold constraints, vehicles and controllers of the game, nor masses, damping, friction,
+/// shapes and filters of objects.
 ///
-/// Frames after a restore equal those after the save bit for bit where Bullet takes pairs in an order that does not
-/// depend on what was before: `world.getDispatchInfo().m_deterministicOverlappingPairs = true`, set before the frames
-/// that are to be repeated; and where rigid bodies may sleep a broad phase of axes (btAxisSweep3), since what sleeps
-/// together depends on pairs that btDbvtBroadphase keeps by their past. It fits as long as both worlds have the same
-/// objects and have read no file; without BridgeDef::prepares_rigids_ahead, as long as the same bounds have overlapped.
-/// Not in it: constraints, vehicles and controllers of the game, masses, damping, friction, shapes and filters of its
-/// objects.
+/// Frames after a restore equal those after the save bit for bit if Bullet visits pairs in an order that does not
+/// depend on the past: set `world.getDispatchInfo().m_deterministicOverlappingPairs = true` before the frames that are
+/// to be repeated. If rigid bodies may sleep, also use btAxisSweep3, since btDbvtBroadphase keeps pairs by their past,
+/// and what sleeps together depends on pairs.
+///
+/// A snapshot fits as long as both worlds have the same objects and have read no file; without
+/// BridgeDef::prepares_rigids_ahead, as long as the same bounds have overlapped.
 class PLI_API BridgeSnapshot {
 public:
     /// Empty.
     BridgeSnapshot();
     ~BridgeSnapshot(); ///< frees its memory
-    /// What is moved from may only end, or be assigned to.
+    /// A snapshot that was moved from may only be destroyed or assigned to.
     BridgeSnapshot(BridgeSnapshot&&) noexcept;
     /// Likewise.
     BridgeSnapshot& operator=(BridgeSnapshot&&) noexcept;
 
-    /// Takes the state of now. Memory is kept: a snapshot that is used again allocates only where there is more to
-    /// keep.
-    /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and with no soft body in the Bullet world, which
-    ///         may have gone then; the snapshot is empty after an error
+    /// Saves the present state. Memory is kept: a snapshot that is used again allocates only when it needs more.
+    /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and without a soft body in the Bullet world (which
+    /// may
+    ///         no longer exist then); the snapshot is empty after an error
     pli_status save(const Bridge& bridge);
     /// Goes back. On an error both worlds stay as they are.
-    /// @return PLI_ERROR_INVALID_VALUE where other objects are there than then, or for an empty snapshot; errors of
-    ///         pli_world_restore; PLI_ERROR_WRONG_STATE as of save()
+    /// @return PLI_ERROR_INVALID_VALUE when the objects are not those of the save, or for an empty snapshot; the errors
+    /// of
+    ///         pli_world_restore; PLI_ERROR_WRONG_STATE as save()
     pli_status restore(Bridge& bridge) const;
-    /// Bytes that it holds; 0: it is empty.
+    /// Size in bytes; 0: it is empty.
     std::size_t bytes() const;
 
-    /// The same moment for another process, as a file: pli_world_file_write, and Bullet's side by places in the list of
-    /// its objects. Empty after an error. Once per file, not per frame: it allocates.
-    /// @return as save(), and of pli_world_file_write
+    /// The same for another process, as a file: pli_world_file_write, and Bullet's side by places in the list of its
+    /// objects. Empty after an error. It allocates, so use it once per file, not per frame.
+    /// @return as save() and pli_world_file_write
     static pli_status write_file(const Bridge& bridge, std::vector<unsigned char>& bytes);
-    /// Brings both worlds to the moment of a file, in any process: the game has made them again as they were at their
-    /// start, with the same objects in the same order and by the same build of Bullet. Handles stay, ids are those of
-    /// the file; soft bodies may have been cut since their start. Worlds that have read the same file go the same way
-    /// from there, whatever was before; where compounds touch by several children at once, the world that wrote it may
-    /// differ from them by rounding, unless it reads the file as well. On an error both worlds stay as they are.
-    /// @return PLI_ERROR_FILE_FORMAT for what is no such file, is truncated or damaged; PLI_ERROR_INVALID_VALUE where
-    ///         other objects are there; errors of pli_world_file_restore; PLI_ERROR_WRONG_STATE as of save()
+    /// Brings both worlds to the state of a file, in any process. The game has to make them again as they were at their
+    /// start, with the same objects in the same order and the same build of Bullet. Handles stay, ids are those of the
+    /// file; soft bodies may have been cut since their start. Worlds that have read the same file go the same way from
+    /// there, whatever they have been through. Where compounds touch by several children at once, the world that wrote
+    /// the file may differ from them by rounding, unless it reads the file as well. On an error both worlds stay as
+    /// they are.
+    /// @return PLI_ERROR_FILE_FORMAT when it is no such file, or is truncated or damaged; PLI_ERROR_INVALID_VALUE when
+    /// the
+    ///         objects are others; the errors of pli_world_file_restore; PLI_ERROR_WRONG_STATE as save()
     static pli_status read_file(Bridge& bridge, const unsigned char* bytes, std::size_t size);
 
 private:

@@ -12,8 +12,8 @@ class btDynamicsWorld;
 namespace pliant {
 
 /// For a btRaycastVehicle in a world with soft bodies of a bridge. The rays of btDefaultVehicleRaycaster end at the
-/// first object, and where that is a soft body, which is no btRigidBody, the wheel has no ground. These see through
-/// objects without contact response (CF_NO_CONTACT_RESPONSE), as triggers are.
+/// first object; where that is a soft body, which is no btRigidBody, the wheel has no ground. The rays of this one also
+/// see through objects without contact response (CF_NO_CONTACT_RESPONSE), such as triggers.
 ///
 ///     pliant::VehicleRaycaster raycaster(world);
 ///     btRaycastVehicle vehicle(tuning, chassis, &raycaster);
