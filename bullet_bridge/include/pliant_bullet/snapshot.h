@@ -35,13 +35,11 @@ public:
 
     /// Saves the present state. Memory is kept: a snapshot that is used again allocates only when it needs more.
     /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and without a soft body in the Bullet world (which
-    /// may
-    ///         no longer exist then); the snapshot is empty after an error
+    ///         may no longer exist then); the snapshot is empty after an error
     pli_status save(const Bridge& bridge);
     /// Goes back. On an error both worlds stay as they are.
     /// @return PLI_ERROR_INVALID_VALUE when the objects are not those of the save, or for an empty snapshot; the errors
-    /// of
-    ///         pli_world_restore; PLI_ERROR_WRONG_STATE as save()
+    ///         of pli_world_restore; PLI_ERROR_WRONG_STATE as save()
     pli_status restore(Bridge& bridge) const;
     /// Size in bytes; 0: it is empty.
     std::size_t bytes() const;
@@ -57,8 +55,7 @@ public:
     /// the file may differ from them by rounding, unless it reads the file as well. On an error both worlds stay as
     /// they are.
     /// @return PLI_ERROR_FILE_FORMAT when it is no such file, or is truncated or damaged; PLI_ERROR_INVALID_VALUE when
-    /// the
-    ///         objects are others; the errors of pli_world_file_restore; PLI_ERROR_WRONG_STATE as save()
+    ///         the objects are others; the errors of pli_world_file_restore; PLI_ERROR_WRONG_STATE as save()
     static pli_status read_file(Bridge& bridge, const unsigned char* bytes, std::size_t size);
 
 private:

@@ -151,8 +151,7 @@ typedef enum pli_event_kind {
     PLI_EVENT_ANCHORS_LOST = 2,
     /// A rigid body was given back the velocities that it had before pli_world_solve. Those from the solve were NaN or
     /// beyond PLI_MAX_SPEED or PLI_MAX_ANGULAR_SPEED, or a soft body was frozen in the solve while something touched
-    /// the
-    /// rigid body.
+    /// the rigid body.
     PLI_EVENT_RIGID_RESTORED = 3,
     PLI_EVENT_BODY_ASLEEP = 4, ///< see pli_body_enable_sleep
     PLI_EVENT_BODY_AWAKE = 5   ///< likewise
