@@ -18,6 +18,8 @@ def prepare_header(text):
     # The comment after the guard is that of the file.
     text = re.sub(r"^///", "/// @file\n///", text, count=1, flags=re.M)
     text = re.sub(r"^(\s*///) Cost: ", r"\1 @par Cost\n\1 ", text, flags=re.M)
+    # A list ends with a blank line: what follows would be a part of its last item.
+    text = re.sub(r"^(\s*///)(( - |   ).*)\n(?=\s*/// [^ -])", r"\1\2\n\1\n", text, flags=re.M)
     # Status codes come out of a list of X(name, value, "text").
     codes = re.findall(r'^ +X\((\w+), (\d+), "([^"]*)"\)', text, flags=re.M)
     enumerators = "".join(f"    {name} = {value}, ///< {meaning}\n" for name, value, meaning in codes)
@@ -184,6 +186,8 @@ class Reference:
                     items = [re.sub(r"\s+", " ", self.block(item, page, own)) for item in child.findall("listitem")]
                     out.append("\n".join(f"- {item}" for item in items))
                 elif child.tag == "parameterlist":
+                    if out and out[-1].startswith("- "):
+                        out.append("**Parameters:**")  # apart from the list before
                     for item in child.findall("parameteritem"):
                         names = ", ".join(f"`{plain(name)}`" for name in item.iter("parametername"))
                         about = re.sub(r"\s+", " ", self.block(item.find("parameterdescription"), page, own))
