@@ -134,13 +134,13 @@ static void test_piles_fall_asleep(void** state) {
     }
 }
 
-/* Balls that overlap while they fall part within two seconds, and what parts them gives little energy. Before nodes
-   inside of a closed surface went out of it, none of 995 ever did. */
+/* Balls that overlap while they fall part within two seconds, and what parts them gives no energy: the bound is that of
+   floats at 20 m/s. When contacts drew nodes out links threw the balls: with 0.04 to 0.09 J/kg for margins of 1 cm, 0.1
+   to 0.5 for 2 cm, 1.2 to 3.5 for 5 cm. */
 static void check_balls(const fixture* f, pile_def def) {
     pile balls;
     double most = 0;
-    /* J: what links take back of the shifts; most in the substeps of XPBD. */
-    const double parting = (def.solver == PILE_XPBD ? 0.1 : 0.05) * 0.1 * PILE_BALLS;
+    const double parting = 0.01 * 0.1 * PILE_BALLS;
     assert_int_equal(pile_make_balls(f->world, &def, &balls), PLI_OK);
     assert_true(pile_nodes_inside(&balls) > 900);
     for (int frame = 1; frame <= 120; ++frame) {
@@ -150,16 +150,18 @@ static void check_balls(const fixture* f, pile_def def) {
         const double gained = pile_kinetic_energy(&balls) - 0.5 * mass * speed * speed;
         most = fmax(most, gained);
         check_at_most(gained, parting);
-        check_at_most(pile_stretch(&balls), 0.1);
+        check_at_most(pile_stretch(&balls), 0.01);
     }
     assert_int_equal(pile_nodes_inside(&balls), 0);
-    print_message("%.3f J/kg more than gravity gave\n", most / (0.1 * PILE_BALLS));
+    print_message("solver %d, margins %g m: %.4f J/kg more than gravity gave\n", (int)def.solver, (double)def.margin,
+                  most / (0.1 * PILE_BALLS));
 }
 
-static void test_balls_part_with_little_energy(void** state) {
-    for (int solver = PILE_POSITION_BASED; solver <= PILE_SWEEPS; ++solver) {
+static void test_balls_part_without_energy(void** state) {
+    static const float margins[] = {0.01f, 0.02f, 0.05f};
+    for (int c = 0; c < 12; ++c) {
         fixture* f = *state;
-        check_balls(f, (pile_def){.solver = (pile_solver)solver, .margin = 0.01f, .iterations = 5});
+        check_balls(f, (pile_def){.solver = (pile_solver)(c % 4), .margin = margins[c / 4], .iterations = 5});
         while (pli_world_body_count(f->world) > 0) {
             pli_body_destroy(pli_world_get_body(f->world, 0));
         }
@@ -180,13 +182,28 @@ static pli_body* add_ball(pile* balls, pile_solver solver, pli_vec3 centre, floa
     return balls->bodies[balls->count - 1];
 }
 
+/* m, of the nodes along x */
+static double pile_middle(const pile* all) {
+    double sum = 0;
+    for (int k = 0; k < all->count; ++k) {
+        const pli_body_view view = pli_body_get_view(all->bodies[k]);
+        for (int i = 0; i < view.node_count; ++i) {
+            sum += (double)view.positions[i].x;
+        }
+    }
+    return sum / pile_nodes(all);
+}
+
+/* What is held nowhere moves as a whole; two that are held somewhere are drawn out by their contacts. */
 static void test_balls_inside_of_each_other_part(void** state) {
     fixture* f = *state;
     static const struct {
         float apart;
         int nodes;
-    } cases[] = {{0.195f, 100}, {0.14f, 100}, {0.14f, 400}, {0.1f, 100}};
-    for (int c = 0; c < 12; ++c) {
+        int held; /* of the two */
+    } cases[] = {{0.195f, 100, 0}, {0.14f, 100, 0}, {0.14f, 400, 0}, {0.1f, 100, 0},
+                 {0.0f, 100, 0},   {0.1f, 100, 1},  {0.18f, 100, 2}};
+    for (int c = 0; c < 21; ++c) {
         pile balls = {.world = f->world};
         for (int k = 0; k < 2; ++k) { /* the second is put there */
             add_ball(&balls, (pile_solver)(c % 3), pli_vec3_make((float)k, 0, 0), 0.1f, cases[c / 3].nodes, false);
@@ -197,16 +214,21 @@ static void test_balls_inside_of_each_other_part(void** state) {
         pli_transform there = pli_transform_identity();
         there.origin = pli_vec3_make(cases[c / 3].apart - 1, 0.003f, 0);
         assert_int_equal(pli_body_transform(balls.bodies[1], there), PLI_OK);
+        for (int k = 0; k < cases[c / 3].held; ++k) {
+            assert_int_equal(pli_body_set_node_mass(balls.bodies[k], 0, 0), PLI_OK);
+        }
         assert_true(pile_nodes_inside(&balls) > 0);
+        const double middle = pile_middle(&balls);
         double most = 0;
         for (int frame = 0; frame < 90; ++frame) {
             assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
             most = fmax(most, pile_kinetic_energy(&balls) / 0.2);
         }
-        print_message("solver %d, %d nodes, %.3f m: %.4f J/kg\n", c % 3, cases[c / 3].nodes, (double)cases[c / 3].apart,
-                      most);
+        print_message("solver %d, %d nodes, %.3f m, %d held: %.5f J/kg\n", c % 3, cases[c / 3].nodes,
+                      (double)cases[c / 3].apart, cases[c / 3].held, most);
         assert_int_equal(pile_nodes_inside(&balls), 0);
-        check_at_most(most, 0.01);
+        check_at_most(most, cases[c / 3].held < 2 ? 0.001 : 0.03);
+        if (cases[c / 3].held == 0) { check_near(pile_middle(&balls), middle, 1e-5); }
         pli_body_destroy(balls.bodies[0]);
         pli_body_destroy(balls.bodies[1]);
     }
@@ -351,7 +373,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_overlaps_of_sheets_leave_no_speed, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_sheets_that_fly_together_stay_together, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_sheets_meet_in_flight_as_at_rest, setup_fixture, teardown_fixture),
-        cmocka_unit_test_setup_teardown(test_balls_part_with_little_energy, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_balls_part_without_energy, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_nodes_have_few_contacts_in_the_impact, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_piles_fall_asleep, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_balls_inside_of_each_other_part, setup_fixture, teardown_fixture),

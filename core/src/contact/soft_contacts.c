@@ -18,9 +18,8 @@ static void soft_recover_bullet(pli_body* body, void* data) {
         if (!contact->is_bullet) { continue; }
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
-        const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
-                                            plii_contact_blend(other->previous, face, contact->weights));
-        const float distance = pli_vec3_dot(contact->normal, apart);
+        const pli_vec3 at = plii_contact_blend(other->previous, face, contact->weights);
+        const float distance = pli_vec3_dot(contact->normal, pli_vec3_sub(plii_xyz(body->previous[contact->node]), at));
         const float depth = body->collision_margin + other->collision_margin - distance;
         if (!(depth > 0.0f) || distance < 0.0f) { continue; }
         const pli_vec3 shift = pli_vec3_scale(contact->normal, plii_min(depth, most));
@@ -164,6 +163,13 @@ void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_st
 
 static void soft_refresh(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
+    if (pli_vec3_dot(state->parting, state->parting) > 0.0f) {
+        for (int i = 0; i < body->node_count; ++i) {
+            plii_add_xyz(&body->positions[i], state->parting);
+        }
+        (void)plii_body_update_bounds(body); /* the next step looks whether it is lost */
+        state->parting = pli_vec3_make(0, 0, 0);
+    }
     for (int i = 0; state->is_sweeping && i < body->node_count; ++i) {
         state->missed[i] = pli_vec3_length(pli_vec3_sub(plii_xyz(body->positions[i]), state->predicted[i]));
     }
@@ -173,6 +179,7 @@ static void soft_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = state->impulse_count = state->met_count = 0;
     state->sweeps = 0;
+    state->parting = pli_vec3_make(0, 0, 0);
     body->overlap_steps -= body->overlap_steps > 0;
     memset(state->shifts, 0, (size_t)body->node_count * sizeof *state->shifts);
     body->soft_shifts = state->shifts;
@@ -217,7 +224,7 @@ const plii_feature_class plii_soft_contacts_class = {
                                PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(plii_soft_contacts_state, def, PLII_SAVED, "4fBu"),
                                     PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
-                                    PLII_STATE(plii_soft_contacts_state, sweeps, PLII_LEFT),
+                                    PLII_STATE_SPAN(plii_soft_contacts_state, sweeps, parting, PLII_LEFT, NULL),
                                     PLII_STATE_OF(plii_soft_contacts_state, is_sweeping, PLII_SAVED, "B"),
                                     PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT)),
     .is_sound = soft_is_sound,

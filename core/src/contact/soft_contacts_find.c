@@ -34,8 +34,7 @@ static pli_vec3 soft_face_normal(const plii_soft_contacts_pass* pass, int node, 
                                           pli_vec3_sub(plii_xyz(pass->face_body->positions[face[2]]), a));
     const pli_vec3 normal = plii_vec3_divide(cross, pli_vec3_length(cross));
     const pli_vec3 point = plii_contact_blend(pass->face_body->previous, face, weights);
-    const pli_vec3 before = pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point);
-    const float side = pli_vec3_dot(before, normal);
+    const float side = pli_vec3_dot(pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point), normal);
     const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(point);
     const bool is_opposite = fabsf(side) > noise || pass->use_boxes ? side < 0.0f : pass->is_second;
     return is_opposite ? pli_vec3_neg(normal) : normal;
@@ -66,7 +65,6 @@ static bool soft_record(const plii_soft_contacts_pass* pass) {
     }
     return true;
 }
-
 /* Likewise, of two bodies. */
 static bool soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
     if (!body->records_contacts) { return true; }
@@ -213,7 +211,7 @@ static bool soft_crosses(const plii_soft_contacts_pass* pass, int node, const in
     plii_closest_feature closest;
     const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
-    if (pass->is_inside != NULL && from < 0.0f) { return false; }
+    if (pass->looks_inside && from < 0.0f) { return false; }
     pick->distance = 0.0f;
     pick->weights = closest.weights;
     pick->normal = from > 0.0f ? normal : pli_vec3_neg(normal);
@@ -334,18 +332,15 @@ static void soft_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_no
 }
 
 /* Inside of a closed surface, as all faces see it that are nearest. */
-static bool soft_is_inside(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
-                           const soft_pick* nearest) {
-    near.reach = 1.001f * nearest->distance;
-    for (int i = -1; i < pass->search->hit_count; ++i) {
-        const int* face = pass->face_body->topology->faces[i < 0 ? nearest->face : pass->search->hits[i]];
+static bool soft_is_inside(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, float distance) {
+    near.reach = 1.001f * distance + FLT_MIN;
+    for (int i = 0; i < pass->search->hit_count; ++i) {
+        const int* face = pass->face_body->topology->faces[pass->search->faces[pass->search->hits[i]]];
         const soft_corners now = soft_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
-        const pli_vec3 ab = pli_vec3_sub(now.at[1], now.at[0]), ac = pli_vec3_sub(now.at[2], now.at[0]);
-        if (pli_vec3_dot(pli_vec3_cross(ab, ac), now.at[0]) > 0.0f) { continue; }
-        plii_closest_feature closest;
-        const pli_vec3 point =
-            plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), now.at[0], now.at[1], now.at[2], &closest);
-        if (i < 0 || pli_vec3_length(point) < near.reach) { return false; }
+        if (pli_vec3_dot(plii_measure_triangle(now.at[0], now.at[1], now.at[2]).normal, now.at[0]) > 0.0f) { continue; }
+        soft_pick pick;
+        plii_triangle_feature feature;
+        if (soft_is_near(pass, near, face, &now, &pick, &feature)) { return false; }
     }
     return true;
 }
@@ -356,8 +351,7 @@ static pli_status soft_add_nearest(const plii_soft_contacts_pass* pass, plii_sof
     soft_look(pass, near, &picks);
     if (picks.crossed.time < INFINITY) { return soft_append(pass, near.node, near.margin, &picks.crossed); }
     if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
-    if (pass->is_inside != NULL && soft_is_inside(pass, near, &picks.nearest)) {
-        *pass->is_inside = true;
+    if (pass->looks_inside && soft_is_inside(pass, near, picks.nearest.distance)) {
         picks.nearest.normal = pli_vec3_neg(picks.nearest.normal);
         picks.nearest.distance = 0.0f;
         picks.inside_count = 0;
@@ -522,8 +516,7 @@ static int soft_gather(const plii_soft_contacts_pass* pass, int first, pli_bound
     *all = soft_looked_at(pass, search->nodes[first]);
     int end = first + 1;
     for (; end < search->node_count && end - first < SOFT_CONTACTS_TOGETHER; ++end) {
-        const pli_bounds one = soft_looked_at(pass, search->nodes[end]);
-        const pli_bounds both = plii_bounds_join(*all, one);
+        const pli_bounds both = plii_bounds_join(*all, soft_looked_at(pass, search->nodes[end]));
         const pli_vec3 extent = pli_vec3_sub(both.max, both.min);
         if (!(plii_max(extent.x, plii_max(extent.y, extent.z)) <= most)) { break; }
         *all = both;
@@ -553,7 +546,6 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
     const bool use_boxes = !state->is_sweeping && !other_state->is_sweeping;
     pli_status status = PLI_OK;
     const bool may_be_inside = !use_boxes && plii_soft_contacts_may_be_inside(body, other);
-    bool is_inside = false;
     for (int i = 0; i < 2 && status == PLI_OK; ++i) { /* nodes of the one, then of the other */
         plii_soft_contacts_pass pass = {.node_body = i == 0 ? body : other,
                                         .node_state = i == 0 ? state : other_state,
@@ -564,7 +556,7 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                                         .fall = plii_step_fall(body),
                                         .use_boxes = use_boxes,
                                         .is_second = i == 1,
-                                        .is_inside = may_be_inside ? &is_inside : NULL};
+                                        .looks_inside = may_be_inside};
         if (pass.face_body->topology->face_count == 0) { continue; }
         if (!use_boxes) {
             pass.other_motion = plii_body_measure_motion(pass.face_body, &pass.common_motion, &pass.other_bounds);
@@ -573,10 +565,7 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
                  : use_boxes          ? soft_run_boxes(&pass)
                                       : soft_run_near(&pass);
     }
-    if (is_inside) {
-        plii_soft_contacts_part_slowly(body, state, count);
-        plii_soft_contacts_part_slowly(other, other_state, other_count);
-    }
+    if (may_be_inside) { plii_soft_contacts_part(body, state, count, other, other_state, other_count); }
     if (status == PLI_OK && !(soft_meet(body, state, other) && soft_meet(other, other_state, body))) {
         status = PLI_ERROR_OUT_OF_MEMORY;
     }

@@ -57,6 +57,7 @@ typedef struct plii_soft_contacts_state {
     float* missed;       /* [node_count] m, how far from there the nodes ended in the step before */
     bool is_sweeping;    /* without Bullet's boxes; the body counts it among its sweeping features */
     int sweeps;          /* over the contacts in this step */
+    pli_vec3 parting;    /* m, by which the body moves at the end of it, out of others that it overlaps */
     /* For the search; kept by the first body of a pair. */
     plii_soft_contacts_node* nodes; /* near the other body */
     int node_count, node_capacity;
@@ -90,8 +91,8 @@ typedef struct plii_soft_contacts_pass {
     float other_motion;      /* m, of a node of the faces beside that, at most */
     pli_bounds other_bounds; /* of the faces, where the step leads */
     bool use_boxes;
-    bool is_second;  /* the nodes are those of the second body */
-    bool* is_inside; /* that a node is inside of the faces; NULL: none is looked for */
+    bool is_second;    /* the nodes are those of the second body */
+    bool looks_inside; /* for nodes inside of the faces, which go out */
 } plii_soft_contacts_pass;
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
@@ -103,7 +104,8 @@ void plii_soft_contacts_keep_nearest(const pli_body* body, plii_soft_contacts_st
 /* Of each other: one was put where it is lately, with both surfaces closed and none inside out. What is within the
    bounds of the other one, as in a balloon, may stay there. */
 bool plii_soft_contacts_may_be_inside(const pli_body* body, const pli_body* other);
-/* Contacts from `first` on, of bodies that are inside of each other. */
-void plii_soft_contacts_part_slowly(pli_body* body, const plii_soft_contacts_state* state, int first);
+/* Such bodies, as a whole, without speed or strain. Contacts of the two: from `first` and `other_first` on. */
+void plii_soft_contacts_part(pli_body* body, plii_soft_contacts_state* state, int first, pli_body* other,
+                             plii_soft_contacts_state* other_state, int other_first);
 void plii_soft_contacts_couple(pli_body* body, void* data);
 void plii_soft_contacts_settle(pli_body* body, void* data);
