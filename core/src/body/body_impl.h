@@ -96,6 +96,7 @@ struct pli_body {
     bool has_swept_contacts;   /* found in this step, see plii_iterated_sweeps_class */
     bool leaps;                /* in this step its bounds move by more than the margin, where plii_follows_rigids */
     bool has_early_bounds;     /* those of this step are taken already; see pli_world_def.reference_mode */
+    bool damps_links;          /* under XPBD, in this step */
     float soft_slack;          /* m, by which soft contacts look farther at rest; 0: they do not look ahead */
 
     /* Filled by services, NULL while nobody needs them. */

@@ -59,6 +59,7 @@ static void xpbd_links_begin(pli_body* body, void* data) {
     }
     state->task = (plii_links_task){.body = body, .colors = state->capacity >= needed ? colors : NULL};
     if (state->task.colors == NULL || count == 0) { return; }
+    body->damps_links = is_damped;
     float* rest_lengths = state->numbers;
     float* compliances = is_soft ? rest_lengths + 5 * count : NULL;
     float* dampings = is_damped ? rest_lengths + 6 * count : NULL;

@@ -95,6 +95,7 @@ static void xpbd_begin(pli_body* body) {
                                      .velocities = body->velocities,
                                      .previous = body->previous,
                                      .accelerations = state->accelerations};
+    body->damps_links = false;
     plii_substep_kinds_begin(body, &state->kinds, false);
     state->has_finish = false;
     for (int k = 0; k < state->kinds.count; ++k) {

@@ -110,8 +110,7 @@ static void xpbd_tetras_range(int begin, int end, void* data) {
     }
 }
 
-static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    const xpbd_tetras_state* state = data;
+static void xpbd_tetras_solve_all(pli_body* body, const xpbd_tetras_state* state, const plii_substep* substep) {
     xpbd_tetras_task task = {.positions = body->positions,
                              .displacements = substep->displacements,
                              .alpha = state->compliance * substep->inverse_dt * substep->inverse_dt,
@@ -123,6 +122,14 @@ static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_substep* su
     }
     task.groups = state->groups;
     xpbd_tetras_range(state->color_begin[PLII_CONSTRAINT_COLORS - 1], state->group_count, &task);
+}
+
+/* After damped links, which would take what volumes have just corrected for motion: both would throw each other on. */
+static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_substep* substep) {
+    if (!body->damps_links) { xpbd_tetras_solve_all(body, data, substep); }
+}
+static void xpbd_tetras_after_links(pli_body* body, void* data, const plii_substep* substep) {
+    if (body->damps_links) { xpbd_tetras_solve_all(body, data, substep); }
 }
 
 static float xpbd_tetra_volume(const pli_body* body, const int* nodes) {
@@ -190,7 +197,7 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
     return state->groups != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
+enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links that are not damped */
 const plii_feature_class plii_xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
@@ -200,8 +207,10 @@ const plii_feature_class plii_xpbd_tetras_class = {
     .arrays =
         PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, PLII_FILED_AS("16n8f")}),
     .enable = xpbd_tetras_enable,
-    .substepped =
-        &(const plii_substep_class){.order = XPBD_TETRAS_ORDER, .is_of_xpbd = true, .sweep = xpbd_tetras_sweep},
+    .substepped = &(const plii_substep_class){.order = XPBD_TETRAS_ORDER,
+                                              .is_of_xpbd = true,
+                                              .sweep = xpbd_tetras_sweep,
+                                              .after_links = xpbd_tetras_after_links},
 };
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
