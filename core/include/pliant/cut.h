@@ -43,7 +43,8 @@ PLI_API pli_refine_def pli_refine_def_default(void);
 ///         more than PLI_MAX_SURFACE_VALUE, PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_refine(pli_body* body, const pli_refine_def* def);
 
-/// Cuts one link (and the faces along it) in two. Bullet name: cutLink
+/// Cuts one link (and the faces along it) in two. Its halves are as stretched as it was, so cloth does not tear by
+/// this: cut wherever links are too long, one of 1,400 nodes has 30,000 after a dozen steps. Bullet name: cutLink
 /// @param position (0, 1), share of its length from node a
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE also when no link joins the nodes,
 ///         PLI_ERROR_INVALID_MESH (an edge of a tetrahedron), PLI_ERROR_WRONG_STATE while stepping
@@ -55,9 +56,11 @@ PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, flo
 /// An edge that is crossed nearer to its end than 5 % of its length is cut at that end instead. A face in which the
 /// sweep ends is refined but not opened; a sweep that goes on from there (its first ray is the last one of the call
 /// before) opens it, so that short sweeps make one cut, and a cut that comes back to where it began closes. Between two
-/// such calls the body may move, but not be cut otherwise. Sweeps inside of one face cut no face. Bending links, and
-/// links that are no edge of a face but join two nodes with faces, go when they are crossed, and bending links also
-/// when one of their nodes is parted.
+/// such calls the body may move, but not be cut otherwise: where its motion has taken the end of the cut off the ray,
+/// the sweep starts there, unless that is past the sweep or farther away than the ray is long. Of several layers that
+/// move apart one is followed. Sweeps inside of one face cut no face. Bending links, and links that are no edge of a
+/// face but join two nodes with faces, go when they are crossed, and bending links also when one of their nodes is
+/// parted.
 /// @param from_start,from_end,to_start,to_end m, up to PLI_MAX_COORDINATE
 /// @param parted receives the number of links that were parted or, along nodes, doubled; may be NULL
 /// @return PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_WRONG_STATE while stepping
