@@ -12,8 +12,11 @@ namespace {
 // against it from another side.
 constexpr btScalar most_of_last = 2;
 
-// s, over which velocities are smoothed: those of one step tremble with the ropes.
-constexpr btScalar smoothing_time = btScalar(0.2);
+// s, over which velocities and torques are smoothed, and directions of forces: those of one step tremble with the
+// ropes. What a hold lends against a joint of Bullet the joint takes, and the soft body gives it back as the next
+// torque; taken as it is, that makes a wheel wobble on its axle until it bursts. Forces may grow at once, under what
+// lands.
+constexpr btScalar smoothing_time = btScalar(0.2), turning_time = btScalar(0.05);
 
 btVector3 direction_of(const btVector3& v) {
     return v.fuzzyZero() ? btVector3(1, 0, 0) : v.normalized();
@@ -29,10 +32,16 @@ void HoldConstraint::follow(const pli_rigid_state& before, const pli_rigid_state
     const btMatrix3x3& basis = m_rbA.getWorldTransform().getBasis();
     const btVector3 change = to_bullet(after.linear_velocity) - to_bullet(before.linear_velocity);
     const btVector3 spin = to_bullet(after.angular_velocity) - to_bullet(before.angular_velocity);
+    const btVector3 force = change / (m_rbA.getInvMass() * dt);
+    const btVector3 torque =
+        basis * (m_rbA.getLocalInertia() * (basis.transpose() * spin)) * m_rbA.getAngularFactor() / dt;
     const btVector3 velocity = to_bullet(after.linear_velocity);
-    hold.force = change / (m_rbA.getInvMass() * dt);
-    hold.torque = basis * (m_rbA.getLocalInertia() * (basis.transpose() * spin)) * m_rbA.getAngularFactor() / dt;
-    hold.velocity = was_held ? hold.velocity.lerp(velocity, dt / (smoothing_time + dt)) : velocity;
+    if (!was_held) { hold = {force, torque, velocity}; }
+    const btVector3 along = direction_of(hold.force.lerp(force, dt / (turning_time + dt)));
+    const btScalar share = dt / (smoothing_time + dt);
+    hold.force = along * btMax(btScalar(0), force.dot(along));
+    hold.torque = hold.torque.lerp(torque, share);
+    hold.velocity = hold.velocity.lerp(velocity, share);
 }
 
 void HoldConstraint::getInfo1(btConstraintInfo1* info) {

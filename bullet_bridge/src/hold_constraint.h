@@ -12,8 +12,9 @@ namespace pliant {
 
 /// Of the last step; zero: nothing held the body.
 struct Hold {
-    btVector3 force{0, 0, 0}, torque{0, 0, 0}; ///< N, N m
-    btVector3 velocity{0, 0, 0};               ///< m/s, mean of the last steps
+    btVector3 force{0, 0, 0};    ///< N, along the mean of the last steps
+    btVector3 torque{0, 0, 0};   ///< N m, mean of the last steps
+    btVector3 velocity{0, 0, 0}; ///< m/s, likewise
 };
 
 /// Keeps the body from going back along force and torque, by impulses of at most twice theirs. It holds for the time of

@@ -147,14 +147,20 @@ bool RigidProxy::is_driven(btScalar dt) const {
 
 // Bullet has moved it before its sub-steps, to where its velocity leads in all of them. From where it is in the core it
 // goes on by one. A game that moves it in a tick callback does so by one step, at another speed than Bullet has seen.
+// One that is where it was, or is met for the first time, and is fast all the same was placed by setWorldTransform
+// after it was made, which Bullet takes for a motion from the origin.
 RigidProxy::Motion RigidProxy::driven_motion(btScalar dt) const {
     const btVector3 &velocity = body_->getLinearVelocity(), &spin = body_->getAngularVelocity();
     const btTransform& present = body_->getWorldTransform();
     const btScalar way = velocity.length() * dt, turn = spin.length() * dt;
     Motion motion{present, present, velocity, spin, false};
+    const btTransform before = rigid_ == nullptr ? present : to_bullet(pli_rigid_get_state(rigid_).pose);
+    const bool is_fast = way > jump_of_resting * jump_distance || turn > jump_of_resting * jump_angle;
+    if (is_fast && same_bits(to_pli(before), to_pli(present))) {
+        return {present, present, btVector3(0, 0, 0), btVector3(0, 0, 0), false};
+    }
     btTransformUtil::integrateTransform(present, -velocity, -spin, dt, motion.start);
     if (rigid_ == nullptr) { return motion; }
-    const btTransform before = to_bullet(pli_rigid_get_state(rigid_).pose);
     const btScalar rounding = btScalar(1e-6) * present.getOrigin().length() + btScalar(1e-5);
     const bool is_as_seen = body_->getInterpolationWorldTransform() == present;
     for (int steps = 1; steps <= (is_as_seen ? most_sub_steps : 1); ++steps) {

@@ -640,6 +640,29 @@ static void test_swept_cut_opens_a_sheet(void** state) {
     check_finite(body);
 }
 
+/* A sheet that goes to and fro under short sweeps, which stay where they are in the world: across the cut, along it,
+   and past the sweeps in their direction. The cut is one all the same. */
+static void test_swept_cut_follows_a_sheet_that_moves(void** state) {
+    const fixture* f = *state;
+    const pli_vec3 motions[] = {{0, 0, 0},       {0, 0, 0.05f},   {0, 0, 0.3f}, {0.05f, 0.02f, 0.1f},
+                                {0.1f, 0, 0.3f}, {-0.1f, 0, 0.1f}};
+    for (int k = 0; k < (int)(sizeof motions / sizeof motions[0]); ++k) {
+        pli_body* body = make_sheet(f, 17, 0, false);
+        pli_transform motion = pli_transform_identity();
+        const float start = pli_body_get_bounds(body).min.x - 0.1f;
+        for (int i = 0; i < 100; ++i) {
+            sweep(body, start + 0.13f * (float)i, 0.01f, start + 0.13f * (float)(i + 1), 0.01f);
+            motion.origin = pli_vec3_scale(motions[k], i % 6 < 3 ? 1.0f : -1.0f);
+            assert_int_equal(pli_body_transform(body, motion), PLI_OK);
+        }
+        print_message("motion %d: %d nodes, %d parts\n", k, pli_body_get_view(body).node_count, part_count(body));
+        assert_int_equal(part_count(body), 2);
+        check_manifold(body);
+        check_same_mass(body, 2.0f);
+        pli_body_destroy(body);
+    }
+}
+
 static void test_swept_cut_through_nodes_opens_too(void** state) {
     const fixture* f = *state;
     pli_body* body = make_sheet(f, 9, 0, false);
@@ -1046,6 +1069,7 @@ int main(void) {
         CUT_TEST(test_tetrahedra_are_refused),
         CUT_TEST(test_link_is_cut_with_its_faces),
         CUT_TEST(test_swept_cut_opens_a_sheet),
+        CUT_TEST(test_swept_cut_follows_a_sheet_that_moves),
         CUT_TEST(test_swept_cut_through_nodes_opens_too),
         CUT_TEST(test_cut_that_ends_inside_leaves_a_slit),
         CUT_TEST(test_short_sweeps_make_one_cut),

@@ -5,7 +5,8 @@
    surface is opened along these new edges. A face in which a blade ends is only refined: its node stays closed, as the
    tip of the cut. A single edge between two tips stays closed too. Both are kept with the body. A sweep that goes on
    where the last one ended opens its first face up to the tip at it, so many short sweeps make one cut, and a cut that
-   returns to its start closes. */
+   returns to its start closes. Where the body has moved meanwhile, so that the ray has left the faces at that tip, the
+   cut first goes from the tip to the ray. */
 
 #include "body/pipeline.h"
 #include "cut/topology_edit.h"
@@ -25,8 +26,12 @@ enum { SWEPT_FACE_BELOW = 4, SWEPT_FACE_ABOVE = 8 };
 #define SWEPT_SAME_RAY 1e-4f
 
 /* What a cut has not opened yet. */
+typedef struct swept_tip {
+    int node, face; /* not parted; at it, with the last ray in it, or none */
+} swept_tip;
+
 typedef struct swept_ends {
-    int* tips; /* nodes of the cut that are not parted */
+    swept_tip* tips;
     int tip_count, tip_capacity;
     int (*edges)[2]; /* of the cut, between tips */
     int edge_count, edge_capacity;
@@ -91,11 +96,8 @@ typedef struct swept_pass {
 static plii_dvec3 swept_point(const swept_pass* pass, int node) {
     return plii_dvec3_from(plii_edit_position(&pass->edit, node));
 }
-static bool swept_is_on_blade(const swept_pass* pass, int node) {
-    return node < pass->node_count && (pass->marks[node] & SWEPT_ON_BLADE) != 0;
-}
-static bool swept_is_tip(const swept_pass* pass, int node) {
-    return node < pass->node_count && (pass->marks[node] & SWEPT_IS_TIP) != 0;
+static bool swept_is(const swept_pass* pass, unsigned mark, int node) {
+    return node < pass->node_count && (pass->marks[node] & mark) != 0;
 }
 static void swept_mark(const swept_pass* pass, int node, unsigned mark) {
     pass->marks[node] = (uint8_t)(pass->marks[node] | mark);
@@ -149,25 +151,23 @@ static bool swept_find_edges(swept_pass* pass) {
     }
     /* An edge with an end on the blade is met there. */
     for (PLII_EACH(plii_edge, edge, pass->edges.edges, pass->edges.count)) {
-        if (swept_is_on_blade(pass, edge->a) || swept_is_on_blade(pass, edge->b)) { edge->flags = 0; }
+        if (swept_is(pass, SWEPT_ON_BLADE, edge->a) || swept_is(pass, SWEPT_ON_BLADE, edge->b)) { edge->flags = 0; }
     }
     return true;
 }
 
 static bool swept_meets_something(const swept_pass* pass) {
-    for (PLII_EACH(const plii_edge, edge, pass->edges.edges, pass->edges.count)) {
-        if (edge->flags != 0) { return true; }
-    }
+    bool meets = pass->edges.count > 0;
     for (int i = 0; i < pass->node_count; ++i) {
-        if (swept_is_on_blade(pass, i)) { return true; }
+        meets = meets || swept_is(pass, SWEPT_ON_BLADE, i);
     }
-    return false;
+    return meets;
 }
 
 static bool swept_meets_tetra(const int nodes[4], const void* user) {
     const swept_pass* pass = user;
     for (int j = 0; j < 4; ++j) {
-        if (swept_is_on_blade(pass, nodes[j])) { return true; }
+        if (swept_is(pass, SWEPT_ON_BLADE, nodes[j])) { return true; }
         for (int k = j + 1; k < 4; ++k) {
             const plii_edge* edge = plii_edge_map_find(&pass->edges, nodes[j], nodes[k]);
             if (edge != NULL && (edge->flags & SWEPT_CROSSED) != 0) { return true; }
@@ -188,7 +188,8 @@ static bool swept_removes(const plii_edit_link* link, void* user) {
     const swept_pass* pass = user;
     const int a = link->nodes[0], b = link->nodes[1];
     if (plii_edit_link_is_bending(link)) {
-        return !swept_is_on_blade(pass, a) && !swept_is_on_blade(pass, b) && swept_crossing(pass, a, b) >= 0.0;
+        return !swept_is(pass, SWEPT_ON_BLADE, a) && !swept_is(pass, SWEPT_ON_BLADE, b) &&
+               swept_crossing(pass, a, b) >= 0.0;
     }
     return (pass->marks[a] & pass->marks[b] & SWEPT_HAS_FACE) != 0 && swept_crossed_edge(pass, a, b) != NULL;
 }
@@ -220,7 +221,7 @@ static bool swept_part_rope_nodes(swept_pass* pass) {
     plii_edit* edit = &pass->edit;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         for (int k = 0; k < 2; ++k) {
-            if (!swept_is_on_blade(pass, link->nodes[k])) { continue; }
+            if (!swept_is(pass, SWEPT_ON_BLADE, link->nodes[k])) { continue; }
             swept_mark(pass, link->nodes[k], (unsigned)swept_rope_side(pass, link->nodes[1 - k]));
         }
     }
@@ -285,27 +286,27 @@ static bool swept_judge_face(swept_pass* pass, const int* nodes) {
             crossings[crossing_count++] = node;
             crossed = k;
         }
-        if (swept_is_on_blade(pass, nodes[k])) {
+        if (swept_is(pass, SWEPT_ON_BLADE, nodes[k])) {
             ++on_count;
             on = nodes[k];
-        } else if (swept_is_tip(pass, nodes[k])) {
+        } else if (swept_is(pass, SWEPT_IS_TIP, nodes[k])) {
             tip = nodes[k];
         }
     }
     if (crossing_count == 2) { return swept_open(pass, crossings[0], crossings[1]); }
     if (crossing_count == 1) {
         const int first = nodes[crossed], second = nodes[(crossed + 1) % 3], opposite = nodes[(crossed + 2) % 3];
-        if (swept_is_on_blade(pass, opposite) || swept_is_tip(pass, opposite)) {
+        if (swept_is(pass, SWEPT_ON_BLADE, opposite) || swept_is(pass, SWEPT_IS_TIP, opposite)) {
             return swept_open(pass, crossings[0], opposite);
         }
-        if (swept_is_tip(pass, first)) { return swept_open(pass, crossings[0], first); }
-        return !swept_is_tip(pass, second) || swept_open(pass, crossings[0], second);
+        if (swept_is(pass, SWEPT_IS_TIP, first)) { return swept_open(pass, crossings[0], first); }
+        return !swept_is(pass, SWEPT_IS_TIP, second) || swept_open(pass, crossings[0], second);
     }
     if (crossing_count == 0 && on_count == 1 && tip != PLI_NULL_INDEX) { return swept_open(pass, on, tip); }
     if (crossing_count > 0 || on_count < 2) { return true; }
     for (int k = 0; k < 3; ++k) {
         const int a = nodes[k], b = nodes[(k + 1) % 3];
-        if (!swept_is_on_blade(pass, a) || !swept_is_on_blade(pass, b)) { continue; }
+        if (!swept_is(pass, SWEPT_ON_BLADE, a) || !swept_is(pass, SWEPT_ON_BLADE, b)) { continue; }
         plii_edge* border = plii_edge_map_add(&pass->borders, a, b);
         if (border == NULL) { return false; }
         /* A face with all nodes on the blade counts as above. */
@@ -333,13 +334,13 @@ static bool swept_judge_faces(swept_pass* pass) {
 /* Tips are the nodes of the cut that are still closed. */
 static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node_count) {
     swept_ends* ends = &pass->ends;
-    PLII_REMOVE_IF(int, tip, ends->tips, ends->tip_count, is_parted[*tip] != 0);
+    PLII_REMOVE_IF(swept_tip, tip, ends->tips, ends->tip_count, is_parted[tip->node] != 0);
     for (int i = 0; i < node_count; ++i) {
         const unsigned marks = i < pass->node_count ? pass->marks[i] : SWEPT_ON_BLADE | SWEPT_HAS_FACE;
         const bool is_on_surface = (marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) == (SWEPT_ON_BLADE | SWEPT_HAS_FACE);
         if (!is_on_surface || is_parted[i] != 0 || (marks & SWEPT_IS_TIP) != 0) { continue; }
         if (!PLII_GROW(pass->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count)) { return false; }
-        ends->tips[ends->tip_count++] = i;
+        ends->tips[ends->tip_count++].node = i;
     }
     return true;
 }
@@ -374,7 +375,7 @@ static pli_status swept_run_pass(swept_pass* pass) {
         pass->heights[i] = plii_dvec3_dot(pass->blade.normal, offset);
     }
     for (int i = 0; i < pass->ends.tip_count; ++i) {
-        swept_mark(pass, pass->ends.tips[i], SWEPT_IS_TIP);
+        swept_mark(pass, pass->ends.tips[i].node, SWEPT_IS_TIP);
     }
     if (!swept_find_edges(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
     PLII_TRY(plii_edit_check_tetras(edit, swept_meets_tetra, pass, "the blade meets"));
@@ -428,8 +429,7 @@ static bool trace_copy_ends(pli_context* context, const swept_ends* from, swept_
 static void trace_forget(pli_body* body, void* state) {
     trace_state* trace = state;
     trace->has_ray = false;
-    trace->ends.tip_count = 0;
-    trace->ends.edge_count = 0;
+    trace->ends.tip_count = trace->ends.edge_count = 0;
 }
 
 const plii_feature_class plii_trace_class = {
@@ -438,7 +438,7 @@ const plii_feature_class plii_trace_class = {
     .state_size = sizeof(trace_state),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(trace_state, has_ray, ray, PLII_SAVED, "B6f")),
     .arrays = PLII_ARRAYS(
-        {PLII_COUNTED_LIST(trace_state, ends.tips, ends.tip_capacity, ends.tip_count), PLII_SAVED_AS("n")},
+        {PLII_COUNTED_LIST(trace_state, ends.tips, ends.tip_capacity, ends.tip_count), PLII_SAVED_AS("ni")},
         {PLII_COUNTED_LIST(trace_state, ends.edges, ends.edge_capacity, ends.edge_count), PLII_SAVED_AS("2n")}),
     .build = trace_forget,
 };
@@ -454,25 +454,66 @@ static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {
     return plii_bounds_overlap(plii_bounds_of_triangle(corners[0], corners[1], corners[2]), body->bounds);
 }
 
-/* `corners` of two triangles. */
-static pli_status swept_cut_all(swept_pass* pass, const pli_vec3 (*corners)[3]) {
-    const pli_body* body = pass->edit.body;
-    for (int i = 0; i < 2; ++i) {
-        if (swept_may_meet(body, corners[i])) { PLII_TRY(swept_cut(pass, corners[i])); }
+static bool swept_is_in_face(const plii_edit* edit, int face, const pli_vec3 ray[2]) {
+    const int* nodes = edit->faces[face].nodes;
+    const pli_vec3 corners[3] = {plii_edit_position(edit, nodes[0]), plii_edit_position(edit, nodes[1]),
+                                 plii_edit_position(edit, nodes[2])};
+    swept_blade blade; /* the face */
+    if (!swept_make_blade(corners, &blade)) { return false; }
+    const plii_dvec3 start = plii_dvec3_from(ray[0]), way = plii_dvec3_sub(plii_dvec3_from(ray[1]), start);
+    const plii_dvec3 height = plii_dvec3_sub(blade.corners[0], start);
+    const double t = plii_dvec3_dot(blade.normal, height) / plii_dvec3_dot(blade.normal, way);
+    return t >= 0.0 && t <= 1.0 && swept_is_inside(&blade, plii_dvec3_add_scaled(start, way, t));
+}
+
+/* Moves the first of two rays to a tip that has left it, unless the tip is past the second one, or farther away than
+   the ray is long: then the body was put elsewhere. */
+static void swept_catch_up(const swept_pass* pass, pli_vec3 rays[4]) {
+    const pli_vec3 way = pli_vec3_sub(rays[1], rays[0]);
+    for (int i = 0; i < pass->ends.tip_count; ++i) {
+        const int face = pass->ends.tips[i].face;
+        if (face < 0 || face >= pass->edit.face_count || swept_is_in_face(&pass->edit, face, rays)) { continue; }
+        const pli_vec3 tip = plii_edit_position(&pass->edit, pass->ends.tips[i].node), arm = pli_vec3_sub(tip, rays[0]);
+        const float share = pli_vec3_dot(arm, way) / pli_vec3_length_squared(way);
+        const pli_vec3 foot = pli_vec3_lerp(rays[0], rays[1], share), shift = pli_vec3_sub(tip, foot);
+        const pli_vec3 sweep = pli_vec3_sub(pli_vec3_lerp(rays[2], rays[3], share), foot);
+        if (pli_vec3_length(shift) > pli_vec3_length(way) || pli_vec3_dot(pli_vec3_sub(sweep, shift), sweep) <= 0.0f) {
+            continue;
+        }
+        rays[0] = pli_vec3_add(rays[0], shift);
+        rays[1] = pli_vec3_add(rays[1], shift);
+        return;
     }
+}
+
+static pli_status swept_cut_all(swept_pass* pass, pli_vec3 rays[4]) {
     plii_edit* edit = &pass->edit;
+    swept_ends* ends = &pass->ends;
+    swept_catch_up(pass, rays);
+    const pli_vec3 corners[2][3] = {{rays[0], rays[1], rays[3]}, {rays[0], rays[3], rays[2]}};
+    for (int i = 0; i < 2; ++i) {
+        if (swept_may_meet(edit->body, corners[i])) { PLII_TRY(swept_cut(pass, corners[i])); }
+    }
+    for (int i = 0; i < ends->tip_count; ++i) {
+        ends->tips[i].face = PLI_NULL_INDEX;
+        for (int face = 0; face < edit->face_count; ++face) {
+            const int *nodes = edit->faces[face].nodes, tip = ends->tips[i].node;
+            const bool is_at_tip = nodes[0] == tip || nodes[1] == tip || nodes[2] == tip;
+            if (is_at_tip && swept_is_in_face(edit, face, rays + 2)) { ends->tips[i].face = face; }
+        }
+    }
     edit->is_unchanged = edit->node_count == edit->old_node_count && edit->link_count == edit->old_link_count;
     return PLI_OK;
 }
 
 /* Cuts and leaves the ends of the cut in `trace`. */
-static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (*corners)[3], bool goes_on,
-                            const char* function, int* parted) {
+static pli_status swept_run(pli_body* body, trace_state* trace, pli_vec3 rays[4], bool goes_on, const char* function,
+                            int* parted) {
     swept_pass pass = {.parted = 0};
     PLII_TRY(plii_edit_open(body, function, &pass.edit));
     const bool is_ready = !goes_on || trace_copy_ends(body->context, &trace->ends, &pass.ends);
     const pli_status status =
-        plii_edit_end(&pass.edit, is_ready ? swept_cut_all(&pass, corners) : PLI_ERROR_OUT_OF_MEMORY);
+        plii_edit_end(&pass.edit, is_ready ? swept_cut_all(&pass, rays) : PLI_ERROR_OUT_OF_MEMORY);
     if (status == PLI_OK) {
         *parted = pass.parted;
         PLII_SWAP(swept_ends, trace->ends, pass.ends);
@@ -485,14 +526,14 @@ static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (
 pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                               pli_vec3 to_end, int* parted) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
-    PLII_TRY(plii_check_finite_points(body->context, 4, ends, "end", __func__));
+    pli_vec3 rays[4] = {from_start, from_end, to_start, to_end};
+    PLII_TRY(plii_check_finite_points(body->context, 4, rays, "end", __func__));
     PLII_TRY_ENABLE(body, trace_state, trace, plii_trace_class);
     const bool goes_on = trace_ends_at(trace, from_start, from_end);
     const pli_vec3 corners[2][3] = {{from_start, from_end, to_end}, {from_start, to_end, to_start}};
     int count = 0;
     if (swept_may_meet(body, corners[0]) || swept_may_meet(body, corners[1])) {
-        const pli_status status = swept_run(body, trace, corners, goes_on, __func__, &count);
+        const pli_status status = swept_run(body, trace, rays, goes_on, __func__, &count);
         if (status != PLI_OK) {
             plii_feature_undo(body, &plii_trace_class);
             return status;

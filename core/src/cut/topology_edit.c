@@ -70,11 +70,8 @@ pli_status plii_edit_check_tetras(const plii_edit* edit, plii_edit_tetra_fn* is_
 
 // -------------------------------------------------------------------------------------------------- elements
 
-static float edit_inverse_mass(float mass) {
-    return mass > 0.0f ? 1.0f / mass : 0.0f;
-}
-
-/* Both parents make the new node as heavy as the point between them; next to a pinned one the other gives half. */
+/* Both parents make the new node as heavy as the point between them; next to a pinned one the other gives half. Of
+   inverse masses. */
 static float edit_split_mass(float* a, float* b, float share) {
     if (*a > 0.0f && *b > 0.0f) {
         const float mass_a = 1.0f / *a, mass_b = 1.0f / *b;
@@ -82,12 +79,12 @@ static float edit_split_mass(float* a, float* b, float share) {
         const float scale = (mass_a + mass_b) / (mass_a + mass_b + mass);
         *a = 1.0f / (mass_a * scale);
         *b = 1.0f / (mass_b * scale);
-        return mass * scale;
+        return 1.0f / (mass * scale);
     }
     float* giver = *a > 0.0f ? a : b;
     if (!(*giver > 0.0f)) { return 0.0f; }
     *giver /= 0.5f;
-    return 1.0f / *giver;
+    return 1.0f / (1.0f / *giver);
 }
 
 static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share, float limit) {
@@ -106,7 +103,7 @@ int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
     node->position = edit_lerp(first->position, second->position, share, PLI_MAX_COORDINATE);
     node->previous = edit_lerp(first->previous, second->previous, share, PLI_MAX_COORDINATE);
     node->velocity = edit_lerp(first->velocity, second->velocity, share, PLI_MAX_SPEED);
-    node->position.w = edit_inverse_mass(edit_split_mass(&first->position.w, &second->position.w, share));
+    node->position.w = edit_split_mass(&first->position.w, &second->position.w, share);
     node->origin = (plii_node_origin){a, b, share};
     return edit->node_count++;
 }
@@ -117,7 +114,7 @@ int plii_edit_copy_node(plii_edit* edit, int source) {
     plii_edit_node* node = &edit->nodes[edit->node_count];
     *node = *old;
     if (old->position.w > 0.0f) {
-        node->position.w = edit_inverse_mass(1.0f / old->position.w * 0.5f);
+        node->position.w = 1.0f / (1.0f / old->position.w * 0.5f);
         old->position.w /= 0.5f;
     }
     node->origin = (plii_node_origin){source, source, 0.0f};
