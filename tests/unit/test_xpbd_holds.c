@@ -225,6 +225,66 @@ static void test_targets_bear_a_heavy_ball(void** unused) {
     }
 }
 
+/* Of 3 m and 3 kg, with cells of 15 cm and no diagonals, held at its rim: its tethers are as long as the ways along its
+   ropes, and leave to these what moves its cells aside. */
+static pli_body* make_net(int substeps) {
+    enum { SIDE = 21 };
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create(context, &mesh));
+    for (int i = 0; i < SIDE * SIDE; ++i) {
+        const int x = i % SIDE, z = i / SIDE;
+        const bool is_rim = x == 0 || z == 0 || x == SIDE - 1 || z == SIDE - 1;
+        const pli_vec3 place = pli_vec3_make(0.15f * (float)x - 1.5f, 0, 0.15f * (float)z - 1.5f);
+        CHECK_OK(pli_mesh_append_node(mesh, place, is_rim ? 0 : 3.0f / (SIDE * SIDE), NULL));
+        if (x > 0) { CHECK_OK(pli_mesh_append_link(mesh, i - 1, i, 0, NULL)); }
+        if (z > 0) { CHECK_OK(pli_mesh_append_link(mesh, i - SIDE, i, 0, NULL)); }
+    }
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.03f;
+    def.solver.velocity_damping = 0.01f;
+    pli_body* net = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &net));
+    pli_mesh_destroy(mesh);
+    pli_xpbd_def solver = pli_xpbd_def_default();
+    solver.substeps = substeps;
+    CHECK_OK(pli_body_enable_xpbd(net, &solver));
+    CHECK_OK(pli_body_enable_xpbd_links(net, NULL));
+    CHECK_OK(pli_body_enable_tethers(net, NULL));
+    CHECK_OK(pli_body_enable_rigid_contacts(net, NULL));
+    CHECK_OK(pli_body_enable_rigid_face_contacts(net, NULL)); /* of its links */
+    return net;
+}
+
+/* Four of 50 kg that fall half a metre, at 60 steps a second, as docs/manual/ropes.md tells. */
+static void test_a_net_holds_four_boxes(void** unused) {
+    (void)unused;
+    enum { BOXES = 4 };
+    const float half = 0.2f;
+    const pli_body* net = make_net(40);
+    pli_rigid* boxes[BOXES];
+    for (int i = 0; i < BOXES; ++i) {
+        pli_shape* shape = NULL;
+        CHECK_OK(pli_shape_create_box(context, pli_vec3_make(half, half, half), &shape));
+        boxes[i] = make_rigid(shape, half + 0.53f, 50);
+        pli_rigid_state state = pli_rigid_get_state(boxes[i]);
+        state.pose.origin.x = (i % 2 == 0 ? -0.5f : 0.5f) + 0.01f * (float)i;
+        state.pose.origin.z = (i < 2 ? -0.5f : 0.5f) - 0.013f * (float)i;
+        CHECK_OK(pli_rigid_set_state(boxes[i], &state));
+    }
+    float lowest = 0, stretch = 0;
+    for (int i = 0; i < 300; ++i) {
+        CHECK_OK(pli_world_step(world, dt));
+        for (int k = 0; k < BOXES; ++k) {
+            CHECK_OK(pli_rigid_integrate(boxes[k], pli_world_def_default().gravity, dt));
+            lowest = fminf(lowest, pli_rigid_get_state(boxes[k]).pose.origin.y);
+        }
+        if (i >= 240) { stretch = fmaxf(stretch, pli_body_max_stretch(net)); }
+    }
+    print_message("lowest at %.3f m, links stretched by %.3f in the last second\n", (double)lowest, (double)stretch);
+    check_at_most(-lowest, 0.25);
+    check_at_most(stretch, 0.25);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_trampolines_throw_nothing_higher_than_it_fell, setup_world,
@@ -232,6 +292,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_ball_rests_on_faces, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_targets_bear_a_heavy_ball, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_many_strips_stop_a_box_once, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_net_holds_four_boxes, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_weight_on_an_arm_rocks_no_wilder, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
