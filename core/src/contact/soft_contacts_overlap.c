@@ -43,9 +43,9 @@ static void soft_keep_overlaps(const pli_body* body, const plii_soft_contacts_st
     }
 }
 
-/* 1/kg of it all, 0 where a node is held. */
+/* 1/kg of it all, 0 where a node is pinned, or may be held by an anchor or a joint. */
 static float soft_whole_weight(const pli_body* body) {
-    float mass = plii_body_is_idle(body) ? INFINITY : 0.0f;
+    float mass = plii_body_is_idle(body) || body->may_be_joined ? INFINITY : 0.0f;
     for (PLII_EACH(const pli_vec4, position, body->positions, body->node_count)) {
         mass += 1.0f / position->w;
     }
