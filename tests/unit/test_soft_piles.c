@@ -5,6 +5,8 @@
 #include "check.h"
 #include "world_fixture.h"
 
+#include <pliant/anchor.h>
+
 #include <string.h>
 
 static const float dt = 1.0f / 60.0f;
@@ -201,9 +203,13 @@ static void test_balls_inside_of_each_other_part(void** state) {
         float apart;
         int nodes;
         int held; /* of the two */
-    } cases[] = {{0.195f, 100, 0}, {0.14f, 100, 0}, {0.14f, 400, 0}, {0.1f, 100, 0},
-                 {0.0f, 100, 0},   {0.1f, 100, 1},  {0.18f, 100, 2}};
-    for (int c = 0; c < 21; ++c) {
+        bool by_anchors;
+    } cases[] = {{0.195f, 100, 0, false}, {0.14f, 100, 0, false}, {0.14f, 400, 0, false}, {0.1f, 100, 0, false},
+                 {0.0f, 100, 0, false},   {0.1f, 100, 1, false},  {0.18f, 100, 2, false}, {0.1f, 100, 1, true}};
+    pli_anchor_def anchor = pli_anchor_def_default();
+    const pli_rigid_def rigid = pli_rigid_def_default();
+    assert_int_equal(pli_rigid_create(f->world, &rigid, &anchor.rigid), PLI_OK);
+    for (int c = 0; c < 24; ++c) {
         pile balls = {.world = f->world};
         for (int k = 0; k < 2; ++k) { /* the second is put there */
             add_ball(&balls, (pile_solver)(c % 3), pli_vec3_make((float)k, 0, 0), 0.1f, cases[c / 3].nodes, false);
@@ -215,7 +221,10 @@ static void test_balls_inside_of_each_other_part(void** state) {
         there.origin = pli_vec3_make(cases[c / 3].apart - 1, 0.003f, 0);
         assert_int_equal(pli_body_transform(balls.bodies[1], there), PLI_OK);
         for (int k = 0; k < cases[c / 3].held; ++k) {
-            assert_int_equal(pli_body_set_node_mass(balls.bodies[k], 0, 0), PLI_OK);
+            const bool is_pinned = !cases[c / 3].by_anchors;
+            assert_int_equal(is_pinned ? pli_body_set_node_mass(balls.bodies[k], 0, 0)
+                                       : pli_body_add_anchor(balls.bodies[k], &anchor, NULL),
+                             PLI_OK);
         }
         assert_true(pile_nodes_inside(&balls) > 0);
         const double middle = pile_middle(&balls);

@@ -478,12 +478,9 @@ static bool soft_collect(const plii_soft_contacts_pass* pass) {
     const int face_count = pass->face_body->topology->face_count;
     search->node_count = search->face_count = 0;
     if (!soft_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
-    if (pass->use_boxes) {
-        soft_collect_boxes(pass);
-    } else {
-        if (!soft_order_faces(pass->face_body, pass->face_state)) { return false; }
-        soft_collect_near(pass);
-    }
+    if (pass->use_boxes) { soft_collect_boxes(pass); }
+    if (!pass->use_boxes && !soft_order_faces(pass->face_body, pass->face_state)) { return false; }
+    if (!pass->use_boxes) { soft_collect_near(pass); }
     return plii_bvh4_build(context, &search->near, search->face_count, search->boxes, NULL);
 }
 

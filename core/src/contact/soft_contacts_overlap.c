@@ -2,12 +2,13 @@
 
 #include "contact/soft_contacts_impl.h"
 
+/* One that parts from others had it when it began to. */
+static bool soft_has_inside(const pli_body* body) {
+    return body->overlap_steps > 1 || (plii_topology_is_closed(body->topology) && plii_body_volume(body) > 0.0f);
+}
 bool plii_soft_contacts_may_be_inside(const pli_body* body, const pli_body* other) {
-    if (body->overlap_steps + other->overlap_steps == 0 || !plii_topology_is_closed(body->topology) ||
-        !plii_topology_is_closed(other->topology) || !(plii_body_volume(body) > 0.0f) ||
-        !(plii_body_volume(other) > 0.0f)) {
-        return false;
-    }
+    if (body->overlap_steps + other->overlap_steps == 0) { return false; }
+    if (!soft_has_inside(body) || !soft_has_inside(other)) { return false; }
     const pli_bounds a = plii_body_bounds_of(body, body->previous), b = plii_body_bounds_of(other, other->previous);
     return !plii_bounds_contain(a, b) && !plii_bounds_contain(b, a);
 }
@@ -43,9 +44,9 @@ static void soft_keep_overlaps(const pli_body* body, const plii_soft_contacts_st
     }
 }
 
-/* 1/kg of it all, 0 where a node is held. */
+/* 1/kg of it all, 0 where a node is pinned, or may be held by an anchor or a joint. */
 static float soft_whole_weight(const pli_body* body) {
-    float mass = plii_body_is_idle(body) ? INFINITY : 0.0f;
+    float mass = plii_body_is_idle(body) || body->may_be_joined ? INFINITY : 0.0f;
     for (PLII_EACH(const pli_vec4, position, body->positions, body->node_count)) {
         mass += 1.0f / position->w;
     }
