@@ -442,19 +442,13 @@ PLII_DEFINE_ENABLE(pli_body_enable_rigid_face_contacts, plii_check_body_change, 
                    plii_rigid_faces_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_face_contacts, plii_check_body_change, plii_rigid_faces_class)
 
-int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {
-    const plii_rigid_faces* state = plii_feature_state_for(body, &plii_rigid_faces_class, __func__);
-    if (state == NULL) { return 0; }
-    const bool has_links = body->topology->face_count == 0;
-    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        const plii_rigid_face_contact* contact = &state->contacts[i];
-        contacts[i].face = has_links ? PLI_NULL_INDEX : contact->element;
-        contacts[i].link = has_links ? contact->element : PLI_NULL_INDEX;
-        memcpy(contacts[i].weights, &contact->weights, sizeof contacts[i].weights);
-        contacts[i].rigid = contact->rigid;
-        contacts[i].shape = contact->shape;
-        contacts[i].normal = contact->normal;
-        contacts[i].distance = contact->distance;
-    }
-    return state->count;
-}
+PLII_DEFINE_CONTACTS_GET(pli_body_get_rigid_face_contacts, pli_rigid_face_contact, plii_rigid_faces,
+                         plii_rigid_face_contact, plii_rigid_faces_class,
+                         (pli_rigid_face_contact){
+                             .face = body->topology->face_count > 0 ? contact->element : PLI_NULL_INDEX,
+                             .link = body->topology->face_count > 0 ? PLI_NULL_INDEX : contact->element,
+                             .weights = {contact->weights.x, contact->weights.y, contact->weights.z},
+                             .rigid = contact->rigid,
+                             .shape = contact->shape,
+                             .normal = contact->normal,
+                             .distance = contact->distance})

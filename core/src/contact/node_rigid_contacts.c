@@ -495,19 +495,13 @@ PLII_DEFINE_ENABLE(pli_body_enable_rigid_contacts, plii_check_body_change, pli_r
                    plii_rigid_contacts_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)
 
-int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {
-    const plii_rigid_contacts* state = plii_feature_state_for(body, &plii_rigid_contacts_class, __func__);
-    if (state == NULL) { return 0; }
-    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        const plii_rigid_contact* contact = &state->contacts[i];
-        contacts[i].node = contact->node;
-        contacts[i].rigid = contact->rigid;
-        contacts[i].shape = contact->shape;
-        contacts[i].normal = plii_xyz(contact->normal);
-        contacts[i].distance = contact->distance;
-    }
-    return state->count;
-}
+PLII_DEFINE_CONTACTS_GET(pli_body_get_rigid_contacts, pli_rigid_contact, plii_rigid_contacts, plii_rigid_contact,
+                         plii_rigid_contacts_class,
+                         (pli_rigid_contact){.node = contact->node,
+                                             .rigid = contact->rigid,
+                                             .shape = contact->shape,
+                                             .normal = plii_xyz(contact->normal),
+                                             .distance = contact->distance})
 
 pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
     return plii_reorder_contacts(body, &plii_rigid_contacts_class, order, count, __func__);
