@@ -207,10 +207,10 @@ typedef struct plii_feature_class {
     void (*build)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
-       and the step tells. Out of memory is the only error here. */
-    pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
+       and the step tells. Contacts are the first array of the class, counted: of a pair that lacked memory they go. */
+    void (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
-    pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
+    void (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
     /* Before it: makes what the pair reads of both. NULL: collide_body writes to both bodies, else to `body` alone. */
     void (*prepare_pair)(pli_body* body, void* state, pli_body* other, void* other_state);
     bool acts_with_joints; /* what collides acts in JOINT_* alone: bodies that meet are solved side by side */

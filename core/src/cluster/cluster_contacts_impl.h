@@ -208,7 +208,7 @@ bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts*
 /* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */
 void plii_cluster_contacts_begin_step(pli_body* body, void* state);
 void plii_cluster_contacts_clear(pli_body* body, void* data);
-pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
+void plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
 void plii_cluster_contacts_prepare_pair(pli_body* body, void* state, pli_body* other, void* other_state);
-pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
-pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
+void plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);

@@ -179,21 +179,20 @@ static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 nor
 }
 
 /* The side at the end of the step; a face that overlaps keeps the one that it had, if any. */
-static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
+static void rigid_faces_remember_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     plii_face_sweep free = *sweep;
     free.has_side = false;
     plii_face_moment moment;
     const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(sweep);
-    if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return PLI_OK; }
-    if (moment.is_overlapping && !sweep->has_side) { return PLI_OK; }
-    if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
+    if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return; }
+    if (moment.is_overlapping && !sweep->has_side) { return; }
+    if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return; }
     plii_pair_record* record =
         plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass));
-    if (record == NULL) { return PLI_OK; }
+    if (record == NULL) { return; }
     if (!(moment.is_overlapping && sweep->has_side)) { record->cache.normal = moment.normal; }
     record->cache.has_normal = true;
     record->cache.count = 0;
-    return PLI_OK;
 }
 
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
@@ -204,7 +203,7 @@ static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
         if (index >= rigid->shape_count || rigid->shapes[index] != candidate->shape) { continue; } /* replaced since */
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         pass.is_at_end = true;
-        (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
+        plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
     }
 }
 
