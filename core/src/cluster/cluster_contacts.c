@@ -54,8 +54,8 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) 
         if (clusters != NULL) { plii_clusters_split_masses(clusters); }
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
-    (void)plii_contact_batches_reserve(body->context, &state->batches, capacity);
-    (void)plii_contact_batches_prepare(body->context, &state->batches);
+    plii_contact_batches_reserve(body->context, &state->batches, capacity);
+    plii_contact_batches_prepare(body->context, &state->batches);
 }
 
 static void cluster_contacts_prepare(pli_body* body, void* data) {

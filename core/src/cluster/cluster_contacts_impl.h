@@ -88,16 +88,16 @@ typedef struct plii_contact_batches {
 } plii_contact_batches;
 
 /* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
-   until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
+   until the step ends. False when out of memory: contacts that were not added, or prepared, are not solved. */
 bool plii_contact_batches_start(pli_context* context, plii_contact_batches* batches, int rigid_count);
 bool plii_contact_batches_add(pli_context* context, plii_contact_batches* batches, const plii_cluster_contact* contacts,
                               int count);
-bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* batches);
+void plii_contact_batches_prepare(pli_context* context, plii_contact_batches* batches);
 /* One iteration. */
 void plii_contact_batches_solve(plii_contact_batches* batches);
 /* Hands impulses and displacements on to the clusters. */
 void plii_contact_batches_finish(plii_contact_batches* batches);
-bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* batches, int contacts);
+void plii_contact_batches_reserve(pli_context* context, plii_contact_batches* batches, int contacts);
 
 typedef struct plii_contact_terms {
     float margin; /* of both sides, `radius` included */

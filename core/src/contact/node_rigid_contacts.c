@@ -442,9 +442,8 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (plii_follows_rigids(body)) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
-static pli_status rigid_contacts_enable(pli_body* body, void* data) {
+static void rigid_contacts_enable(pli_body* body, void* data) {
     body->node_contacts = data;
-    return PLI_OK;
 }
 static void rigid_contacts_disable(pli_body* body, void* data) {
     body->node_contacts = NULL;

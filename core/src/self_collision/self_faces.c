@@ -168,11 +168,10 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
     self_faces_finish(body, data, substep);
 }
 
-static pli_status self_faces_enable(pli_body* body, void* data) {
+static void self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     plii_body_copy_positions(body, state->rest);
     plii_self_faces_find_edges(body, state);
-    return PLI_OK;
 }
 
 static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {

@@ -260,9 +260,8 @@ const plii_link_colors* plii_link_colors_of(pli_body* body) {
     return colors->is_current ? colors : NULL;
 }
 
-static pli_status link_colors_enable(pli_body* body, void* state) {
+static void link_colors_enable(pli_body* body, void* state) {
     link_colors_make(body, state);
-    return ((plii_link_colors*)state)->is_current ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
