@@ -201,8 +201,7 @@ typedef struct plii_feature_class {
     const struct plii_substep_class* substepped;
 
     /* All optional. */
-    /* After the needs, with its arrays. Where it lacks memory the feature is not enabled: nothing may be left behind.
-     */
+    /* After the needs, with its arrays. Where it lacks memory it is not enabled: nothing may be left behind. */
     void (*enable)(pli_body* body, void* state);
     /* After `enable` and each cut: makes anew what follows from nodes, links and faces, ends what fits no more. */
     void (*build)(pli_body* body, void* state);

@@ -39,7 +39,8 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
                                       pli_transform end, plii_rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
     const float dt = body->step.dt;
-    const float face_weight = plii_contact_face_weight(body->positions, contact->nodes, contact->weights);
+    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+    const float face_weight = plii_point_weight(body->positions, 3, contact->nodes, weights, 0.0f);
     const plii_dvec3 end_arm = rigid_faces_arm(candidate, end.rotation, contact);
     const pli_vec3 surface = plii_dvec3_to_float(plii_dvec3_add(plii_dvec3_from(end.origin), end_arm));
     const plii_dvec3 arm = rigid_faces_arm(candidate, candidate->begin.rotation, contact);

@@ -47,9 +47,10 @@ static float soft_face_weight(const plii_soft_contacts_pass* pass, const int* fa
     const pli_vec4* positions = pass->face_body->positions;
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
     if (!pass->use_boxes) {
+        const float shares[3] = {weights.x, weights.y, weights.z};
         if (plii_body_is_idle(pass->face_body)) { return 0.0f; }
-        if (node_weight > 0.0f) { return plii_contact_face_weight(positions, face, weights); }
-        return plii_point_weight_unpinned(positions, 3, face, (const float[3]){weights.x, weights.y, weights.z});
+        if (node_weight > 0.0f) { return plii_point_weight(positions, 3, face, shares, 0.0f); }
+        return plii_point_weight_unpinned(positions, 3, face, shares);
     }
     const bool is_pinned = w.x <= 0.0f || w.y <= 0.0f || w.z <= 0.0f;
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;

@@ -108,7 +108,7 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
         hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
         ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
     }
-    (void)plii_csr_sum((int)size, hash->starts);
+    plii_csr_sum((int)size, hash->starts);
     for (int i = count - 1; i >= 0; --i) {
         const plii_spatial_hash_cell cell = hash->cells[i];
         spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, cell)], i,

@@ -254,7 +254,8 @@ static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs,
         ++begin[wave_of[i]];
         nodes += a->node_count + b->node_count;
     }
-    const int met = plii_csr_sum(COLLIDE_WAVES, begin);
+    plii_csr_sum(COLLIDE_WAVES, begin);
+    const int met = begin[COLLIDE_WAVES];
     for (int i = count - 1; i >= 0; --i) {
         if (wave_of[i] != PLI_NULL_INDEX) { order[--begin[wave_of[i]]] = i; }
     }

@@ -124,7 +124,7 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     for (int i = 0; i < work->count; ++i) {
         ++begin[key(work, work->order[i])];
     }
-    (void)plii_csr_sum(key_count, begin);
+    plii_csr_sum(key_count, begin);
     for (int i = work->count - 1; i >= 0; --i) {
         work->sorted[--begin[key(work, work->order[i])]] = work->order[i];
     }
