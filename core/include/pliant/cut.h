@@ -44,7 +44,7 @@ PLI_API pli_refine_def pli_refine_def_default(void);
 PLI_API pli_status pli_body_refine(pli_body* body, const pli_refine_def* def);
 
 /// Cuts one link (and the faces along it) in two. Bullet name: cutLink
-/// Its halves are as stretched as it was, so this does not tear cloth: a cloth of 1,400 nodes that is cut wherever links
+/// Its halves are as stretched as it was, so this does not tear cloth: one of 1,400 nodes that is cut wherever links
 /// are too long has 30,000 after a dozen steps.
 /// @param position (0, 1), share of its length from node a
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE also when no link joins the nodes,
@@ -56,9 +56,9 @@ PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, flo
 /// - An edge that is crossed nearer to its end than 5 % of its length is cut at that end instead.
 /// - A face in which the sweep ends is refined but not opened. A sweep that continues there (its first ray is the last
 ///   one of the call before) opens it. So short sweeps make one cut, and a cut that comes back to its start closes.
-/// - Between two such calls the body may move, but must not be cut otherwise. If its motion has taken the end of the cut
-///   off the ray, the sweep starts at that end, unless it lies past the sweep or farther away than the ray is long. Of
-///   several layers that move apart one is followed.
+/// - Between two such calls the body may move, but must not be cut otherwise. If its motion has taken the end of the
+///   cut off the ray, the sweep starts at that end, unless it lies past the sweep or farther away than the ray is long.
+///   Of several layers that move apart one is followed.
 /// - A sweep inside one face cuts no face.
 /// - Bending links, and links that are no edge of a face but join two nodes with faces, are removed when they are
 ///   crossed; bending links also when one of their nodes is parted.

@@ -10,15 +10,14 @@
 
 #include <string.h>
 
-/* Turns counts into where each list ends; returns how many items there are. */
-static inline int plii_csr_sum(int key_count, int* begin) {
+/* Turns counts into where each list ends. */
+static inline void plii_csr_sum(int key_count, int* begin) {
     int sum = 0;
     for (int k = 0; k < key_count; ++k) {
         sum += begin[k];
         begin[k] = sum;
     }
     begin[key_count] = sum;
-    return sum;
 }
 
 /* A link as one of its nodes sees it. */
@@ -34,7 +33,7 @@ static inline void plii_csr_half_links(int node_count, int link_count, const voi
         ++begin[nodes[0]];
         ++begin[nodes[1]];
     }
-    (void)plii_csr_sum(node_count, begin);
+    plii_csr_sum(node_count, begin);
     for (int i = link_count - 1; i >= 0; --i) {
         const int* nodes = (const int*)((const char*)links + (size_t)i * link_size);
         halves[--begin[nodes[0]]] = (plii_half_link){nodes[1], i};
@@ -48,7 +47,7 @@ static inline void plii_csr_sort(int key_count, int item_count, const int* keys,
     for (int i = 0; i < item_count; ++i) {
         ++begin[keys[i]];
     }
-    (void)plii_csr_sum(key_count, begin);
+    plii_csr_sum(key_count, begin);
     for (int i = item_count - 1; i >= 0; --i) {
         items[--begin[keys[i]]] = i;
     }
@@ -64,8 +63,7 @@ static inline void plii_csr_sort_edges(int node_count, int face_count, const int
     plii_csr_sort(node_count, 3 * face_count, keys, begin, corners);
 }
 
-/* Of items of `size` bytes in the order of an unsigned at `offset`: the first not below `key`. PLI_NULL_INDEX is last.
- */
+/* Of items of `size` bytes ordered by an unsigned at `offset`: the first not below `key`; PLI_NULL_INDEX is last. */
 static inline int plii_csr_first(const void* items, size_t size, size_t offset, int count, int key) {
     int begin = 0, end = count;
     while (begin < end) {

@@ -52,6 +52,17 @@ static inline void plii_contact_impulses_push(const plii_contact_impulses* impul
     impulses->items[index] = pli_vec3_add(impulses->items[index], impulse);
 }
 
+/* The call of a user for the contacts of a feature: what it sees of each `contact`. */
+#define PLII_DEFINE_CONTACTS_GET(function, type, state_type, contact_type, klass, ...)                                 \
+    int function(const pli_body* body, int capacity, type* contacts) {                                                 \
+        const state_type* state = plii_feature_state_for(body, &(klass), __func__);                                    \
+        for (int i = 0; state != NULL && contacts != NULL && i < capacity && i < state->count; ++i) {                  \
+            const contact_type* contact = &state->contacts[i];                                                         \
+            contacts[i] = __VA_ARGS__;                                                                                 \
+        }                                                                                                              \
+        return state != NULL ? state->count : 0;                                                                       \
+    }
+
 /* An order of contacts that the caller gives, for comparisons with other engines: contact `order[i]` of the first array
    of a feature comes to place i. Fails, and changes nothing, when the feature is not enabled, the world not between
    predict and solve, or `order` does not name each once. */

@@ -201,16 +201,16 @@ typedef struct plii_feature_class {
     const struct plii_substep_class* substepped;
 
     /* All optional. */
-    /* After the needs, with its arrays; must leave nothing behind on failure. */
-    pli_status (*enable)(pli_body* body, void* state);
+    /* After the needs, with its arrays. Where it lacks memory it is not enabled: nothing may be left behind. */
+    void (*enable)(pli_body* body, void* state);
     /* After `enable` and each cut: makes anew what follows from nodes, links and faces, ends what fits no more. */
     void (*build)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
-       and the step tells. Out of memory is the only error here. */
-    pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
+       and the step tells. Contacts are the first array of the class, counted: of a pair that lacked memory they go. */
+    void (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
-    pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
+    void (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
     /* Before it: makes what the pair reads of both. NULL: collide_body writes to both bodies, else to `body` alone. */
     void (*prepare_pair)(pli_body* body, void* state, pli_body* other, void* other_state);
     bool acts_with_joints; /* what collides acts in JOINT_* alone: bodies that meet are solved side by side */

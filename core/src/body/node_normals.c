@@ -102,12 +102,11 @@ static void areas_of_nodes(pli_body* body, const areas_state* state) {
     }
 }
 
-static pli_status areas_enable(pli_body* body, void* state) {
+static void areas_enable(pli_body* body, void* state) {
     for (int i = 0; i < body->topology->face_count; ++i) {
         body->face_areas[i] = normals_doubled_area(body, body->topology->faces[i]);
     }
     areas_of_nodes(body, state);
-    return PLI_OK;
 }
 
 /* Parts of a face share its area at rest. */

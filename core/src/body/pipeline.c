@@ -111,19 +111,20 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
         !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
+    const uint64_t shortages = plii_thread.shortages;
     void* state = plii_allocate(body->context, klass->state_size);
     if (state == NULL && klass->state_size > 0) { return PLI_ERROR_OUT_OF_MEMORY; }
-    pli_status status = plii_feature_arrays_allocate(body, klass, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-    if (status == PLI_OK && klass->enable != NULL) { status = klass->enable(body, state); }
-    if (status == PLI_OK && klass->solver != NULL) { body->solver_class = klass->solver; }
-    if (status == PLI_OK && klass->build != NULL) { klass->build(body, state); }
-    plii_run_fn* refresh = klass->stages[PLII_STAGE_REFRESH].run;
-    if (status == PLI_OK && refresh != NULL) { refresh(body, state); }
-    plii_feature_arrays_release(body, klass, state, status == PLI_OK);
-    if (status != PLI_OK) {
+    if (plii_feature_arrays_allocate(body, klass, state) && klass->enable != NULL) { klass->enable(body, state); }
+    if (plii_thread.shortages != shortages) {
+        plii_feature_arrays_release(body, klass, state, false);
         plii_release(body->context, state, klass->state_size);
-        return status;
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
+    plii_run_fn* refresh = klass->stages[PLII_STAGE_REFRESH].run;
+    if (klass->solver != NULL) { body->solver_class = klass->solver; }
+    if (klass->build != NULL) { klass->build(body, state); }
+    if (refresh != NULL) { refresh(body, state); }
+    plii_feature_arrays_release(body, klass, state, true);
     pipeline->features[pipeline->feature_count++] = (plii_feature){.klass = klass, .state = state};
     pipeline->revision += !klass->is_made_by_calls;
     body->sweeping_features += klass->looks_at_motion;
@@ -166,9 +167,7 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
     const bool is_new = index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user;
     if (is_new) {
         const pli_status status = feature_add_user(body, klass);
-        PLII_FAIL_IF(status == PLI_ERROR_OUT_OF_MEMORY, body->context, status, __func__, "no memory to enable %s",
-                     klass->name);
-        if (status != PLI_OK) { return status; }
+        PLII_FAIL_IF(status != PLI_OK, body->context, status, __func__, "no memory to enable %s", klass->name);
         index = feature_find(body, klass);
     }
     plii_feature* feature = &body->pipeline.features[index];

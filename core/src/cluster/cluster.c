@@ -371,11 +371,10 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
     *clusters = (plii_clusters){.def = clusters->def, .node_sums = clusters->node_sums};
 }
 
-static pli_status clusters_enable(pli_body* body, void* state) {
+static void clusters_enable(pli_body* body, void* state) {
     body->clusters = state;
     body->clusters->def = pli_clusters_def_default();
     body->joint_iterations = body->clusters->def.iterations;
-    return PLI_OK;
 }
 static void clusters_disable(pli_body* body, void* state) {
     /* Also when their last user was another feature. */

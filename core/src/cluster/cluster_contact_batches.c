@@ -442,7 +442,7 @@ static void batches_solve(plii_contact_batches* batches) {
     }
 }
 
-bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* batches) {
+void plii_contact_batches_prepare(pli_context* context, plii_contact_batches* batches) {
     while (batches->open_batches != 0) {
         batches_close(batches, __builtin_ctzll(batches->open_batches));
     }
@@ -451,12 +451,8 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* ba
         batches->items[i].first_block = block_count;
         block_count += batches->items[i].block_count;
     }
-    if (!PLII_RESERVE(context, &batches->blocks, &batches->block_capacity, block_count)) {
-        batches->count = 0;
-        return false;
-    }
+    if (!PLII_RESERVE(context, &batches->blocks, &batches->block_capacity, block_count)) { batches->count = 0; }
     plii_parallel_for(context, batches_prepare_range, batches, batches->count, plii_grain(BATCHES_PREPARE_NS));
-    return true;
 }
 
 void plii_contact_batches_solve(plii_contact_batches* batches) {
@@ -476,9 +472,9 @@ void plii_contact_batches_solve(plii_contact_batches* batches) {
 }
 
 /* Four contacts to a block, in some disorder. */
-bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* batches, int contacts) {
-    return PLII_RESERVE(context, &batches->items, &batches->capacity, contacts / 4 + 1) &&
-           PLII_RESERVE(context, &batches->blocks, &batches->block_capacity, contacts / 2 + 1);
+void plii_contact_batches_reserve(pli_context* context, plii_contact_batches* batches, int contacts) {
+    (void)PLII_RESERVE(context, &batches->items, &batches->capacity, contacts / 4 + 1);
+    (void)PLII_RESERVE(context, &batches->blocks, &batches->block_capacity, contacts / 2 + 1);
 }
 
 // ------------------------------------------------------------------------------------------------------------- finish

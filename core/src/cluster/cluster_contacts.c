@@ -54,8 +54,8 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) 
         if (clusters != NULL) { plii_clusters_split_masses(clusters); }
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
-    (void)plii_contact_batches_reserve(body->context, &state->batches, capacity);
-    (void)plii_contact_batches_prepare(body->context, &state->batches);
+    plii_contact_batches_reserve(body->context, &state->batches, capacity);
+    plii_contact_batches_prepare(body->context, &state->batches);
 }
 
 static void cluster_contacts_prepare(pli_body* body, void* data) {
@@ -263,14 +263,8 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
 }
 PLII_DEFINE_DISABLE(pli_body_disable_cluster_contacts, plii_check_body_change, plii_cluster_contacts_class)
 
-int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {
-    const plii_cluster_contacts* state = plii_feature_state_for(body, &plii_cluster_contacts_class, __func__);
-    if (state == NULL) { return 0; }
-    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        contacts[i] = state->contacts[i].info;
-    }
-    return state->count;
-}
+PLII_DEFINE_CONTACTS_GET(pli_body_get_cluster_contacts, pli_cluster_contact, plii_cluster_contacts,
+                         plii_cluster_contact, plii_cluster_contacts_class, contact->info)
 
 pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count) {
     return plii_reorder_contacts(body, &plii_cluster_contacts_class, order, count, __func__);

@@ -44,27 +44,25 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_c
     }
 }
 
-static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_cluster_contact info,
-                                                const plii_contact_terms terms[2], plii_convex_cache* cache) {
+static void cluster_contacts_measure_pair(plii_pair_context* pair, pli_cluster_contact info,
+                                          const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
-    if (!plii_cluster_contacts_measure_cluster(body, state, cache, terms->margin, &info)) { return PLI_OK; }
-    PLII_TRY(plii_cluster_contacts_add(pair, &info, terms));
+    if (!plii_cluster_contacts_measure_cluster(body, state, cache, terms->margin, &info)) { return; }
+    plii_cluster_contacts_add(pair, &info, terms);
     pli_body* other = info.other;
     const plii_cluster* cluster = &body->clusters->items[info.cluster];
     const plii_cluster* other_cluster = &other->clusters->items[info.other_cluster];
     const bool is_small = cluster->member_count < PLII_CLUSTER_CONTACTS_MIN_NODES ||
                           other_cluster->member_count < PLII_CLUSTER_CONTACTS_MIN_NODES;
-    if (is_small || plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) {
-        return PLI_OK;
-    }
+    if (is_small || plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) { return; }
 
     const pli_vec3 origin = cluster->frame.origin;
     plii_near_nodes found;
     plii_near_nodes_start(&found, &info);
     cluster_contacts_find_nodes_over(body, &info, plii_cluster_hull_of(other, info.other_cluster, origin),
                                      terms->margin, &found);
-    PLII_TRY(plii_cluster_contacts_add_nodes(pair, info, &found, 1, terms));
+    plii_cluster_contacts_add_nodes(pair, info, &found, 1, terms);
     /* The same seen from the other side. */
     const pli_cluster_contact reverse = {.cluster = info.other_cluster,
                                          .witness = info.other_witness,
@@ -81,9 +79,8 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
         turned.other_witness = node->point;
         turned.distance = node->distance;
         turned.witness = pli_vec3_add(node->point, pli_vec3_scale(info.normal, node->distance));
-        PLII_TRY(plii_cluster_contacts_add(pair, &turned, terms));
+        plii_cluster_contacts_add(pair, &turned, terms);
     }
-    return PLI_OK;
 }
 
 /* False when out of memory. */
@@ -130,8 +127,8 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
 }
 
 /* Of clusters near each other; of one body each pair once, but for neighbours. */
-static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts* state, pli_body* other,
-                                           const plii_cluster_contacts* other_state, float reach) {
+static void cluster_contacts_collide(pli_body* body, plii_cluster_contacts* state, pli_body* other,
+                                     const plii_cluster_contacts* other_state, float reach) {
     const plii_contact_terms both = {
         .margin = body->collision_margin + other->collision_margin,
         .friction = plii_min(state->def.friction, other_state->def.friction),
@@ -142,7 +139,6 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
     };
     const plii_contact_terms terms[2] = {both, both};
     const plii_clusters *clusters = body->clusters, *other_clusters = other->clusters;
-    const int before = state->count;
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
         const pli_bounds near = plii_bounds_grow(clusters->items[i].bounds, reach);
@@ -156,15 +152,9 @@ static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
-            const pli_status status =
-                plii_cluster_contacts_collide_pair(body, state, &pair, terms, cluster_contacts_measure_pair);
-            if (status != PLI_OK) {
-                state->count = before;
-                return status;
-            }
+            plii_cluster_contacts_collide_pair(body, state, &pair, terms, cluster_contacts_measure_pair);
         }
     }
-    return PLI_OK;
 }
 
 /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
@@ -193,21 +183,21 @@ void plii_cluster_contacts_prepare_pair(pli_body* body, void* data, pli_body* ot
     plii_clusters_update_frames(other, cluster_contacts_near(body, reach));
 }
 
-pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
+void plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_cluster_contacts *state = data, *other_state = other_data;
-    if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
+    if (!state->def.with_bodies || !other_state->def.with_bodies) { return; }
     const bool is_prepared =
         other_state->has_tree && state->candidate_capacity >= PLII_BVH4_ROOM(other->clusters->count);
-    if (!is_prepared) { return PLI_ERROR_OUT_OF_MEMORY; }
-    return cluster_contacts_collide(body, state, other, other_state, cluster_contacts_reach(body, other));
+    if (!is_prepared) { return; }
+    cluster_contacts_collide(body, state, other, other_state, cluster_contacts_reach(body, other));
 }
 
-pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
+void plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
     if (!cluster_contacts_update_tree(body, state) ||
         (state->clusters_with_neighbours < body->clusters->count && !cluster_contacts_find_neighbours(body, state)) ||
         !cluster_contacts_index_neighbours(body, state)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
+        return;
     }
     plii_clusters_update_frames(body, body->bounds);
-    return cluster_contacts_collide(body, state, body, state, 2.0f * body->collision_margin);
+    cluster_contacts_collide(body, state, body, state, 2.0f * body->collision_margin);
 }

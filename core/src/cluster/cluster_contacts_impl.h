@@ -88,16 +88,16 @@ typedef struct plii_contact_batches {
 } plii_contact_batches;
 
 /* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
-   until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
+   until the step ends. False when out of memory: contacts that were not added, or prepared, are not solved. */
 bool plii_contact_batches_start(pli_context* context, plii_contact_batches* batches, int rigid_count);
 bool plii_contact_batches_add(pli_context* context, plii_contact_batches* batches, const plii_cluster_contact* contacts,
                               int count);
-bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* batches);
+void plii_contact_batches_prepare(pli_context* context, plii_contact_batches* batches);
 /* One iteration. */
 void plii_contact_batches_solve(plii_contact_batches* batches);
 /* Hands impulses and displacements on to the clusters. */
 void plii_contact_batches_finish(plii_contact_batches* batches);
-bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* batches, int contacts);
+void plii_contact_batches_reserve(pli_context* context, plii_contact_batches* batches, int contacts);
 
 typedef struct plii_contact_terms {
     float margin; /* of both sides, `radius` included */
@@ -208,7 +208,7 @@ bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts*
 /* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */
 void plii_cluster_contacts_begin_step(pli_body* body, void* state);
 void plii_cluster_contacts_clear(pli_body* body, void* data);
-pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
+void plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
 void plii_cluster_contacts_prepare_pair(pli_body* body, void* state, pli_body* other, void* other_state);
-pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
-pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
+void plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);

@@ -201,9 +201,8 @@ static plii_manifold* manifold_add(pli_body* body, plii_cluster_contacts* state,
     return &all->items[all->count++];
 }
 
-pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
-                                              const pli_cluster_contact* info, const plii_contact_terms terms[2],
-                                              plii_measure_pair_fn* measure) {
+void plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state, const pli_cluster_contact* info,
+                                        const plii_contact_terms terms[2], plii_measure_pair_fn* measure) {
     const bool has_rigid = info->rigid != NULL;
     const pli_shape* shape = has_rigid ? info->rigid->shapes[info->shape] : NULL;
     /* Clusters of one body deform against each other too much for their contacts to be followed. */
@@ -219,18 +218,17 @@ pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_conta
         PLII_RESERVE(body->context, &state->contacts, &state->capacity, first + PLII_MANIFOLD_POINTS) &&
         manifold_update(body, info, terms, shape, before, state)) {
         plii_manifold* manifold = manifold_add(body, state, record);
-        if (manifold == NULL) { return PLI_OK; } /* measured anew in the next step */
+        if (manifold == NULL) { return; } /* measured anew in the next step */
         *manifold = *before;
         manifold->age += 1;
-        return PLI_OK;
+        return;
     }
     plii_pair_context pair = plii_pair_context_of(body, state);
-    PLII_TRY(measure(&pair, *info, terms, record != NULL ? &record->cache : NULL));
+    measure(&pair, *info, terms, record != NULL ? &record->cache : NULL);
     const int count = state->count - first;
-    if (!is_followed || record == NULL || count == 0 || count > PLII_MANIFOLD_POINTS) { return PLI_OK; }
+    if (!is_followed || record == NULL || count == 0 || count > PLII_MANIFOLD_POINTS) { return; }
     plii_manifold* manifold = manifold_add(body, state, record);
     if (manifold != NULL) { manifold_keep(body, state, first, shape, terms[0].margin, manifold); }
-    return PLI_OK;
 }
 
 void plii_cluster_contacts_begin_step(pli_body* body, void* data) {
@@ -253,12 +251,12 @@ void plii_cluster_contacts_clear(pli_body* body, void* data) {
     state->manifolds.count = state->manifolds_before.count = 0;
 }
 
-pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
-                                     const plii_contact_terms* terms) {
+void plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
+                               const plii_contact_terms* terms) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
     plii_joint_end* sides = pair->sides;
-    if (!PLII_GROW(body->context, &state->contacts, &state->capacity, state->count)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (!PLII_GROW(body->context, &state->contacts, &state->capacity, state->count)) { return; }
     if (!pair->has_sides) {
         sides[0] = plii_joint_end_of_cluster(body, info->cluster);
         sides[1] = info->other != NULL ? plii_joint_end_of_cluster(info->other, info->other_cluster)
@@ -266,25 +264,23 @@ pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_
         if (info->rigid != NULL) { sides[1].frame = state->rigid_pose; }
         pair->has_sides = true;
     }
-    if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return PLI_OK; }
+    if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return; }
     const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
     const plii_joint_target targets[2] = {sides[0].target, sides[1].target};
     plii_cluster_contact* contact = &state->contacts[state->count++];
     cluster_contact_set(contact, info, normal, targets, sides[0].frame.origin, sides[1].frame.origin, terms);
     contact->is_self = info->other == body;
     if (plii_cluster_contacts_are_as_reference(body, info)) { cluster_contact_set_as_reference(contact, sides, terms); }
-    return PLI_OK;
 }
 
-pli_status plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info,
-                                           const plii_near_nodes* found, int first, const plii_contact_terms* terms) {
+void plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info, const plii_near_nodes* found,
+                                     int first, const plii_contact_terms* terms) {
     for (int i = first; i < found->count; ++i) {
         const plii_near_node* node = &found->kept[i];
         info.witness = node->point;
         info.other_witness = pli_vec3_sub(node->point, pli_vec3_scale(node->normal, node->distance));
         info.normal = node->normal;
         info.distance = node->distance;
-        PLII_TRY(plii_cluster_contacts_add(pair, &info, terms));
+        plii_cluster_contacts_add(pair, &info, terms);
     }
-    return PLI_OK;
 }

@@ -82,15 +82,14 @@ static inline plii_pair_context plii_pair_context_of(pli_body* body, plii_cluste
 
 /* Measures the pair that `info` names, with what its cache knows, which may be NULL, and adds its contacts. terms[0] is
    that of the nearest points, terms[1] that of nodes and corners. */
-typedef pli_status plii_measure_pair_fn(plii_pair_context* pair, pli_cluster_contact info,
-                                        const plii_contact_terms terms[2], plii_convex_cache* cache);
+typedef void plii_measure_pair_fn(plii_pair_context* pair, pli_cluster_contact info, const plii_contact_terms terms[2],
+                                  plii_convex_cache* cache);
 /* Adds the contacts of a pair: of one that is followed as they are now, unless they have to be measured. */
-pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
-                                              const pli_cluster_contact* info, const plii_contact_terms terms[2],
-                                              plii_measure_pair_fn* measure);
+void plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state, const pli_cluster_contact* info,
+                                        const plii_contact_terms terms[2], plii_measure_pair_fn* measure);
 
-pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
-                                     const plii_contact_terms* terms);
+void plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
+                               const plii_contact_terms* terms);
 /* Nodes from `first` on. */
-pli_status plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info,
-                                           const plii_near_nodes* found, int first, const plii_contact_terms* terms);
+void plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info, const plii_near_nodes* found,
+                                     int first, const plii_contact_terms* terms);

@@ -59,16 +59,16 @@ static void cluster_contacts_find_near_corners(const pli_shape* shape, pli_trans
     }
 }
 
-static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_cluster_contact info,
-                                                  const plii_contact_terms terms[2], plii_convex_cache* cache) {
+static void cluster_contacts_measure_convex(plii_pair_context* pair, pli_cluster_contact info,
+                                            const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
     const pli_shape* shape = info.rigid->shapes[info.shape];
     plii_measured_nodes nodes;
     nodes.count = 0;
-    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms[0].margin, &info, &nodes)) { return PLI_OK; }
-    PLII_TRY(plii_cluster_contacts_add(pair, &info, terms));
-    if (plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) { return PLI_OK; }
+    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms[0].margin, &info, &nodes)) { return; }
+    plii_cluster_contacts_add(pair, &info, terms);
+    if (plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) { return; }
     plii_near_nodes found;
     plii_near_nodes_start(&found, &info);
     cluster_contacts_find_near_nodes(body, state, &info, &nodes, &found);
@@ -77,23 +77,22 @@ static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_c
         const plii_cluster_hull hull = plii_cluster_hull_of(body, info.cluster, cluster->frame.origin);
         cluster_contacts_find_near_corners(shape, state->shape_pose, &info, hull, body->collision_margin, &found);
     }
-    return plii_cluster_contacts_add_nodes(pair, info, &found, 1, &terms[1]);
+    plii_cluster_contacts_add_nodes(pair, info, &found, 1, &terms[1]);
 }
 
-static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_contacts* state,
-                                                  const pli_cluster_contact* pair) {
+static void cluster_contacts_collide_convex(pli_body* body, plii_cluster_contacts* state,
+                                            const pli_cluster_contact* pair) {
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
     const plii_contact_terms terms[2] = {cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius),
                                          cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f)};
-    return plii_cluster_contacts_collide_pair(body, state, pair, terms, cluster_contacts_measure_convex);
+    plii_cluster_contacts_collide_pair(body, state, pair, terms, cluster_contacts_measure_convex);
 }
 
-/* Clusters share nodes: those near a shape are measured first, once. `near` shrinks to those within the margin. */
-static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_shape* shape,
-                                                 pli_bounds* near) {
-    if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+/* Clusters share nodes: those near a shape are measured first, once. `near` shrinks to those within the margin. False
+   when out of memory. */
+static bool cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_shape* shape,
+                                           pli_bounds* near) {
+    if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) { return false; }
     const pli_transform pose = state->shape_pose;
     const float margin = body->collision_margin;
     pli_bounds found = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -119,11 +118,11 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
         }
     }
     *near = found;
-    return PLI_OK;
+    return true;
 }
 
-static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_contacts* state,
-                                                   const pli_cluster_contact* pair) {
+static void cluster_contacts_collide_concave(pli_body* body, plii_cluster_contacts* state,
+                                             const pli_cluster_contact* pair) {
     const plii_cluster* cluster = &body->clusters->items[pair->cluster];
     plii_near_nodes found;
     found.count = 0;
@@ -136,11 +135,11 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
     }
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
     plii_pair_context touched = plii_pair_context_of(body, state);
-    return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
+    plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
 
-static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
-                                                 int shape_index) {
+static void cluster_contacts_collide_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
+                                           int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
     plii_clusters* clusters = body->clusters;
     const bool is_convex = shape->def.support != NULL;
@@ -150,22 +149,21 @@ static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_co
     const pli_bounds local = reference_mode ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
     const float margin = reference_mode ? shape->def.radius + body->collision_margin : body->collision_margin;
     pli_bounds near = plii_bounds_grow(plii_bounds_transform(local, state->shape_pose), margin);
-    if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
-    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, shape, &near)); }
+    if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return; }
+    if (!is_convex && !cluster_contacts_measure_nodes(body, state, shape, &near)) { return; }
     plii_clusters_update_frames(body, near);
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }
         if (cluster->contains_pinned_node && rigid->kind != PLI_RIGID_DYNAMIC) { continue; }
         const pli_cluster_contact pair = {.cluster = i, .rigid = rigid, .shape = shape_index};
-        PLII_TRY((is_convex ? cluster_contacts_collide_convex : cluster_contacts_collide_concave)(body, state, &pair));
+        (is_convex ? cluster_contacts_collide_convex : cluster_contacts_collide_concave)(body, state, &pair);
     }
-    return PLI_OK;
 }
 
-pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
+void plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
     plii_cluster_contacts* state = data;
-    if (!state->def.with_rigids) { return PLI_OK; }
+    if (!state->def.with_rigids) { return; }
     const int before = state->count;
     state->rigid_pose = rigid->state.pose;
     state->rigid_velocity = plii_twist_zero();
@@ -175,11 +173,8 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_r
         state->rigid_velocity = plii_rigid_end_velocity(rigid, body->step.dt);
         state->rigid_pose = plii_rigid_end_pose(rigid, body->step.dt);
     }
-    pli_status status = PLI_OK;
-    for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
-        status = cluster_contacts_collide_shape(body, state, rigid, i);
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        cluster_contacts_collide_shape(body, state, rigid, i);
     }
-    if (status != PLI_OK) { state->count = before; }
     if (state->count > before) { plii_rigid_touch(rigid); }
-    return status;
 }

@@ -298,11 +298,10 @@ static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigi
     return false;
 }
 
-static pli_status anchor_enable(pli_body* body, void* state) {
+static void anchor_enable(pli_body* body, void* state) {
     plii_anchors* anchors = state;
     body->is_anchored_to = anchor_is_anchored_to;
     anchors->hardness = 0.7f;
-    return PLI_OK;
 }
 
 /* Before contacts; after all; they take their nodes along after links and tethers. */

@@ -24,9 +24,8 @@ static void node_boxes_update(pli_body* body, void* state) {
     }
 }
 
-static pli_status node_boxes_enable(pli_body* body, void* state) {
+static void node_boxes_enable(pli_body* body, void* state) {
     node_boxes_start(body, 0);
-    return PLI_OK;
 }
 static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     node_boxes_start(body, change->old_node_count);

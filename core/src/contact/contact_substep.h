@@ -16,11 +16,6 @@ static inline void plii_contact_add(pli_vec4* values, const int* face, pli_vec3 
     plii_add_xyz(&values[face[1]], pli_vec3_scale(by, shares.y));
     plii_add_xyz(&values[face[2]], pli_vec3_scale(by, shares.z));
 }
-/* Inverse of the mass that a face shows at a point, 1/kg. */
-static inline float plii_contact_face_weight(const pli_vec4* positions, const int* face, pli_vec3 weights) {
-    return positions[face[0]].w * (weights.x * weights.x) + positions[face[1]].w * (weights.y * weights.y) +
-           positions[face[2]].w * (weights.z * weights.z);
-}
 /* Share of its sliding that a contact leaves in each solve. What slides slower than the friction cone allows sticks;
    else friction takes a fixed share. That may exceed 1, as in Bullet; the sliding is then reversed. */
 static inline float plii_contact_slip(pli_vec3 motion, pli_vec3 normal, float friction) {

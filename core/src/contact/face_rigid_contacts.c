@@ -39,7 +39,8 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
                                       pli_transform end, plii_rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
     const float dt = body->step.dt;
-    const float face_weight = plii_contact_face_weight(body->positions, contact->nodes, contact->weights);
+    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+    const float face_weight = plii_point_weight(body->positions, 3, contact->nodes, weights, 0.0f);
     const plii_dvec3 end_arm = rigid_faces_arm(candidate, end.rotation, contact);
     const pli_vec3 surface = plii_dvec3_to_float(plii_dvec3_add(plii_dvec3_from(end.origin), end_arm));
     const plii_dvec3 arm = rigid_faces_arm(candidate, candidate->begin.rotation, contact);
@@ -179,21 +180,20 @@ static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 nor
 }
 
 /* The side at the end of the step; a face that overlaps keeps the one that it had, if any. */
-static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
+static void rigid_faces_remember_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     plii_face_sweep free = *sweep;
     free.has_side = false;
     plii_face_moment moment;
     const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(sweep);
-    if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return PLI_OK; }
-    if (moment.is_overlapping && !sweep->has_side) { return PLI_OK; }
-    if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
+    if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return; }
+    if (moment.is_overlapping && !sweep->has_side) { return; }
+    if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return; }
     plii_pair_record* record =
         plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass));
-    if (record == NULL) { return PLI_OK; }
+    if (record == NULL) { return; }
     if (!(moment.is_overlapping && sweep->has_side)) { record->cache.normal = moment.normal; }
     record->cache.has_normal = true;
     record->cache.count = 0;
-    return PLI_OK;
 }
 
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
@@ -204,7 +204,7 @@ static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
         if (index >= rigid->shape_count || rigid->shapes[index] != candidate->shape) { continue; } /* replaced since */
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         pass.is_at_end = true;
-        (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
+        plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
     }
 }
 
@@ -442,19 +442,13 @@ PLII_DEFINE_ENABLE(pli_body_enable_rigid_face_contacts, plii_check_body_change, 
                    plii_rigid_faces_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_face_contacts, plii_check_body_change, plii_rigid_faces_class)
 
-int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {
-    const plii_rigid_faces* state = plii_feature_state_for(body, &plii_rigid_faces_class, __func__);
-    if (state == NULL) { return 0; }
-    const bool has_links = body->topology->face_count == 0;
-    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        const plii_rigid_face_contact* contact = &state->contacts[i];
-        contacts[i].face = has_links ? PLI_NULL_INDEX : contact->element;
-        contacts[i].link = has_links ? contact->element : PLI_NULL_INDEX;
-        memcpy(contacts[i].weights, &contact->weights, sizeof contacts[i].weights);
-        contacts[i].rigid = contact->rigid;
-        contacts[i].shape = contact->shape;
-        contacts[i].normal = contact->normal;
-        contacts[i].distance = contact->distance;
-    }
-    return state->count;
-}
+PLII_DEFINE_CONTACTS_GET(pli_body_get_rigid_face_contacts, pli_rigid_face_contact, plii_rigid_faces,
+                         plii_rigid_face_contact, plii_rigid_faces_class,
+                         (pli_rigid_face_contact){
+                             .face = body->topology->face_count > 0 ? contact->element : PLI_NULL_INDEX,
+                             .link = body->topology->face_count > 0 ? PLI_NULL_INDEX : contact->element,
+                             .weights = {contact->weights.x, contact->weights.y, contact->weights.z},
+                             .rigid = contact->rigid,
+                             .shape = contact->shape,
+                             .normal = contact->normal,
+                             .distance = contact->distance})

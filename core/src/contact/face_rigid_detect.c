@@ -148,24 +148,22 @@ static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* e
     return all;
 }
 
-static pli_status rigid_faces_visit_sweep(const plii_rigid_faces_pass* pass, plii_face_sweep* sweep,
-                                          plii_rigid_faces_visit_fn* visit) {
+static void rigid_faces_visit_sweep(const plii_rigid_faces_pass* pass, plii_face_sweep* sweep,
+                                    plii_rigid_faces_visit_fn* visit) {
     const plii_convex_cache* side = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass));
     sweep->has_side = side != NULL && side->has_normal;
     if (sweep->has_side) { sweep->side = side->normal; }
-    return visit(pass, sweep);
+    visit(pass, sweep);
 }
 
 typedef struct rigid_faces_triangles {
     const plii_rigid_faces_pass* pass;
     const plii_face_sweep* sweep;
     plii_rigid_faces_visit_fn* visit;
-    pli_status status;
 } rigid_faces_triangles;
 
 static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void* context) {
-    rigid_faces_triangles* all = context;
-    if (all->status != PLI_OK) { return; }
+    const rigid_faces_triangles* all = context;
     plii_rigid_faces_pass pass = *all->pass;
     pass.triangle = triangle;
     pass.core.triangle = triangle->corners;
@@ -176,7 +174,7 @@ static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void
     }
     plii_face_sweep sweep = *all->sweep;
     sweep.core = &pass.core;
-    all->status = rigid_faces_visit_sweep(&pass, &sweep, all->visit);
+    rigid_faces_visit_sweep(&pass, &sweep, all->visit);
 }
 
 static pli_vec3 rigid_faces_from_centre(const plii_face_sweep* sweep, pli_vec3 point) {
@@ -184,8 +182,8 @@ static pli_vec3 rigid_faces_from_centre(const plii_face_sweep* sweep, pli_vec3 p
 }
 
 /* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
-static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach,
-                                              const plii_face_sweep* sweep, plii_rigid_faces_visit_fn* visit) {
+static void rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach, const plii_face_sweep* sweep,
+                                        plii_rigid_faces_visit_fn* visit) {
     const pli_transform before = pli_transform_mul((pli_transform){pass->core.rotation, {0, 0, 0}}, pass->core.pose);
     const pli_transform after = pli_transform_mul((pli_transform){pass->end.rotation, {0, 0, 0}}, pass->core.pose);
     pli_vec3 begin[3], end[3];
@@ -199,10 +197,9 @@ static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass,
     }
     const float bulge = rigid_faces_bulge(farthest, pli_vec3_length(pass->core.rotation_vector));
     const pli_shape* shape = pass->candidate->shape;
-    rigid_faces_triangles all = {pass, sweep, visit, PLI_OK};
+    rigid_faces_triangles all = {pass, sweep, visit};
     shape->triangles(shape->def.user, plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach + bulge),
                      rigid_faces_visit_triangle, &all);
-    return all.status;
 }
 
 static pli_vec3 rigid_faces_relative(pli_vec3 point, pli_vec3 centre_of_mass, plii_dvec3 origin) {
@@ -210,30 +207,31 @@ static pli_vec3 rigid_faces_relative(pli_vec3 point, pli_vec3 centre_of_mass, pl
     return plii_dvec3_to_float(plii_dvec3_sub(offset, origin));
 }
 
-static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, float reach,
-                                            plii_rigid_faces_visit_fn* visit) {
+static void rigid_faces_visit_element(const plii_rigid_faces_pass* pass, float reach,
+                                      plii_rigid_faces_visit_fn* visit) {
     const pli_body* body = pass->body;
     pli_vec3 begin[3], end[3];
     for (int k = 0; k < 3; ++k) {
         begin[k] = plii_xyz(body->previous[pass->nodes[k]]);
         end[k] = plii_xyz(body->positions[pass->nodes[k]]);
     }
-    if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
-        return PLI_OK;
-    }
-    if (held_is_flat(pass)) { return PLI_OK; }
+    if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) { return; }
+    if (held_is_flat(pass)) { return; }
     plii_face_sweep sweep = {.core = &pass->core, .is_link = pass->has_links};
     sweep.origin = plii_dvec3_sub(plii_dvec3_from(begin[0]), plii_dvec3_from(pass->candidate->begin.origin));
     for (int k = 0; k < 3; ++k) {
         sweep.begin[k] = rigid_faces_relative(begin[k], pass->candidate->begin.origin, sweep.origin);
         sweep.end[k] = rigid_faces_relative(end[k], pass->end.origin, sweep.origin);
     }
-    if (rigid_faces_is_anchored(pass)) { return PLI_OK; }
-    if (pass->candidate->shape->triangles != NULL) { return rigid_faces_visit_triangles(pass, reach, &sweep, visit); }
-    return rigid_faces_visit_sweep(pass, &sweep, visit);
+    if (rigid_faces_is_anchored(pass)) { return; }
+    if (pass->candidate->shape->triangles != NULL) {
+        rigid_faces_visit_triangles(pass, reach, &sweep, visit);
+    } else {
+        rigid_faces_visit_sweep(pass, &sweep, visit);
+    }
 }
 
-pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit) {
+void plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit) {
     const pli_body* body = pass->body;
     const int count = pass->has_links ? body->link_count : body->topology->face_count;
     for (int i = 0; i < count; ++i) {
@@ -243,9 +241,8 @@ pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii
         pass->nodes[0] = nodes[0];
         pass->nodes[1] = nodes[1];
         pass->nodes[2] = nodes[pass->has_links ? 1 : 2];
-        PLII_TRY(rigid_faces_visit_element(pass, reach, visit));
+        rigid_faces_visit_element(pass, reach, visit);
     }
-    return PLI_OK;
 }
 
 // ---------------------------------------------------------------------------------------------------- making contacts
@@ -280,8 +277,8 @@ static bool rigid_faces_drop_light_shares(const pli_body* body, plii_rigid_face_
     return contact->rigid->state.inverse_mass > 0.0f;
 }
 
-static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
-                                  const plii_face_moment* moment, float end_gap, float target_gap) {
+static void rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
+                            const plii_face_moment* moment, float end_gap, float target_gap) {
     pli_body* body = pass->body;
     plii_rigid_faces* state = pass->state;
     pli_rigid* rigid = pass->candidate->rigid;
@@ -299,8 +296,8 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
     for (int k = 0; k < 3 && contact.is_triangle; ++k) {
         contact.triangle[k] = pass->triangle->corners[k];
     }
-    if (!rigid_faces_drop_light_shares(body, &contact)) { return PLI_OK; }
-    if (pass->is_at_end && plii_rigid_faces_is_squeezed(body, pass->candidate, contact.nodes)) { return PLI_OK; }
+    if (!rigid_faces_drop_light_shares(body, &contact)) { return; }
+    if (pass->is_at_end && plii_rigid_faces_is_squeezed(body, pass->candidate, contact.nodes)) { return; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
     contact.given_up = rigid_faces_pinned_part(body, &contact);
     contact.target = plii_min(target_gap, contact.given_up);
@@ -311,11 +308,10 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, const plii_
                                      state->def.friction * rigid->friction);
     if (!PLII_GROW(body->context, &state->contacts, &state->capacity, state->count) ||
         (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
-        return PLI_ERROR_OUT_OF_MEMORY;
+        return;
     }
     state->contacts[state->count++] = contact;
     plii_rigid_touch(rigid);
-    return PLI_OK;
 }
 
 /* Distance of the surfaces along the normal at the end, minus the margin. */
@@ -391,8 +387,8 @@ static plii_face_moment rigid_faces_measure_point(const plii_rigid_faces_pass* p
 
 /* Contacts at the points that were some in the step before, as long as they are near: the nearest point of a face alone
    goes to and fro, and the face rocks. `nearest` becomes the least distance of theirs. */
-static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float target,
-                                   float* nearest) {
+static void rigid_faces_keep(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float target,
+                             float* nearest) {
     const plii_convex_cache* before = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass));
     for (int i = 0; before != NULL && i < before->count; ++i) {
         const plii_face_moment moment = rigid_faces_measure_point(pass, sweep, before->points[i]);
@@ -401,28 +397,27 @@ static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, const plii
         *nearest = plii_min(*nearest, moment.distance);
         const float begin_gap = moment.distance - pass->radius - pass->body->collision_margin;
         const float target_gap = rigid_faces_target_gap(pass, sweep, begin_gap);
-        PLII_TRY(rigid_faces_add(pass, sweep, &moment, end_gap, target_gap));
+        rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
     }
-    return PLI_OK;
 }
 
 /* The first moment at which face and shape are near. */
-static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
+static void rigid_faces_collide_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, sweep);
     const float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return; }
     float kept = INFINITY;
-    if (!moment.is_overlapping) { PLII_TRY(rigid_faces_keep(pass, sweep, target, &kept)); }
-    if (moment.distance > kept - RIGID_FACES_NEW_POINT * margin) { return PLI_OK; }
+    if (!moment.is_overlapping) { rigid_faces_keep(pass, sweep, target, &kept); }
+    if (moment.distance > kept - RIGID_FACES_NEW_POINT * margin) { return; }
     const float target_gap = rigid_faces_target_gap(pass, sweep, moment.distance - pass->radius - margin);
     if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
-        return PLI_OK;
+        return;
     }
-    if (rigid_faces_is_covered(pass, sweep, &moment)) { return PLI_OK; }
+    if (rigid_faces_is_covered(pass, sweep, &moment)) { return; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
-    if (!plii_is_finite(end_gap)) { return PLI_OK; }
-    return rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
+    if (!plii_is_finite(end_gap)) { return; }
+    rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
 }
 
 /* Substeps and systems have solved what the planes of contacts know: only what is about to pass the core is left. */
@@ -431,44 +426,45 @@ static float rigid_faces_tolerance(const pli_body* body) {
 }
 
 /* A face that passed the core where no point told so on its way. */
-static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, pli_vec3 side,
-                                         float target_gap) {
+static void rigid_faces_review_end(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, pli_vec3 side,
+                                   float target_gap) {
     plii_face_sweep end = *sweep;
     end.has_side = true;
     end.side = side;
     plii_face_moment moment;
-    if (!plii_face_sweep_look(&end, 1.0f, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
-    if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
+    if (!plii_face_sweep_look(&end, 1.0f, INFINITY, &moment) || !moment.is_overlapping) { return; }
+    if (!plii_face_sweep_weigh(sweep, &moment)) { return; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
-    if (!(end_gap < target_gap - rigid_faces_tolerance(pass->body))) { return PLI_OK; }
-    return rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
+    if (!(end_gap < target_gap - rigid_faces_tolerance(pass->body))) { return; }
+    rigid_faces_add(pass, sweep, &moment, end_gap, target_gap);
 }
 
 /* Only what is too near at the end counts, and what is near from the start must come nearer. */
-static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
+static void rigid_faces_review_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, sweep);
     float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return; }
     const float target_gap = rigid_faces_target_gap(pass, sweep, moment.distance - pass->radius - margin);
     if (!moment.is_overlapping) {
         target = plii_min(target, 0.5f * moment.distance);
         float tolerance = plii_min(0.25f * slack, 0.25f * target);
         for (int i = 0; i < RIGID_FACES_MAX_TARGETS; ++i) {
-            if (!plii_face_sweep_advance(sweep, target, tolerance, &moment)) { return PLI_OK; }
-            if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
+            if (!plii_face_sweep_advance(sweep, target, tolerance, &moment)) { return; }
+            if (!plii_face_sweep_weigh(sweep, &moment)) { return; }
             plii_face_moment touch = moment;
-            if (rigid_faces_is_covered(pass, sweep, &touch)) { return PLI_OK; }
+            if (rigid_faces_is_covered(pass, sweep, &touch)) { return; }
             const float end_gap = rigid_faces_end_gap(pass, sweep, &touch);
             if (end_gap < target_gap - rigid_faces_tolerance(pass->body)) {
-                return rigid_faces_add(pass, sweep, &touch, end_gap, target_gap);
+                rigid_faces_add(pass, sweep, &touch, end_gap, target_gap);
+                return;
             }
             /* This point of the face gets out of the way in time, others may not. */
             target *= 0.5f;
             tolerance = 0.25f * target;
         }
     }
-    return rigid_faces_review_end(pass, sweep, moment.normal, target_gap);
+    rigid_faces_review_end(pass, sweep, moment.normal, target_gap);
 }
 
 static float rigid_faces_reach(const pli_body* body) {
@@ -480,7 +476,7 @@ int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state) {
     for (int i = 0; i < state->candidate_count; ++i) {
         plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         pass.is_at_end = true;
-        if (plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_review_element) != PLI_OK) { break; }
+        plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_review_element);
     }
     return state->count - before;
 }
@@ -491,12 +487,10 @@ void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count) {
     }
 }
 
-static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* state, pli_rigid* rigid, int index) {
-    if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return PLI_OK; }
+static void rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* state, pli_rigid* rigid, int index) {
+    if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return; }
     const int count = state->candidate_count;
-    if (!PLII_GROW(body->context, &state->candidates, &state->candidate_capacity, count)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    if (!PLII_GROW(body->context, &state->candidates, &state->candidate_capacity, count)) { return; }
     state->candidates[count] = (plii_rigid_faces_candidate){.rigid = rigid,
                                                             .shape_index = index,
                                                             .shape = rigid->shapes[index],
@@ -505,24 +499,18 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
     plii_rigid_begin_path(rigid);
     plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     state->candidates[count].bounds = pass.bounds;
-    if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
+    if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return; }
     held_find_nodes(body, &state->candidates[count]);
     plii_shape_retain(rigid->shapes[index]);
     ++state->candidate_count;
-    return plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);
+    plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);
 }
 
-pli_status plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
+void plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
     plii_rigid_faces* state = data;
-    const int before = state->count, candidates_before = state->candidate_count;
-    pli_status status = PLI_OK;
-    for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
-        status = rigid_faces_collide_shape(body, state, rigid, i);
-    }
-    if (status != PLI_OK) {
-        state->count = before;
-        plii_rigid_faces_drop_candidates(state, candidates_before);
+    const int before = state->count;
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        rigid_faces_collide_shape(body, state, rigid, i);
     }
     body->has_swept_contacts = body->has_swept_contacts || state->count > before;
-    return status;
 }

@@ -73,11 +73,11 @@ typedef struct plii_rigid_faces_pass {
 plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int candidate_index);
 
 /* What is done with elements whose ways come within `reach` of the shape, or of a triangle that it consists of. */
-typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep);
-pli_status plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
+typedef void plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep);
+void plii_rigid_faces_visit(plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
 
 /* With a rigid body that may be met in this step. */
-pli_status plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid);
+void plii_rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid);
 /* Contacts that the motion before the solve did not foresee. Returns how many there are. */
 int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
 

@@ -90,16 +90,16 @@ static inline plii_float4 rigid_contacts_shift(const rigid_contacts_candidate* c
 }
 
 /* One node closer than the margin, `shift` behind where it is. */
-static inline pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
-                                            float distance, plii_float4 shift) {
+static inline void rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
+                                      float distance, plii_float4 shift) {
     const pli_body* body = candidate->body;
     plii_rigid_contacts* state = candidate->state;
     pli_rigid* rigid = candidate->rigid;
-    if (!(body->positions[node].w + rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
+    if (!(body->positions[node].w + rigid->state.inverse_mass > 0.0f)) { return; }
     if ((state->count == state->capacity &&
          !PLII_GROW(body->context, &state->contacts, &state->capacity, state->count)) ||
         (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
-        return PLI_ERROR_OUT_OF_MEMORY;
+        return;
     }
     plii_rigid_contact* contact = &state->contacts[state->count++];
     contact->rigid = rigid;
@@ -120,7 +120,6 @@ static inline pli_status rigid_contacts_add(const rigid_contacts_candidate* cand
         contact->squeeze = 0.0f;
         contact->before = PLI_NULL_INDEX;
     }
-    return PLI_OK;
 }
 
 /* Where the step leads, the nearest surface may be one that the node did not come through, as the side at the edge of a
@@ -149,14 +148,14 @@ static void rigid_contacts_look_back(const rigid_contacts_candidate* candidate, 
 
 /* Distances of gathered nodes, and contacts from those below the margin and `reach`. With `is_departing` the points are
    those of the start, and the nodes keep its planes. */
-static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, rigid_contacts_gathered* gathered,
-                                       float reach, bool is_departing) {
+static void rigid_contacts_batch(const rigid_contacts_candidate* candidate, rigid_contacts_gathered* gathered,
+                                 float reach, bool is_departing) {
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin, along = is_departing ? reach : candidate->reach_along;
     const plii_lanes_mat3 columns = plii_lanes_columns(&candidate->rigid->shape_places[candidate->shape].pose.rotation);
     const int count = gathered->count;
-    if (count == 0) { return PLI_OK; }
+    if (count == 0) { return; }
     gathered->count = 0;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
@@ -175,9 +174,8 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
         } else if (body->solver_class->solves_constraints) {
             rigid_contacts_look_back(candidate, node, shift, &normal, &distance);
         }
-        PLII_TRY(rigid_contacts_add(candidate, node, normal, distance, shift));
+        rigid_contacts_add(candidate, node, normal, distance, shift);
     }
-    return PLI_OK;
 }
 
 /* Points of a shape of those in the world, in registers. */
@@ -192,15 +190,14 @@ static inline rigid_contacts_frame rigid_contacts_frame_of(const rigid_contacts_
 }
 
 /* A node that is at x, but for the shift. */
-static inline pli_status rigid_contacts_gather(const rigid_contacts_candidate* candidate, rigid_contacts_frame frame,
-                                               rigid_contacts_gathered* gathered, int node, plii_float4 x,
-                                               plii_float4 shift, float reach, bool is_departing) {
+static inline void rigid_contacts_gather(const rigid_contacts_candidate* candidate, rigid_contacts_frame frame,
+                                         rigid_contacts_gathered* gathered, int node, plii_float4 x, plii_float4 shift,
+                                         float reach, bool is_departing) {
     const plii_float4 point = plii_lanes_combine(frame.rows, x - frame.origin);
     plii_lanes_to_vec3(&gathered->points[gathered->count], point);
     plii_lanes_to_vec3(&gathered->shifts[gathered->count], shift);
     gathered->nodes[gathered->count++] = node;
-    return gathered->count < RIGID_CONTACTS_BATCH ? PLI_OK
-                                                  : rigid_contacts_batch(candidate, gathered, reach, is_departing);
+    if (gathered->count == RIGID_CONTACTS_BATCH) { rigid_contacts_batch(candidate, gathered, reach, is_departing); }
 }
 
 static inline bool rigid_contacts_is_between(plii_float4 x, plii_float4 low, plii_float4 high) {
@@ -209,7 +206,7 @@ static inline bool rigid_contacts_is_between(plii_float4 x, plii_float4 low, pli
 
 /* What holds a body together may press nodes back to surfaces that they touch where the step starts and that it leads
    them away from. Contacts from `first` on, in ascending order of nodes, are those found where it ends. */
-static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* candidate, int first) {
+static void rigid_contacts_keep_departing(const rigid_contacts_candidate* candidate, int first) {
     const pli_body* body = candidate->body;
     const plii_rigid_contacts* state = candidate->state;
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
@@ -231,13 +228,13 @@ static pli_status rigid_contacts_keep_departing(const rigid_contacts_candidate* 
         const plii_float4 apart = rigid_contacts_motion(body, i) - shift;
         if (rigid_contacts_is_between(apart, -margin, margin)) { continue; }
         const plii_float4 x = plii_float4_from(&body->previous[i]);
-        PLII_TRY(rigid_contacts_gather(candidate, frame, &gathered, i, x, shift, touching, true));
+        rigid_contacts_gather(candidate, frame, &gathered, i, x, shift, touching, true);
     }
-    return rigid_contacts_batch(candidate, &gathered, touching, true);
+    rigid_contacts_batch(candidate, &gathered, touching, true);
 }
 
 /* As Bullet chooses the nodes. */
-static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* candidate) {
+static void rigid_contacts_collide_boxes(const rigid_contacts_candidate* candidate) {
     const pli_body* body = candidate->body;
     const pli_transform pose = candidate->rigid->shape_places[candidate->shape].pose;
     const pli_bounds local = plii_shape_source_bounds(candidate->rigid->shapes[candidate->shape]);
@@ -250,9 +247,8 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
         gathered.nodes[0] = i;
         gathered.points[0] = pli_transform_inverse_point(pose, plii_xyz(body->positions[i]));
         gathered.shifts[0] = pli_vec3_make(0, 0, 0);
-        PLII_TRY(rigid_contacts_batch(candidate, &gathered, candidate->reach, false));
+        rigid_contacts_batch(candidate, &gathered, candidate->reach, false);
     }
-    return PLI_OK;
 }
 
 /* Where contacts are looked for once for many substeps, or must last, as far as the surface gets meanwhile, and a node
@@ -279,8 +275,11 @@ static void rigid_contacts_move_along(const rigid_contacts_candidate* candidate,
     *high = plii_lanes_max(*high, *high + way) + bulge;
 }
 
-static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
-    if (candidate->boxes != NULL) { return rigid_contacts_collide_boxes(candidate); }
+static void rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
+    if (candidate->boxes != NULL) {
+        rigid_contacts_collide_boxes(candidate);
+        return;
+    }
     const pli_body* body = candidate->body;
     const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
     rigid_contacts_set_reach(candidate, place);
@@ -290,7 +289,7 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     if (candidate->is_moving) { rigid_contacts_move_along(candidate, place, &low, &high); }
     const plii_mask4 overlaps =
         (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
-    if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
+    if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return; }
     const pli_vec4* restrict positions = body->positions;
     const uint8_t* restrict anchored = body->anchored;
     const int node_count = body->node_count;
@@ -303,13 +302,13 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         if (anchored != NULL && anchored[i] != 0) { continue; }
         const plii_float4 shift = rigid_contacts_shift(candidate, i), x = plii_float4_from(&positions[i]) - shift;
         if (candidate->is_moving && !rigid_contacts_is_between(x, near_low, near_high)) { continue; }
-        PLII_TRY(rigid_contacts_gather(candidate, frame, &gathered, i, x, shift, candidate->reach, false));
+        rigid_contacts_gather(candidate, frame, &gathered, i, x, shift, candidate->reach, false);
     }
-    PLII_TRY(rigid_contacts_batch(candidate, &gathered, candidate->reach, false));
-    return body->leaps ? rigid_contacts_keep_departing(candidate, first) : PLI_OK;
+    rigid_contacts_batch(candidate, &gathered, candidate->reach, false);
+    if (body->leaps) { rigid_contacts_keep_departing(candidate, first); }
 }
 
-static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
+static void rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
     plii_rigid_contacts* state = data;
     const int before = state->count;
     const pli_rigid_state* motion = &rigid->state;
@@ -324,21 +323,18 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
         plii_rigid_begin_path(rigid);
         candidate.motion = plii_twist_scale(plii_rigid_end_velocity(rigid, body->host_dt), body->host_dt);
     }
-    pli_status status = PLI_OK;
-    for (int i = 0; i < rigid->shape_count && status == PLI_OK; ++i) {
+    for (int i = 0; i < rigid->shape_count; ++i) {
         candidate.shape = i;
         const float way = pli_vec3_length(candidate.motion.linear) +
                           pli_vec3_length(candidate.motion.angular) * rigid->shape_places[i].radius;
         candidate.is_moving = way > RIGID_CONTACTS_MOVING * body->collision_margin;
-        status = rigid_contacts_collide_shape(&candidate);
+        rigid_contacts_collide_shape(&candidate);
     }
-    if (status != PLI_OK) { state->count = before; }
     if (state->count > before) {
         if (!candidate.is_as_in_bullet) { plii_rigid_contacts_squeeze(body, state); }
         plii_rigid_touch(rigid);
         body->has_swept_contacts = body->has_swept_contacts || candidate.is_swept;
     }
-    return status;
 }
 
 // -------------------------------------------------------------------------------------------------------- solving
@@ -446,9 +442,8 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (plii_follows_rigids(body)) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
-static pli_status rigid_contacts_enable(pli_body* body, void* data) {
+static void rigid_contacts_enable(pli_body* body, void* data) {
     body->node_contacts = data;
-    return PLI_OK;
 }
 static void rigid_contacts_disable(pli_body* body, void* data) {
     body->node_contacts = NULL;
@@ -495,19 +490,13 @@ PLII_DEFINE_ENABLE(pli_body_enable_rigid_contacts, plii_check_body_change, pli_r
                    plii_rigid_contacts_class)
 PLII_DEFINE_DISABLE(pli_body_disable_rigid_contacts, plii_check_body_change, plii_rigid_contacts_class)
 
-int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {
-    const plii_rigid_contacts* state = plii_feature_state_for(body, &plii_rigid_contacts_class, __func__);
-    if (state == NULL) { return 0; }
-    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        const plii_rigid_contact* contact = &state->contacts[i];
-        contacts[i].node = contact->node;
-        contacts[i].rigid = contact->rigid;
-        contacts[i].shape = contact->shape;
-        contacts[i].normal = plii_xyz(contact->normal);
-        contacts[i].distance = contact->distance;
-    }
-    return state->count;
-}
+PLII_DEFINE_CONTACTS_GET(pli_body_get_rigid_contacts, pli_rigid_contact, plii_rigid_contacts, plii_rigid_contact,
+                         plii_rigid_contacts_class,
+                         (pli_rigid_contact){.node = contact->node,
+                                             .rigid = contact->rigid,
+                                             .shape = contact->shape,
+                                             .normal = plii_xyz(contact->normal),
+                                             .distance = contact->distance})
 
 pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
     return plii_reorder_contacts(body, &plii_rigid_contacts_class, order, count, __func__);

@@ -3,14 +3,6 @@
 
 enum { POINT_CONTACTS_HOLD_PASSES = 10 };
 
-static float point_inverse_mass(const pli_body* body, const plii_point_contact* contact) {
-    float sum = 0.0f;
-    for (int k = 0; k < contact->node_count; ++k) {
-        sum += contact->weights[k] * contact->weights[k] * body->positions[contact->nodes[k]].w;
-    }
-    return sum;
-}
-
 plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts) {
     if (!PLII_GROW(body->context, &contacts->items, &contacts->capacity, contacts->count)) { return NULL; }
     return &contacts->items[contacts->count++];
@@ -21,7 +13,8 @@ void plii_point_contact_prepare(pli_body* body, plii_point_contact* contact) {
     plii_substep_follow_rigid(body, surface->rigid);
     contact->turn = pli_vec3_cross(surface->offset, contact->normal);
     contact->spin = plii_rigid_spin_of(surface->rigid, contact->normal, surface->offset);
-    contact->point_weight = point_inverse_mass(body, contact);
+    contact->point_weight =
+        plii_point_weight(body->positions, contact->node_count, contact->nodes, contact->weights, 0.0f);
     contact->surface_weight =
         plii_rigid_linear_response(surface->rigid, contact->normal) + pli_vec3_dot(contact->turn, contact->spin);
 }

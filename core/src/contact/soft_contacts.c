@@ -278,20 +278,14 @@ pli_status pli_body_disable_soft_contacts(pli_body* body) {
     return plii_feature_disable(body, &plii_soft_contacts_class) ? plii_body_changed(body, PLI_OK) : PLI_OK;
 }
 
-int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
-    const plii_soft_contacts_state* state = plii_feature_state_for(body, &plii_soft_contacts_class, __func__);
-    if (state == NULL) { return 0; }
-    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        const plii_soft_contact* contact = &state->contacts[i];
-        contacts[i].node = contact->node;
-        contacts[i].face_body = contact->face_body;
-        contacts[i].face = contact->face;
-        memcpy(contacts[i].weights, &contact->weights, sizeof contacts[i].weights);
-        contacts[i].normal = contact->normal;
-        contacts[i].margin = contact->margin;
-    }
-    return state->count;
-}
+PLII_DEFINE_CONTACTS_GET(pli_body_get_soft_contacts, pli_soft_contact, plii_soft_contacts_state, plii_soft_contact,
+                         plii_soft_contacts_class,
+                         (pli_soft_contact){.node = contact->node,
+                                            .face_body = contact->face_body,
+                                            .face = contact->face,
+                                            .weights = {contact->weights.x, contact->weights.y, contact->weights.z},
+                                            .normal = contact->normal,
+                                            .margin = contact->margin})
 
 pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count) {
     return plii_reorder_contacts(body, &plii_soft_contacts_class, order, count, __func__);

@@ -46,9 +46,10 @@ static float soft_face_weight(const plii_soft_contacts_pass* pass, const int* fa
     const pli_vec4* positions = pass->face_body->positions;
     const pli_vec3 w = pli_vec3_make(positions[face[0]].w, positions[face[1]].w, positions[face[2]].w);
     if (!pass->use_boxes) {
+        const float shares[3] = {weights.x, weights.y, weights.z};
         if (plii_body_is_idle(pass->face_body)) { return 0.0f; }
-        if (node_weight > 0.0f) { return plii_contact_face_weight(positions, face, weights); }
-        return plii_point_weight_unpinned(positions, 3, face, (const float[3]){weights.x, weights.y, weights.z});
+        if (node_weight > 0.0f) { return plii_point_weight(positions, 3, face, shares, 0.0f); }
+        return plii_point_weight_unpinned(positions, 3, face, shares);
     }
     const bool is_pinned = w.x <= 0.0f || w.y <= 0.0f || w.z <= 0.0f;
     return is_pinned ? 0.0f : w.x * weights.x + w.y * weights.y + w.z * weights.z;
@@ -58,7 +59,6 @@ static float soft_face_weight(const plii_soft_contacts_pass* pass, const int* fa
 static bool soft_record(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* state = pass->node_state;
     if (!pass->node_body->records_contacts && !pass->face_body->records_contacts) { return true; }
-    if (state->impulse_count > state->count) { state->impulse_count = state->count; } /* a pair was given up */
     while (state->impulse_count <= state->count) {
         if (!plii_contact_impulses_add(pass->node_body, &state->impulses, state->impulse_count)) { return false; }
         state->impulse_count += 1;
@@ -66,11 +66,10 @@ static bool soft_record(const plii_soft_contacts_pass* pass) {
     return true;
 }
 /* Likewise, of two bodies. */
-static bool soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
-    if (!body->records_contacts) { return true; }
-    if (!PLII_RESERVE(body->context, &state->met, &state->met_capacity, state->met_count + 1)) { return false; }
+static void soft_meet(pli_body* body, plii_soft_contacts_state* state, pli_body* other) {
+    if (!body->records_contacts) { return; }
+    if (!PLII_GROW(body->context, &state->met, &state->met_capacity, state->met_count)) { return; }
     state->met[state->met_count++] = other;
-    return true;
 }
 
 /* What a node looks at, and how it is held off it. */
@@ -81,16 +80,16 @@ typedef struct soft_pick {
 } soft_pick;
 
 /* Unless nothing in it can move. */
-static pli_status soft_append(const plii_soft_contacts_pass* pass, int node, float margin, const soft_pick* pick) {
+static void soft_append(const plii_soft_contacts_pass* pass, int node, float margin, const soft_pick* pick) {
     const float node_weight = pass->node_body->positions[node].w;
     const float face_weight =
         soft_face_weight(pass, pass->face_body->topology->faces[pick->face], pick->weights, node_weight);
     const float sum = node_weight + face_weight;
-    if (!(sum > 0.0f) || !plii_vec3_is_finite(pick->normal) || !plii_vec3_is_finite(pick->weights)) { return PLI_OK; }
+    if (!(sum > 0.0f) || !plii_vec3_is_finite(pick->normal) || !plii_vec3_is_finite(pick->weights)) { return; }
     plii_soft_contacts_state* state = pass->node_state;
     if (!PLII_RESERVE(pass->node_body->context, &state->contacts, &state->capacity, state->count + 1) ||
         !soft_record(pass)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
+        return;
     }
     plii_soft_contact* contact = &state->contacts[state->count++];
     *contact = (plii_soft_contact){.face_body = pass->face_body,
@@ -109,11 +108,10 @@ static pli_status soft_append(const plii_soft_contacts_pass* pass, int node, flo
         contact->hardness = plii_min(state->def.hardness, pass->face_state->def.hardness);
         contact->weight = sum;
     }
-    return PLI_OK;
 }
 
 /* As Bullet does it. */
-static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
+static void soft_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
     const int* face = pass->face_body->topology->faces[face_index];
     const pli_vec3 origin = plii_xyz(pass->node_body->positions[node]);
     const pli_vec3 a = plii_xyz(pass->face_body->positions[face[0]]);
@@ -124,13 +122,13 @@ static pli_status soft_test(const plii_soft_contacts_pass* pass, int node, float
     if (!plii_project_origin_on_triangle(pli_vec3_sub(a, origin), pli_vec3_sub(b, origin), pli_vec3_sub(c, origin),
                                          &point, &distance_squared) ||
         !(distance_squared < margin * margin)) {
-        return PLI_OK;
+        return;
     }
     soft_pick pick = {.face = face_index, .weights = plii_barycentric_by_areas(a, b, c, pli_vec3_add(point, origin))};
     const float distance = sqrtf(distance_squared);
     pick.normal =
         distance > 0.0f ? plii_vec3_divide(point, -distance) : soft_face_normal(pass, node, face, pick.weights);
-    return soft_append(pass, node, margin, &pick);
+    soft_append(pass, node, margin, &pick);
 }
 
 // ---------------------------------------------------------------------------------------------- which faces of a node
@@ -345,26 +343,25 @@ static bool soft_is_inside(const plii_soft_contacts_pass* pass, plii_soft_contac
     return true;
 }
 
-static pli_status soft_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
-    if (pass->search->hit_count == 0) { return PLI_OK; }
+static void soft_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    if (pass->search->hit_count == 0) { return; }
     soft_picks picks; /* what is not set is not read */
     soft_look(pass, near, &picks);
-    if (picks.crossed.time < INFINITY) { return soft_append(pass, near.node, near.margin, &picks.crossed); }
-    if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
+    if (picks.crossed.time < INFINITY) { soft_append(pass, near.node, near.margin, &picks.crossed); }
+    if (picks.crossed.time < INFINITY || !(picks.nearest.distance < INFINITY)) { return; }
     if (pass->looks_inside && soft_is_inside(pass, near, picks.nearest.distance)) {
         picks.nearest.normal = pli_vec3_neg(picks.nearest.normal);
         picks.nearest.distance = 0.0f;
         picks.inside_count = 0;
     }
-    PLII_TRY(soft_append(pass, near.node, near.margin, &picks.nearest));
+    soft_append(pass, near.node, near.margin, &picks.nearest);
     const soft_pick* added[SOFT_CONTACTS_MOST_NEAREST] = {&picks.nearest};
     int count = 1;
     for (int k = 0; k < picks.inside_count && count < SOFT_CONTACTS_MOST_NEAREST; ++k) {
         if (soft_is_alike(added, count, &picks.inside[k])) { continue; }
-        PLII_TRY(soft_append(pass, near.node, near.margin, &picks.inside[k]));
+        soft_append(pass, near.node, near.margin, &picks.inside[k]);
         added[count++] = &picks.inside[k];
     }
-    return PLI_OK;
 }
 
 // --------------------------------------------------------------------------------------------------------- the search
@@ -484,16 +481,15 @@ static bool soft_collect(const plii_soft_contacts_pass* pass) {
     return plii_bvh4_build(context, &search->near, search->face_count, search->boxes, NULL);
 }
 
-static pli_status soft_run_boxes(const plii_soft_contacts_pass* pass) {
+static void soft_run_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
         const int count = plii_bvh4_overlaps(&search->near, &pass->node_body->node_boxes[near.node], search->hits);
         for (int k = 0; k < count; ++k) {
-            PLII_TRY(soft_test(pass, near.node, near.reach, search->faces[search->hits[k]]));
+            soft_test(pass, near.node, near.reach, search->faces[search->hits[k]]);
         }
     }
-    return PLI_OK;
 }
 
 /* Nodes that look for faces together. */
@@ -521,7 +517,7 @@ static int soft_gather(const plii_soft_contacts_pass* pass, int first, pli_bound
     return end;
 }
 
-static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
+static void soft_run_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int first = 0, end; search->face_count > 0 && first < search->node_count; first = end) {
         pli_bounds all;
@@ -531,19 +527,17 @@ static pli_status soft_run_near(const plii_soft_contacts_pass* pass) {
             const plii_soft_contacts_node near = search->nodes[i];
             const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);
             search->hit_count = plii_bvh4_find(&search->near, search->groups, group_count, x, near.reach, search->hits);
-            PLII_TRY(soft_add_nearest(pass, near));
+            soft_add_nearest(pass, near);
         }
     }
-    return PLI_OK;
 }
 
-pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
+void plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
     const bool use_boxes = !state->is_sweeping && !other_state->is_sweeping;
-    pli_status status = PLI_OK;
     const bool may_be_inside = !use_boxes && plii_soft_contacts_may_be_inside(body, other);
-    for (int i = 0; i < 2 && status == PLI_OK; ++i) { /* nodes of the one, then of the other */
+    for (int i = 0; i < 2; ++i) { /* nodes of the one, then of the other */
         plii_soft_contacts_pass pass = {.node_body = i == 0 ? body : other,
                                         .node_state = i == 0 ? state : other_state,
                                         .face_body = i == 0 ? other : body,
@@ -558,19 +552,12 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
         if (!use_boxes) {
             pass.other_motion = plii_body_measure_motion(pass.face_body, &pass.common_motion, &pass.other_bounds);
         }
-        status = !soft_collect(&pass) ? PLI_ERROR_OUT_OF_MEMORY
-                 : use_boxes          ? soft_run_boxes(&pass)
-                                      : soft_run_near(&pass);
+        if (soft_collect(&pass)) { (use_boxes ? soft_run_boxes : soft_run_near)(&pass); }
     }
     if (may_be_inside) { plii_soft_contacts_part(body, state, count, other, other_state, other_count); }
-    if (status == PLI_OK && !(soft_meet(body, state, other) && soft_meet(other, other_state, body))) {
-        status = PLI_ERROR_OUT_OF_MEMORY;
-    }
-    if (status != PLI_OK) {
-        state->count = count;
-        other_state->count = other_count;
-    } else if (!use_boxes && (state->count > count || other_state->count > other_count)) {
+    soft_meet(body, state, other);
+    soft_meet(other, other_state, body);
+    if (!use_boxes && (state->count > count || other_state->count > other_count)) {
         plii_world_join_bodies(body->world, body, other);
     }
-    return status;
 }

@@ -96,7 +96,7 @@ typedef struct plii_soft_contacts_pass {
 } plii_soft_contacts_pass;
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
-pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
+void plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
 void plii_soft_contacts_reserve(pli_body* body, void* data);
 
 /* Of the contacts of a node with all bodies together those with the nearest faces. */

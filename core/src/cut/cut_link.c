@@ -35,44 +35,37 @@ static pli_status link_cut_check(const link_cut* cut) {
 }
 
 /* What the rest lengths of the new links follow from. */
-static bool link_cut_learn(link_cut* cut) {
-    plii_edge* edge = plii_edge_map_add(&cut->edges, cut->ends[0], cut->ends[1]);
-    if (edge != NULL) { edge->node = cut->edit.node_count; } /* the next one */
-    return edge != NULL && plii_edit_learn(&cut->edit, &cut->edges);
+static void link_cut_learn(link_cut* cut) {
+    plii_edge* edge = plii_edit_add_edge(&cut->edit, &cut->edges, cut->ends[0], cut->ends[1]);
+    edge->node = cut->edit.node_count; /* the next one */
+    plii_edit_learn(&cut->edit, &cut->edges);
 }
 
-static bool link_cut_split_links(link_cut* cut) {
+static void link_cut_split_links(link_cut* cut) {
     cut->nodes[0] = plii_edit_add_node(&cut->edit, cut->ends[0], cut->ends[1], cut->share);
-    if (cut->nodes[0] == PLI_NULL_INDEX) { return false; }
     cut->nodes[1] = plii_edit_copy_node(&cut->edit, cut->nodes[0]);
-    if (cut->nodes[1] == PLI_NULL_INDEX) { return false; }
     const int count = cut->edit.link_count;
     for (int i = 0; i < count; ++i) {
         const int* nodes = cut->edit.links[i].nodes;
         if (!link_cut_matches(cut, nodes[0], nodes[1])) { continue; }
-        if (!plii_edit_split_link(&cut->edit, i, cut->ends[0], cut->share, cut->nodes[0], cut->nodes[1])) {
-            return false;
-        }
+        plii_edit_split_link(&cut->edit, i, cut->ends[0], cut->share, cut->nodes[0], cut->nodes[1]);
     }
-    return true;
 }
 
 /* Links from both new nodes to a corner, once per corner. */
-static bool link_cut_add_spokes(link_cut* cut, int corner, uint16_t material) {
-    plii_edge* edge = plii_edge_map_add(&cut->edges, cut->nodes[0], corner);
-    if (edge == NULL) { return false; }
-    if (edge->flags != 0) { return true; }
+static void link_cut_add_spokes(link_cut* cut, int corner, uint16_t material) {
+    plii_edge* edge = plii_edit_add_edge(&cut->edit, &cut->edges, cut->nodes[0], corner);
+    if (edge->flags != 0) { return; }
     edge->flags = 1;
     const float rest_squared =
         plii_edit_median_squared(&cut->edit, &cut->edges, corner, cut->ends[0], cut->ends[1], cut->share);
     for (int i = 0; i < 2; ++i) {
         const plii_edit_link link = {{cut->nodes[i], corner}, rest_squared, (plii_link_tag)material};
-        if (!plii_edit_add_link(&cut->edit, link)) { return false; }
+        plii_edit_add_link(&cut->edit, link);
     }
-    return true;
 }
 
-static bool link_cut_split_faces(link_cut* cut) {
+static void link_cut_split_faces(link_cut* cut) {
     const int count = cut->edit.face_count;
     for (int i = 0; i < count; ++i) {
         for (int j = 2, k = 0; k < 3; j = k++) {
@@ -86,13 +79,10 @@ static bool link_cut_split_faces(link_cut* cut) {
             face.nodes[k] = cut->nodes[first];
             face.origin.share *= share;
             cut->edit.faces[i] = face;
-            if (!plii_edit_add_face(&cut->edit, second) ||
-                !link_cut_add_spokes(cut, face.nodes[(k + 1) % 3], face.material)) {
-                return false;
-            }
+            plii_edit_add_face(&cut->edit, second);
+            link_cut_add_spokes(cut, face.nodes[(k + 1) % 3], face.material);
         }
     }
-    return true;
 }
 
 pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float position) {
@@ -103,9 +93,11 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
     PLII_TRY(plii_check_between(body->context, position, PLII_ABOVE_0, below_1, "position", __func__));
     link_cut cut = {.ends = {node_a, node_b}, .share = position, .edges.table.context = body->context};
     PLII_TRY(plii_edit_open(body, __func__, &cut.edit));
-    pli_status status = link_cut_check(&cut);
-    if (status == PLI_OK && !(link_cut_learn(&cut) && link_cut_split_links(&cut) && link_cut_split_faces(&cut))) {
-        status = PLI_ERROR_OUT_OF_MEMORY;
+    const pli_status status = link_cut_check(&cut);
+    if (status == PLI_OK) {
+        link_cut_learn(&cut);
+        link_cut_split_links(&cut);
+        link_cut_split_faces(&cut);
     }
     plii_edge_map_free(&cut.edges);
     return plii_body_changed(body, plii_edit_end(&cut.edit, status));

@@ -91,7 +91,7 @@ static void separate_group_corners(const separate_work* work, int node) {
 }
 
 /* A node for each group. The first group is that of the first face and keeps the node. */
-static bool separate_copy(separate_work* work, int node, uint8_t* is_parted) {
+static void separate_copy(separate_work* work, int node, uint8_t* is_parted) {
     bool has_side[2] = {false, false};
     work->sides[node][0] = work->sides[node][1] = node;
     for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
@@ -100,7 +100,6 @@ static bool separate_copy(separate_work* work, int node, uint8_t* is_parted) {
         group->node = node;
         if (i != work->begin[node]) {
             group->node = plii_edit_copy_node(work->edit, node);
-            if (group->node == PLI_NULL_INDEX) { return false; }
             is_parted[node] = 1;
         }
         const int side = group->side > 0.0 ? 1 : 0;
@@ -109,27 +108,23 @@ static bool separate_copy(separate_work* work, int node, uint8_t* is_parted) {
             work->sides[node][side] = group->node;
         }
     }
-    return true;
 }
 
-static bool separate_note_pair(separate_work* work, int a, int b) {
+static void separate_note_pair(separate_work* work, int a, int b) {
     const int original_a = separate_original(work, a), original_b = separate_original(work, b);
-    plii_edge* edge = plii_edge_map_add(&work->edges, original_a, original_b);
-    if (edge == NULL || !PLII_GROW(work->edit->context, &work->pairs, &work->pair_capacity, work->pair_count)) {
-        return false;
-    }
+    plii_edge* edge = plii_edit_add_edge(work->edit, &work->edges, original_a, original_b);
+    if (!PLII_EDIT_GROW(work->edit, &work->pairs, &work->pair_capacity, work->pair_count)) { return; }
     const separate_pair pair = {original_a == edge->a ? a : b, original_a == edge->a ? b : a, PLI_NULL_INDEX};
     int* link = &edge->first;
     for (; *link != PLI_NULL_INDEX; link = &work->pairs[*link].next) {
-        if (work->pairs[*link].a == pair.a && work->pairs[*link].b == pair.b) { return true; }
+        if (work->pairs[*link].a == pair.a && work->pairs[*link].b == pair.b) { return; }
     }
     work->pairs[work->pair_count] = pair;
     *link = work->pair_count++;
-    return true;
 }
 
 /* Gives the faces their nodes and notes what becomes of edges with a parted end. */
-static bool separate_rewrite_faces(separate_work* work, const uint8_t* is_parted) {
+static void separate_rewrite_faces(separate_work* work, const uint8_t* is_parted) {
     const int corner_count = 3 * work->edit->face_count;
     for (int c = 0; c < corner_count; ++c) {
         int* node = &work->edit->faces[c / 3].nodes[c % 3];
@@ -139,10 +134,9 @@ static bool separate_rewrite_faces(separate_work* work, const uint8_t* is_parted
         const int corner = work->corners[i], node = separate_node_after(work, corner, 0);
         if (is_parted[separate_original(work, node)] == 0) { continue; }
         for (int k = 1; k < 3; ++k) {
-            if (!separate_note_pair(work, node, separate_node_after(work, corner, k))) { return false; }
+            separate_note_pair(work, node, separate_node_after(work, corner, k));
         }
     }
-    return true;
 }
 
 static int separate_end_by_side(const separate_work* work, int node, int other, const uint8_t* is_parted) {
@@ -156,7 +150,7 @@ static bool separate_removes(const plii_edit_link* link, void* user) {
     return plii_edit_link_is_bending(link) && (is_parted[link->nodes[0]] != 0 || is_parted[link->nodes[1]] != 0);
 }
 
-static bool separate_rewrite_links(separate_work* work, uint8_t* is_parted, int* doubled) {
+static void separate_rewrite_links(separate_work* work, uint8_t* is_parted, int* doubled) {
     plii_edit* edit = work->edit;
     plii_edit_remove_links(edit, separate_removes, is_parted);
     const int count = edit->link_count;
@@ -177,18 +171,17 @@ static bool separate_rewrite_links(separate_work* work, uint8_t* is_parted, int*
             part.nodes[1] = a == edge->a ? work->pairs[k].b : work->pairs[k].a;
             if (made == 0) {
                 edit->links[i] = part;
-            } else if (!plii_edit_add_link(edit, part)) {
-                return false;
+            } else {
+                plii_edit_add_link(edit, part);
             }
         }
         if (made > 1 && a < work->height_count && b < work->height_count) { *doubled += 1; }
     }
-    return true;
 }
 
-bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double* heights, int height_count,
+void plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double* heights, int height_count,
                        uint8_t* is_parted, int* doubled) {
-    if (cuts->count == 0) { return true; }
+    if (cuts->count == 0) { return; }
     separate_work work = {.edit = edit,
                           .scratch = {.context = edit->context},
                           .cuts = cuts,
@@ -196,15 +189,17 @@ bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double*
                           .height_count = height_count,
                           .node_count = edit->node_count,
                           .edges.table.context = edit->context};
-    bool ok = separate_gather(&work);
-    for (int i = 0; ok && i < work.node_count; ++i) {
-        if (work.is_end[i] == 0) { continue; }
-        separate_group_corners(&work, i);
-        ok = separate_copy(&work, i, is_parted);
+    if (separate_gather(&work)) {
+        for (int i = 0; i < work.node_count; ++i) {
+            if (work.is_end[i] == 0) { continue; }
+            separate_group_corners(&work, i);
+            separate_copy(&work, i, is_parted);
+        }
+        separate_rewrite_faces(&work, is_parted);
+        separate_rewrite_links(&work, is_parted, doubled);
     }
-    ok = ok && separate_rewrite_faces(&work, is_parted) && separate_rewrite_links(&work, is_parted, doubled);
+    edit->scratch.is_short |= work.scratch.is_short;
     plii_scratch_free(&work.scratch);
     PLII_RELEASE(edit->context, work.pairs, work.pair_capacity);
     plii_edge_map_free(&work.edges);
-    return ok;
 }

@@ -83,7 +83,6 @@ typedef struct swept_pass {
     swept_ends ends; /* of the sweep so far */
     int parted;      /* links */
     /* Of the blade. */
-    plii_scratch scratch;
     swept_blade blade;
     int node_count;        /* before the pass */
     double* heights;       /* [node_count] over the blade's plane */
@@ -116,44 +115,39 @@ static double swept_crossing(const swept_pass* pass, int a, int b) {
 
 // --------------------------------------------------------------------------------------------------------- what is met
 
-static bool swept_meet_edge(swept_pass* pass, int end_a, int end_b, unsigned flags) {
+static void swept_meet_edge(swept_pass* pass, int end_a, int end_b, unsigned flags) {
     const int a = end_a < end_b ? end_a : end_b, b = end_a < end_b ? end_b : end_a;
     if (pass->heights[a] == 0.0 && pass->heights[b] == 0.0) { /* in the plane */
         if (swept_is_inside(&pass->blade, swept_point(pass, a))) { swept_mark(pass, a, SWEPT_ON_BLADE); }
         if (swept_is_inside(&pass->blade, swept_point(pass, b))) { swept_mark(pass, b, SWEPT_ON_BLADE); }
-        return true;
+        return;
     }
     const double t = swept_crossing(pass, a, b);
-    if (t < 0.0) { return true; }
+    if (t < 0.0) { return; }
     if (t <= SWEPT_SNAP || t >= 1.0 - SWEPT_SNAP) {
         swept_mark(pass, t <= SWEPT_SNAP ? a : b, SWEPT_ON_BLADE);
-        return true;
+        return;
     }
-    plii_edge* edge = plii_edge_map_add(&pass->edges, a, b);
-    if (edge == NULL) { return false; }
+    plii_edge* edge = plii_edit_add_edge(&pass->edit, &pass->edges, a, b);
     edge->share = (float)t;
     edge->flags |= flags | SWEPT_CROSSED;
-    return true;
 }
 
-static bool swept_find_edges(swept_pass* pass) {
+static void swept_find_edges(swept_pass* pass) {
     const plii_edit* edit = &pass->edit;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
-        if (!plii_edit_link_is_bending(link) && !swept_meet_edge(pass, link->nodes[0], link->nodes[1], 0)) {
-            return false;
-        }
+        if (!plii_edit_link_is_bending(link)) { swept_meet_edge(pass, link->nodes[0], link->nodes[1], 0); }
     }
     for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
         for (int j = 2, k = 0; k < 3; j = k++) {
             swept_mark(pass, face->nodes[k], SWEPT_HAS_FACE);
-            if (!swept_meet_edge(pass, face->nodes[j], face->nodes[k], SWEPT_OF_FACE)) { return false; }
+            swept_meet_edge(pass, face->nodes[j], face->nodes[k], SWEPT_OF_FACE);
         }
     }
     /* An edge with an end on the blade is met there. */
     for (PLII_EACH(plii_edge, edge, pass->edges.edges, pass->edges.count)) {
         if (swept_is(pass, SWEPT_ON_BLADE, edge->a) || swept_is(pass, SWEPT_ON_BLADE, edge->b)) { edge->flags = 0; }
     }
-    return true;
 }
 
 static bool swept_meets_something(const swept_pass* pass) {
@@ -194,7 +188,7 @@ static bool swept_removes(const plii_edit_link* link, void* user) {
     return (pass->marks[a] & pass->marks[b] & SWEPT_HAS_FACE) != 0 && swept_crossed_edge(pass, a, b) != NULL;
 }
 
-static bool swept_part_rope_links(swept_pass* pass) {
+static void swept_part_rope_links(swept_pass* pass) {
     plii_edit* edit = &pass->edit;
     const int count = edit->link_count;
     for (int i = 0; i < count; ++i) {
@@ -202,14 +196,11 @@ static bool swept_part_rope_links(swept_pass* pass) {
         if (edge == NULL) { continue; }
         if (edge->first == PLI_NULL_INDEX) {
             edge->first = plii_edit_add_node(edit, edge->a, edge->b, edge->share);
-            if (edge->first == PLI_NULL_INDEX || plii_edit_copy_node(edit, edge->first) == PLI_NULL_INDEX) {
-                return false;
-            }
+            (void)plii_edit_copy_node(edit, edge->first);
         }
-        if (!plii_edit_split_link(edit, i, edge->a, edge->share, edge->first, edge->first + 1)) { return false; }
+        plii_edit_split_link(edit, i, edge->a, edge->share, edge->first, edge->first + 1);
         pass->parted += 1;
     }
-    return true;
 }
 
 static int swept_rope_side(const swept_pass* pass, int other) {
@@ -217,7 +208,7 @@ static int swept_rope_side(const swept_pass* pass, int other) {
     return height > 0.0 ? SWEPT_ABOVE : height < 0.0 ? SWEPT_BELOW : 0;
 }
 
-static bool swept_part_rope_nodes(swept_pass* pass) {
+static void swept_part_rope_nodes(swept_pass* pass) {
     plii_edit* edit = &pass->edit;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         for (int k = 0; k < 2; ++k) {
@@ -226,12 +217,11 @@ static bool swept_part_rope_nodes(swept_pass* pass) {
         }
     }
     /* Copies of the nodes, by node; 0 is none, since copies come last. */
-    int* copies = PLII_TAKE(&pass->scratch, int, pass->node_count);
+    int* copies = PLII_TAKE(&edit->scratch, int, pass->node_count);
     for (int i = 0; copies != NULL && i < pass->node_count; ++i) {
         const unsigned marks = pass->marks[i], both = SWEPT_BELOW | SWEPT_ABOVE;
         if ((marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) != SWEPT_ON_BLADE || (marks & both) != both) { continue; }
         copies[i] = plii_edit_copy_node(edit, i);
-        if (copies[i] == PLI_NULL_INDEX) { return false; }
         pass->parted += 1;
     }
     for (int i = 0; copies != NULL && i < edit->link_count; ++i) {
@@ -243,41 +233,36 @@ static bool swept_part_rope_nodes(swept_pass* pass) {
             }
         }
     }
-    return copies != NULL;
 }
 
 // --------------------------------------------------------------------------------------------------------------- faces
 
-static bool swept_add_nodes(swept_pass* pass) {
+static void swept_add_nodes(swept_pass* pass) {
     plii_edge_map* edges = &pass->edges;
-    const int* order = plii_edge_map_order(edges, pass->node_count, &pass->scratch);
-    for (int i = 0; !pass->scratch.is_short && i < edges->count; ++i) {
+    const int* order = plii_edge_map_order(edges, pass->node_count, &pass->edit.scratch);
+    for (int i = 0; order != NULL && i < edges->count; ++i) {
         plii_edge* edge = &edges->edges[order[i]];
         if (edge->flags != (SWEPT_OF_FACE | SWEPT_CROSSED)) { continue; }
         edge->node = plii_edit_add_node(&pass->edit, edge->a, edge->b, edge->share);
-        if (edge->node == PLI_NULL_INDEX) { return false; }
     }
-    return !pass->scratch.is_short;
 }
 
-static bool swept_open(swept_pass* pass, int a, int b) {
-    return plii_edge_map_add(&pass->cuts, a, b) != NULL;
+static void swept_open(swept_pass* pass, int a, int b) {
+    (void)plii_edit_add_edge(&pass->edit, &pass->cuts, a, b);
 }
 
-static bool swept_open_closed_edges(swept_pass* pass) {
+static void swept_open_closed_edges(swept_pass* pass) {
     const swept_ends* ends = &pass->ends;
     for (int i = 0; i < ends->edge_count; ++i) {
         const int a = ends->edges[i][0], b = ends->edges[i][1];
         const int node = plii_edge_map_node(&pass->edges, a, b);
-        const bool ok =
-            node != PLI_NULL_INDEX ? swept_open(pass, a, node) && swept_open(pass, node, b) : swept_open(pass, a, b);
-        if (!ok) { return false; }
+        swept_open(pass, a, node != PLI_NULL_INDEX ? node : b);
+        if (node != PLI_NULL_INDEX) { swept_open(pass, node, b); }
     }
-    return true;
 }
 
 /* Which edges of one face will be opened. */
-static bool swept_judge_face(swept_pass* pass, const int* nodes) {
+static void swept_judge_face(swept_pass* pass, const int* nodes) {
     int crossings[3], crossing_count = 0, crossed = 0; /* `crossed`: an edge, from the corner to the next */
     int on_count = 0, on = 0, tip = PLI_NULL_INDEX;
     for (int k = 0; k < 3; ++k) {
@@ -293,77 +278,71 @@ static bool swept_judge_face(swept_pass* pass, const int* nodes) {
             tip = nodes[k];
         }
     }
-    if (crossing_count == 2) { return swept_open(pass, crossings[0], crossings[1]); }
+    if (crossing_count == 2) { swept_open(pass, crossings[0], crossings[1]); }
     if (crossing_count == 1) {
         const int first = nodes[crossed], second = nodes[(crossed + 1) % 3], opposite = nodes[(crossed + 2) % 3];
         if (swept_is(pass, SWEPT_ON_BLADE, opposite) || swept_is(pass, SWEPT_IS_TIP, opposite)) {
-            return swept_open(pass, crossings[0], opposite);
+            swept_open(pass, crossings[0], opposite);
+        } else if (swept_is(pass, SWEPT_IS_TIP, first) || swept_is(pass, SWEPT_IS_TIP, second)) {
+            swept_open(pass, crossings[0], swept_is(pass, SWEPT_IS_TIP, first) ? first : second);
         }
-        if (swept_is(pass, SWEPT_IS_TIP, first)) { return swept_open(pass, crossings[0], first); }
-        return !swept_is(pass, SWEPT_IS_TIP, second) || swept_open(pass, crossings[0], second);
     }
-    if (crossing_count == 0 && on_count == 1 && tip != PLI_NULL_INDEX) { return swept_open(pass, on, tip); }
-    if (crossing_count > 0 || on_count < 2) { return true; }
+    if (crossing_count == 0 && on_count == 1 && tip != PLI_NULL_INDEX) { swept_open(pass, on, tip); }
+    if (crossing_count > 0 || on_count < 2) { return; }
     for (int k = 0; k < 3; ++k) {
         const int a = nodes[k], b = nodes[(k + 1) % 3];
         if (!swept_is(pass, SWEPT_ON_BLADE, a) || !swept_is(pass, SWEPT_ON_BLADE, b)) { continue; }
-        plii_edge* border = plii_edge_map_add(&pass->borders, a, b);
-        if (border == NULL) { return false; }
         /* A face with all nodes on the blade counts as above. */
         const bool is_below = on_count == 2 && pass->heights[nodes[(k + 2) % 3]] < 0.0;
+        plii_edge* border = plii_edit_add_edge(&pass->edit, &pass->borders, a, b);
         border->flags |= is_below ? SWEPT_FACE_BELOW : SWEPT_FACE_ABOVE;
     }
-    return true;
 }
 
-static bool swept_judge_faces(swept_pass* pass) {
+static void swept_judge_faces(swept_pass* pass) {
     for (int i = 0; i < pass->edit.face_count; ++i) {
-        if (!swept_judge_face(pass, pass->edit.faces[i].nodes)) { return false; }
+        swept_judge_face(pass, pass->edit.faces[i].nodes);
     }
     /* An edge between two nodes on the blade is opened when it has faces on both sides of the plane. */
     for (PLII_EACH(const plii_edge, border, pass->borders.edges, pass->borders.count)) {
-        if (border->flags == (SWEPT_FACE_BELOW | SWEPT_FACE_ABOVE) && !swept_open(pass, border->a, border->b)) {
-            return false;
-        }
+        if (border->flags == (SWEPT_FACE_BELOW | SWEPT_FACE_ABOVE)) { swept_open(pass, border->a, border->b); }
     }
-    return true;
 }
 
 // ---------------------------------------------------------------------------------------------------------------- tips
 
 /* Tips are the nodes of the cut that are still closed. */
-static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node_count) {
+static void swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node_count) {
     swept_ends* ends = &pass->ends;
     PLII_REMOVE_IF(swept_tip, tip, ends->tips, ends->tip_count, is_parted[tip->node] != 0);
     for (int i = 0; i < node_count; ++i) {
         const unsigned marks = i < pass->node_count ? pass->marks[i] : SWEPT_ON_BLADE | SWEPT_HAS_FACE;
         const bool is_on_surface = (marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) == (SWEPT_ON_BLADE | SWEPT_HAS_FACE);
         if (!is_on_surface || is_parted[i] != 0 || (marks & SWEPT_IS_TIP) != 0) { continue; }
-        if (!PLII_GROW(pass->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count)) { return false; }
+        if (!PLII_EDIT_GROW(&pass->edit, &ends->tips, &ends->tip_capacity, ends->tip_count)) { return; }
         ends->tips[ends->tip_count++].node = i;
     }
-    return true;
 }
 
 /* An edge is open when one of its ends is parted. */
-static bool swept_find_closed_edges(swept_pass* pass, const uint8_t* is_parted) {
+static void swept_find_closed_edges(swept_pass* pass, const uint8_t* is_parted) {
     swept_ends* ends = &pass->ends;
     ends->edge_count = 0;
     for (PLII_EACH(const plii_edge, edge, pass->cuts.edges, pass->cuts.count)) {
         if (is_parted[edge->a] != 0 || is_parted[edge->b] != 0) { continue; }
-        if (!PLII_GROW(pass->edit.context, &ends->edges, &ends->edge_capacity, ends->edge_count)) { return false; }
+        if (!PLII_EDIT_GROW(&pass->edit, &ends->edges, &ends->edge_capacity, ends->edge_count)) { return; }
         ends->edges[ends->edge_count][0] = edge->a;
         ends->edges[ends->edge_count++][1] = edge->b;
     }
-    return true;
 }
 
-static bool swept_separate(swept_pass* pass) {
+static void swept_separate(swept_pass* pass) {
     const int node_count = pass->edit.node_count;
-    uint8_t* is_parted = PLII_TAKE(&pass->scratch, uint8_t, node_count);
-    return is_parted != NULL &&
-           plii_cut_separate(&pass->edit, &pass->cuts, pass->heights, pass->node_count, is_parted, &pass->parted) &&
-           swept_find_tips(pass, is_parted, node_count) && swept_find_closed_edges(pass, is_parted);
+    uint8_t* is_parted = PLII_TAKE(&pass->edit.scratch, uint8_t, node_count);
+    if (is_parted == NULL) { return; }
+    plii_cut_separate(&pass->edit, &pass->cuts, pass->heights, pass->node_count, is_parted, &pass->parted);
+    swept_find_tips(pass, is_parted, node_count);
+    swept_find_closed_edges(pass, is_parted);
 }
 
 // ----------------------------------------------------------------------------------------------------------- the whole
@@ -377,33 +356,36 @@ static pli_status swept_run_pass(swept_pass* pass) {
     for (int i = 0; i < pass->ends.tip_count; ++i) {
         swept_mark(pass, pass->ends.tips[i].node, SWEPT_IS_TIP);
     }
-    if (!swept_find_edges(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    swept_find_edges(pass);
     PLII_TRY(plii_edit_check_tetras(edit, swept_meets_tetra, pass, "the blade meets"));
     const int link_count = edit->link_count;
     plii_edit_remove_links(edit, swept_removes, pass); /* also those over the inside of a face */
     pass->parted += link_count - edit->link_count;
     if (!swept_meets_something(pass)) { return PLI_OK; }
-    bool ok = swept_part_rope_links(pass) && swept_part_rope_nodes(pass) && swept_add_nodes(pass) &&
-              swept_judge_faces(pass) && swept_open_closed_edges(pass);
-    if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
+    swept_part_rope_links(pass);
+    swept_part_rope_nodes(pass);
+    swept_add_nodes(pass);
+    if (edit->scratch.is_short) { return PLI_ERROR_OUT_OF_MEMORY; } /* links may name nodes that are not there */
+    swept_judge_faces(pass);
+    swept_open_closed_edges(pass);
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         pass->parted += plii_edge_map_node(&pass->edges, link->nodes[0], link->nodes[1]) != PLI_NULL_INDEX;
     }
-    ok = plii_edit_split(edit, &pass->edges) && swept_separate(pass);
-    return ok ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    plii_edit_split(edit, &pass->edges);
+    swept_separate(pass);
+    return PLI_OK;
 }
 
 /* Cuts by one triangle. PLI_ERROR_OUT_OF_MEMORY has no message yet. */
 static pli_status swept_cut(swept_pass* pass, const pli_vec3 corners[3]) {
     if (!swept_make_blade(corners, &pass->blade)) { return PLI_OK; }
-    pli_context* context = pass->edit.context;
+    plii_scratch* scratch = &pass->edit.scratch;
     pass->node_count = pass->edit.node_count;
-    pass->scratch = (plii_scratch){.context = context};
-    pass->edges = pass->borders = pass->cuts = (plii_edge_map){.table.context = context};
-    pass->heights = PLII_TAKE(&pass->scratch, double, pass->node_count);
-    pass->marks = PLII_TAKE(&pass->scratch, uint8_t, pass->node_count);
-    const pli_status status = pass->scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(pass);
-    plii_scratch_free(&pass->scratch);
+    pass->edges = pass->borders = pass->cuts = (plii_edge_map){.table.context = pass->edit.context};
+    pass->heights = PLII_TAKE(scratch, double, pass->node_count);
+    pass->marks = PLII_TAKE(scratch, uint8_t, pass->node_count);
+    const pli_status status = scratch->is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(pass);
+    plii_scratch_free(scratch);
     plii_edge_map_free(&pass->edges);
     plii_edge_map_free(&pass->borders);
     plii_edge_map_free(&pass->cuts);

@@ -12,7 +12,6 @@
 typedef struct refine_work {
     plii_edit edit;
     pli_refine_def def;
-    plii_scratch scratch;
     float* values;       /* [old nodes] of the surface */
     plii_edge_map edges; /* crossed by the surface */
     pli_status status;   /* of the callback */
@@ -96,21 +95,20 @@ static bool refine_removes(const plii_edit_link* link, void* user) {
     return plii_edit_link_is_bending(link) && !(values[link->nodes[0]] * values[link->nodes[1]] > 0.0f);
 }
 
-static bool refine_add_edge(refine_work* work, int a, int b) {
-    return !refine_is_crossed(work, a, b) || plii_edge_map_add(&work->edges, a, b) != NULL;
+static void refine_add_edge(refine_work* work, int a, int b) {
+    if (refine_is_crossed(work, a, b)) { (void)plii_edit_add_edge(&work->edit, &work->edges, a, b); }
 }
 
-static bool refine_find_edges(refine_work* work) {
+static void refine_find_edges(refine_work* work) {
     const plii_edit* edit = &work->edit;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
-        if (!refine_add_edge(work, link->nodes[0], link->nodes[1])) { return false; }
+        refine_add_edge(work, link->nodes[0], link->nodes[1]);
     }
     for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
         for (int k = 0; k < 3; ++k) {
-            if (!refine_add_edge(work, face->nodes[k], face->nodes[(k + 1) % 3])) { return false; }
+            refine_add_edge(work, face->nodes[k], face->nodes[(k + 1) % 3]);
         }
     }
-    return true;
 }
 
 static bool refine_crosses_tetra(const int nodes[4], const void* work) {
@@ -123,19 +121,17 @@ static bool refine_crosses_tetra(const int nodes[4], const void* work) {
 }
 
 /* New nodes on the edges, in the order of their ends. */
-static bool refine_add_nodes(refine_work* work) {
+static void refine_add_nodes(refine_work* work) {
     plii_edge_map* edges = &work->edges;
-    const int* order = plii_edge_map_order(edges, work->edit.node_count, &work->scratch);
-    for (int i = 0; !work->scratch.is_short && i < edges->count; ++i) {
+    const int* order = plii_edge_map_order(edges, work->edit.node_count, &work->edit.scratch);
+    for (int i = 0; order != NULL && i < edges->count; ++i) {
         plii_edge* edge = &edges->edges[order[i]];
         const float t = refine_solve(work, edge->a, edge->b);
-        if (work->status != PLI_OK) { break; }
+        if (work->status != PLI_OK) { return; }
         if (!(t > 0.0f)) { continue; }
         edge->share = t;
         edge->node = plii_edit_add_node(&work->edit, edge->a, edge->b, t);
-        if (edge->node == PLI_NULL_INDEX) { return false; }
     }
-    return !work->scratch.is_short;
 }
 
 // --------------------------------------------------------------------------------------------- Bullet's cutting
@@ -152,15 +148,12 @@ static void refine_replace(int* nodes, int count, const int* copies) {
 }
 
 /* Nodes on the surface get a copy for the inside; with `sides` only those with something on both. 0 stands for none. */
-static bool refine_copy_nodes(refine_work* work, const uint8_t* sides, int* copies, int node_count) {
+static void refine_copy_nodes(refine_work* work, const uint8_t* sides, int* copies, int node_count) {
     for (int i = 0; i < node_count; ++i) {
         if (!refine_is_on_surface(work, i)) { continue; }
         if (sides != NULL && sides[i] != (REFINE_INSIDE | REFINE_OUTSIDE)) { continue; }
-        const int copy = plii_edit_copy_node(&work->edit, i);
-        if (copy == PLI_NULL_INDEX) { return false; }
-        copies[i] = copy;
+        copies[i] = plii_edit_copy_node(&work->edit, i);
     }
-    return true;
 }
 
 /* Both, of a link whose ends have copies. */
@@ -182,10 +175,10 @@ static bool refine_is_loose(const plii_edit_link* link, void* user) {
     return is_loose;
 }
 
-static bool refine_remove_loose_links(refine_work* work) {
+static void refine_remove_loose_links(refine_work* work) {
     plii_edit* edit = &work->edit;
-    int* ranks = PLII_TAKE(&work->scratch, int, edit->node_count);
-    if (ranks == NULL) { return false; }
+    int* ranks = PLII_TAKE(&edit->scratch, int, edit->node_count);
+    if (ranks == NULL) { return; }
     for (int i = 0; i < edit->link_count; ++i) {
         ++ranks[edit->links[i].nodes[0]];
         ++ranks[edit->links[i].nodes[1]];
@@ -196,7 +189,6 @@ static bool refine_remove_loose_links(refine_work* work) {
         }
     }
     plii_edit_remove_links(edit, refine_is_loose, ranks);
-    return true;
 }
 
 // ------------------------------------------------------------------------------------------------ mended cutting
@@ -212,18 +204,15 @@ static unsigned refine_side(const refine_work* work, const int* nodes, int count
 }
 
 /* Notes the sides of the faces along each edge that lies on the surface. */
-static bool refine_find_borders(const refine_work* work, plii_edge_map* borders) {
+static void refine_find_borders(refine_work* work, plii_edge_map* borders) {
     for (int i = 0; i < work->edit.face_count; ++i) {
         const int* nodes = work->edit.faces[i].nodes;
         const unsigned side = refine_side(work, nodes, 3);
         for (int j = 2, k = 0; k < 3; j = k++) {
             if (!refine_is_on_surface(work, nodes[j]) || !refine_is_on_surface(work, nodes[k])) { continue; }
-            plii_edge* border = plii_edge_map_add(borders, nodes[j], nodes[k]);
-            if (border == NULL) { return false; }
-            border->flags |= side;
+            plii_edit_add_edge(&work->edit, borders, nodes[j], nodes[k])->flags |= side;
         }
     }
-    return true;
 }
 
 /* A link on the surface belongs to the sides of its faces, and to the outside when it has none. */
@@ -251,37 +240,38 @@ static void refine_find_sides(const refine_work* work, const plii_edge_map* bord
 }
 
 /* Without `borders` as in Bullet. */
-static bool refine_detach(refine_work* work, const plii_edge_map* borders, const int* copies) {
+static void refine_detach(refine_work* work, const plii_edge_map* borders, const int* copies) {
     plii_edit* edit = &work->edit;
     const int link_count = edit->link_count;
     for (int i = 0; i < link_count; ++i) {
-        const plii_edit_link link = edit->links[i];
-        const unsigned side = borders != NULL ? refine_link_side(work, borders, &link)
-                                              : refine_side_as_reference(work, copies, link.nodes, 2);
+        plii_edit_link inner = edit->links[i];
+        const unsigned side = borders != NULL ? refine_link_side(work, borders, &inner)
+                                              : refine_side_as_reference(work, copies, inner.nodes, 2);
         const bool is_kept = borders == NULL && i == 0 && side == REFINE_INSIDE; /* never link 0 */
         if ((side & REFINE_INSIDE) == 0 || is_kept) { continue; }
-        const int inner = (side & REFINE_OUTSIDE) != 0 ? edit->link_count : i;
-        if (inner != i && !plii_edit_add_link(edit, link)) { return false; }
-        refine_replace(edit->links[inner].nodes, 2, copies);
+        refine_replace(inner.nodes, 2, copies);
+        if ((side & REFINE_OUTSIDE) != 0) {
+            plii_edit_add_link(edit, inner);
+        } else {
+            edit->links[i] = inner;
+        }
     }
     for (PLII_EACH(plii_edit_face, face, edit->faces, edit->face_count)) {
         const unsigned side = borders != NULL ? refine_side(work, face->nodes, 3)
                                               : refine_side_as_reference(work, copies, face->nodes, 3);
         if (side == REFINE_INSIDE) { refine_replace(face->nodes, 3, copies); }
     }
-    return true;
 }
 
-static bool refine_part(refine_work* work, int* copies, int node_count) {
+static void refine_part(refine_work* work, int* copies, int node_count) {
     plii_edge_map borders = {.table.context = work->edit.context};
-    uint8_t* sides = PLII_TAKE(&work->scratch, uint8_t, node_count);
-    bool ok = sides != NULL && refine_find_borders(work, &borders);
-    if (ok) {
-        refine_find_sides(work, &borders, sides);
-        ok = refine_copy_nodes(work, sides, copies, node_count) && refine_detach(work, &borders, copies);
-    }
+    uint8_t* sides = PLII_TAKE(&work->edit.scratch, uint8_t, node_count);
+    if (sides == NULL) { return; }
+    refine_find_borders(work, &borders);
+    refine_find_sides(work, &borders, sides);
+    refine_copy_nodes(work, sides, copies, node_count);
+    refine_detach(work, &borders, copies);
     plii_edge_map_free(&borders);
-    return ok;
 }
 
 // ------------------------------------------------------------------------------------------------ the whole
@@ -293,20 +283,22 @@ static bool refine_touches_tetra(const int nodes[4], const void* user) {
 
 static pli_status refine_cut(refine_work* work) {
     const int node_count = work->edit.node_count;
-    int* copies = PLII_TAKE(&work->scratch, int, node_count);
+    int* copies = PLII_TAKE(&work->edit.scratch, int, node_count);
     if (copies == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    const bool ok = work->def.reset_rest_lengths
-                        ? refine_copy_nodes(work, NULL, copies, node_count) && refine_detach(work, NULL, copies) &&
-                              refine_remove_loose_links(work)
-                        : refine_part(work, copies, node_count);
-    if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (work->def.reset_rest_lengths) {
+        refine_copy_nodes(work, NULL, copies, node_count);
+        refine_detach(work, NULL, copies);
+        refine_remove_loose_links(work);
+    } else {
+        refine_part(work, copies, node_count);
+    }
     return plii_edit_check_tetras(&work->edit, refine_touches_tetra, copies, "the surface touches");
 }
 
 /* Errors but the lack of memory have given their message. */
 static pli_status refine_run(refine_work* work) {
     plii_edit* edit = &work->edit;
-    work->values = PLII_TAKE(&work->scratch, float, edit->node_count);
+    work->values = PLII_TAKE(&edit->scratch, float, edit->node_count);
     if (work->values == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     for (int i = 0; i < edit->old_node_count && work->status == PLI_OK; ++i) {
         work->values[i] = refine_evaluate(work, plii_edit_position(edit, i));
@@ -314,9 +306,11 @@ static pli_status refine_run(refine_work* work) {
     PLII_TRY(work->status);
     PLII_TRY(plii_edit_check_tetras(edit, refine_crosses_tetra, work, "the surface crosses"));
     plii_edit_remove_links(edit, refine_removes, work->values);
-    if (!refine_find_edges(work) || !refine_add_nodes(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    refine_find_edges(work);
+    refine_add_nodes(work);
     PLII_TRY(work->status);
-    if (!plii_edit_split(edit, &work->edges)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (edit->scratch.is_short) { return PLI_ERROR_OUT_OF_MEMORY; } /* nodes are missing */
+    plii_edit_split(edit, &work->edges);
     return work->def.cut ? refine_cut(work) : PLI_OK;
 }
 
@@ -326,11 +320,10 @@ pli_status pli_body_refine(pli_body* body, const pli_refine_def* def) {
     PLII_TRY(PLII_CHECK_MADE(context, pli_refine_def, def, __func__));
     if (def->surface == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->surface is null"); }
     PLII_TRY(plii_check_between(context, def->accuracy, PLII_ABOVE_0, FLT_MAX, "accuracy", __func__));
-    refine_work work = {.def = *def, .scratch.context = context, .edges.table.context = context};
+    refine_work work = {.def = *def, .edges.table.context = context};
     PLII_TRY(plii_edit_open(body, __func__, &work.edit));
     work.edit.takes_rest_shape = def->reset_rest_lengths;
     const pli_status status = refine_run(&work);
     plii_edge_map_free(&work.edges);
-    plii_scratch_free(&work.scratch);
     return plii_body_changed(body, plii_edit_end(&work.edit, status));
 }

@@ -10,6 +10,7 @@ static void edit_close(plii_edit* edit) {
     PLII_RELEASE(edit->context, edit->nodes, edit->node_capacity);
     PLII_RELEASE(edit->context, edit->links, edit->link_capacity);
     PLII_RELEASE(edit->context, edit->faces, edit->face_capacity);
+    plii_scratch_free(&edit->scratch);
     plii_topology_release(edit->context, edit->old_topology);
     plii_walk_end(&edit->walk);
 }
@@ -26,6 +27,7 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
         .node_count = body->node_count,
         .link_count = body->link_count,
         .face_count = topology->face_count,
+        .scratch.context = body->context,
     };
     ++topology->reference_count;
     plii_walk_begin(&edit->walk, edit->context, PLII_WALK_STEP);
@@ -94,10 +96,10 @@ static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share, float limit) {
 
 /* Room for one more node, link or face. */
 #define EDIT_GROW(edit, element)                                                                                       \
-    PLII_GROW((edit)->context, &(edit)->element##s, &(edit)->element##_capacity, (edit)->element##_count)
+    PLII_EDIT_GROW(edit, &(edit)->element##s, &(edit)->element##_capacity, (edit)->element##_count)
 
 int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
-    if (!EDIT_GROW(edit, node)) { return PLI_NULL_INDEX; }
+    if (!EDIT_GROW(edit, node)) { return 0; }
     plii_edit_node *first = &edit->nodes[a], *second = &edit->nodes[b];
     plii_edit_node* node = &edit->nodes[edit->node_count];
     node->position = edit_lerp(first->position, second->position, share, PLI_MAX_COORDINATE);
@@ -109,7 +111,7 @@ int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
 }
 
 int plii_edit_copy_node(plii_edit* edit, int source) {
-    if (!EDIT_GROW(edit, node)) { return PLI_NULL_INDEX; }
+    if (!EDIT_GROW(edit, node)) { return 0; }
     plii_edit_node* old = &edit->nodes[source];
     plii_edit_node* node = &edit->nodes[edit->node_count];
     *node = *old;
@@ -121,28 +123,31 @@ int plii_edit_copy_node(plii_edit* edit, int source) {
     return edit->node_count++;
 }
 
-bool plii_edit_add_link(plii_edit* edit, plii_edit_link link) {
-    if (!EDIT_GROW(edit, link)) { return false; }
-    edit->links[edit->link_count++] = link;
-    return true;
+void plii_edit_add_link(plii_edit* edit, plii_edit_link link) {
+    if (EDIT_GROW(edit, link)) { edit->links[edit->link_count++] = link; }
 }
 
-bool plii_edit_add_face(plii_edit* edit, plii_edit_face face) {
-    if (!EDIT_GROW(edit, face)) { return false; }
-    edit->faces[edit->face_count++] = face;
-    return true;
+void plii_edit_add_face(plii_edit* edit, plii_edit_face face) {
+    if (EDIT_GROW(edit, face)) { edit->faces[edit->face_count++] = face; }
 }
 
-bool plii_edit_split_link(plii_edit* edit, int link, int from, float share, int near, int far) {
+plii_edge* plii_edit_add_edge(plii_edit* edit, plii_edge_map* map, int a, int b) {
+    plii_edge* edge = plii_edge_map_add(map, a, b);
+    if (edge != NULL) { return edge; }
+    edit->scratch.is_short = true;
+    edit->spare = (plii_edge){.node = PLI_NULL_INDEX, .first = PLI_NULL_INDEX};
+    return &edit->spare;
+}
+
+void plii_edit_split_link(plii_edit* edit, int link, int from, float share, int near, int far) {
     plii_edit_link half = edit->links[link];
     const bool is_forward = half.nodes[0] == from;
     const float kept = is_forward ? share : 1.0f - share;
     half.nodes[0] = is_forward ? far : near;
     half.rest_squared = (1.0f - kept) * (1.0f - kept) * edit->links[link].rest_squared;
-    if (!plii_edit_add_link(edit, half)) { return false; }
+    plii_edit_add_link(edit, half);
     edit->links[link].nodes[1] = is_forward ? near : far;
     edit->links[link].rest_squared = kept * kept * edit->links[link].rest_squared;
-    return true;
 }
 
 void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user) {
@@ -174,14 +179,14 @@ float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, 
     return plii_max(squared, 0.0f);
 }
 
-bool plii_edit_learn(const plii_edit* edit, plii_edge_map* map) {
+void plii_edit_learn(plii_edit* edit, plii_edge_map* map) {
     for (PLII_EACH(const plii_edit_face, face, edit->faces, edit->face_count)) {
         bool is_crossed = false;
         for (int j = 2, k = 0; k < 3; j = k++) {
             is_crossed = is_crossed || plii_edge_map_node(map, face->nodes[j], face->nodes[k]) != PLI_NULL_INDEX;
         }
         for (int j = 2, k = 0; is_crossed && k < 3; j = k++) {
-            if (plii_edge_map_add(map, face->nodes[j], face->nodes[k]) == NULL) { return false; }
+            (void)plii_edit_add_edge(edit, map, face->nodes[j], face->nodes[k]);
         }
     }
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
@@ -189,30 +194,22 @@ bool plii_edit_learn(const plii_edit* edit, plii_edge_map* map) {
         if (edge == NULL || edge->rest_squared >= 0.0f || plii_edit_link_is_bending(link)) { continue; }
         edge->rest_squared = link->rest_squared;
     }
-    return true;
 }
 
 // -------------------------------------------------------------------------------------------------- splitting
 
-static bool edit_split_links(plii_edit* edit, const plii_edge_map* map) {
+static void edit_split_links(plii_edit* edit, const plii_edge_map* map) {
     const int count = edit->link_count;
     for (int i = 0; i < count; ++i) {
         const int* nodes = edit->links[i].nodes;
         const plii_edge* edge = plii_edge_map_find(map, nodes[0], nodes[1]);
         if (edge == NULL || edge->node == PLI_NULL_INDEX) { continue; }
-        if (!plii_edit_split_link(edit, i, edge->a, edge->share, edge->node, edge->node)) { return false; }
+        plii_edit_split_link(edit, i, edge->a, edge->share, edge->node, edge->node);
     }
-    return true;
-}
-
-static bool edit_set_rest_squared(plii_edge_map* map, int a, int b, float rest_squared) {
-    plii_edge* edge = plii_edge_map_add(map, a, b);
-    if (edge != NULL) { edge->rest_squared = rest_squared; }
-    return edge != NULL;
 }
 
 /* Parts face i at the node on its edge from corner j to corner k. */
-static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, int k, plii_edge edge) {
+static void edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, int k, plii_edge edge) {
     const plii_edit_face face = edit->faces[i];
     const int from = face.nodes[j], to = face.nodes[k], opposite = face.nodes[(k + 1) % 3];
     const float share = from == edge.a ? edge.share : 1.0f - edge.share;
@@ -221,18 +218,18 @@ static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, i
     const plii_edit_face second = {
         {edge.node, to, opposite}, face.material, {face.origin.parent, face.origin.share * (1.0f - share)}};
     edit->faces[i] = first;
-    if (!plii_edit_add_face(edit, second)) { return false; }
+    plii_edit_add_face(edit, second);
     const float edge_squared = edit_rest_squared(edit, map, from, to);
     const float rest_squared = plii_edit_median_squared(edit, map, opposite, from, to, share);
     const plii_edit_link link = {{edge.node, opposite}, rest_squared, (plii_link_tag)face.material};
-    return plii_edit_add_link(edit, link) && edit_set_rest_squared(map, edge.node, opposite, rest_squared) &&
-           edit_set_rest_squared(map, from, edge.node, share * share * edge_squared) &&
-           edit_set_rest_squared(map, edge.node, to, (1.0f - share) * (1.0f - share) * edge_squared);
+    plii_edit_add_link(edit, link);
+    plii_edit_add_edge(edit, map, edge.node, opposite)->rest_squared = rest_squared;
+    plii_edit_add_edge(edit, map, from, edge.node)->rest_squared = share * share * edge_squared;
+    plii_edit_add_edge(edit, map, edge.node, to)->rest_squared = (1.0f - share) * (1.0f - share) * edge_squared;
 }
 
-static bool edit_split_faces(plii_edit* edit, plii_edge_map* map) {
-    if (map->count == 0) { return true; }
-    for (int i = 0; i < edit->face_count; ++i) {
+static void edit_split_faces(plii_edit* edit, plii_edge_map* map) {
+    for (int i = 0; i < edit->face_count && map->count > 0; ++i) {
         /* A face is looked at again after each split. */
         for (int j = 2, k = 0; k < 3;) {
             const int* nodes = edit->faces[i].nodes;
@@ -241,16 +238,17 @@ static bool edit_split_faces(plii_edit* edit, plii_edge_map* map) {
                 j = k++;
                 continue;
             }
-            if (!edit_split_face(edit, map, i, j, k, *edge)) { return false; }
+            edit_split_face(edit, map, i, j, k, *edge);
             j = 2;
             k = 0;
         }
     }
-    return true;
 }
 
-bool plii_edit_split(plii_edit* edit, plii_edge_map* map) {
-    return plii_edit_learn(edit, map) && edit_split_links(edit, map) && edit_split_faces(edit, map);
+void plii_edit_split(plii_edit* edit, plii_edge_map* map) {
+    plii_edit_learn(edit, map);
+    edit_split_links(edit, map);
+    edit_split_faces(edit, map);
 }
 
 // ----------------------------------------------------------------------------------------------------- commit
@@ -398,6 +396,7 @@ static pli_status edit_commit(plii_edit* edit) {
 }
 
 pli_status plii_edit_end(plii_edit* edit, pli_status status) {
+    if (status == PLI_OK && edit->scratch.is_short) { status = PLI_ERROR_OUT_OF_MEMORY; }
     if (status == PLI_OK && !edit->is_unchanged) { status = edit_commit(edit); }
     if (status == PLI_ERROR_OUT_OF_MEMORY) {
         plii_fail(edit->context, status, edit->function, "no memory to cut %d nodes, %d links and %d faces",

@@ -1,6 +1,7 @@
 #pragma once
 
-/* A change of a body's nodes, links and faces on a copy, which replaces the body's own at the end or not at all. */
+/* A change of a body's nodes, links and faces on a copy, which replaces the body's own at the end or not at all. What
+   there is no memory for the scratch notes, and the edit fails at its end: until then it does no harm to go on. */
 
 #include "base/edge_map.h"
 #include "body/body_impl.h"
@@ -36,7 +37,13 @@ typedef struct plii_edit {
     plii_edit_face* faces;
     bool takes_rest_shape; /* rest lengths and areas become the present ones */
     bool is_unchanged;     /* the body stays as it is */
+    plii_scratch scratch;  /* until the end, or freed before */
+    plii_edge spare;       /* in place of one that there is no memory for */
 } plii_edit;
+
+/* Room for one more in a list; false when out of memory. */
+#define PLII_EDIT_GROW(edit, data, capacity, count)                                                                    \
+    (PLII_GROW((edit)->context, data, capacity, count) || !((edit)->scratch.is_short = true))
 
 /* A walk over an idle body, until plii_edit_end. Fails when out of memory: there is nothing to end then. */
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit);
@@ -54,15 +61,16 @@ static inline bool plii_edit_link_is_bending(const plii_edit_link* link) {
     return (link->tag & PLII_LINK_TAG_BENDING) != 0;
 }
 
-/* A node between two, which give it mass as in btSoftBody::refine. PLI_NULL_INDEX when out of memory. */
+/* A node between two, which give it mass as in btSoftBody::refine. Node 0 when out of memory. */
 int plii_edit_add_node(plii_edit* edit, int a, int b, float share);
 /* A second node at the same point; both have half of the mass. */
 int plii_edit_copy_node(plii_edit* edit, int node);
-/* False when out of memory. */
-bool plii_edit_add_link(plii_edit* edit, plii_edit_link link);
-bool plii_edit_add_face(plii_edit* edit, plii_edit_face face);
+void plii_edit_add_link(plii_edit* edit, plii_edit_link link);
+void plii_edit_add_face(plii_edit* edit, plii_edit_face face);
+/* Of a map, as plii_edge_map_add, but never NULL. */
+plii_edge* plii_edit_add_edge(plii_edit* edit, plii_edge_map* map, int a, int b);
 /* Parts a link at `share` of its length from its end `from`: the half there ends at node `near`, the other at `far`. */
-bool plii_edit_split_link(plii_edit* edit, int link, int from, float share, int near, int far);
+void plii_edit_split_link(plii_edit* edit, int link, int from, float share, int near, int far);
 /* Removes the links that go; each swaps with the last one, as in btSoftBody. */
 typedef bool plii_edit_link_fn(const plii_edit_link* link, void* user);
 void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user);
@@ -71,12 +79,12 @@ void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user
    lengths are those of the links in the map; where there is none, of the present distance. */
 float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, int node, int b, int c, float share);
 /* Adds the edges of all faces that have an edge with a node on it, and takes the rest lengths of links along edges that
-   are in the map, for those of new links. False when out of memory. */
-bool plii_edit_learn(const plii_edit* edit, plii_edge_map* map);
+   are in the map, for those of new links. */
+void plii_edit_learn(plii_edit* edit, plii_edge_map* map);
 
 /* Parts the links and the faces whose edges have a node on them in the map, in the order of btSoftBody::refine; faces
-   get links between their new nodes. False when out of memory. */
-bool plii_edit_split(plii_edit* edit, plii_edge_map* map);
+   get links between their new nodes. */
+void plii_edit_split(plii_edit* edit, plii_edge_map* map);
 
 /* Parts faces from each other along the edges in `cuts`: at each end of a cut edge the faces fall into groups that hang
    together over edges that are not cut, and each group but the first gets a node of its own. So surfaces stay manifold
@@ -86,7 +94,6 @@ bool plii_edit_split(plii_edit* edit, plii_edge_map* map);
 
    `heights` [height_count] of the nodes; later ones have 0.
    `is_parted` [edit->node_count at the call] becomes 1 for the nodes that were parted.
-   `doubled` grows by the number of links between nodes below `height_count` that were doubled.
-   False when out of memory. */
-bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double* heights, int height_count,
+   `doubled` grows by the number of links between nodes below `height_count` that were doubled. */
+void plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double* heights, int height_count,
                        uint8_t* is_parted, int* doubled);

@@ -117,14 +117,11 @@ static void contact_events_visit(pli_body* body, const plii_contact_report* repo
     contact_item_add(&list->items[index], report, weight);
 }
 
-static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* rigid) {
+static void contact_events_collide(pli_body* body, void* data, pli_rigid* rigid) {
     contact_events* state = data;
-    if (!rigid->is_sensor && !state->def.senses_all) { return PLI_OK; }
-    if (!PLII_GROW(body->context, &state->sensed, &state->sensed_capacity, state->sensed_count)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    if (!rigid->is_sensor && !state->def.senses_all) { return; }
+    if (!PLII_GROW(body->context, &state->sensed, &state->sensed_capacity, state->sensed_count)) { return; }
     state->sensed[state->sensed_count++] = rigid;
-    return PLI_OK;
 }
 
 static void contact_events_sense(pli_body* body, contact_events* state, pli_rigid* sensor, int shape) {

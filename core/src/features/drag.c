@@ -52,10 +52,7 @@ static void drag_begin_solve(drag_item* item, pli_vec3 start, pli_vec3 goal, flo
 
 /* The step of the multiplier, kg m, of a point that is at `point` and as heavy as the nodes are. */
 static pli_vec3 drag_impulse(drag_item* item, const pli_body* body, pli_vec3 point) {
-    float weight = 0.0f;
-    for (int k = 0; k < item->node_count; ++k) {
-        weight += item->weights[k] * item->weights[k] * body->positions[item->nodes[k]].w;
-    }
+    const float weight = plii_point_weight(body->positions, item->node_count, item->nodes, item->weights, 0.0f);
     const pli_vec3 error = pli_vec3_sub(item->reference, point);
     const pli_vec3 missing = pli_vec3_sub(pli_vec3_scale(error, item->hardness), item->multiplier);
     const pli_vec3 step = pli_vec3_scale(missing, 1.0f / (1.0f + item->hardness * weight));

@@ -86,9 +86,8 @@ static void volume_run(pli_body* body, void* data) {
     pressure_apply(body, crosses, pressure);
 }
 
-static pli_status pressure_enable(pli_body* body, void* state) {
+static void pressure_enable(pli_body* body, void* state) {
     ((pressure_state*)state)->first_volume = pressure_volume(body, plii_normals_crosses(body), 0.0f);
-    return PLI_OK;
 }
 
 /* A cut that opens a closed surface lets the pressure out, but in reference mode. */

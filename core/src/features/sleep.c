@@ -299,13 +299,12 @@ static void sleep_end_step(pli_world* world, float dt) {
 
 static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, sleep_end_step};
 
-static pli_status sleep_enable(pli_body* body, void* data) {
+static void sleep_enable(pli_body* body, void* data) {
     pli_world* world = body->world;
     for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
         sleep_note_seen(world->rigids[i]);
     }
     world->sleep = &sleep_calls;
-    return PLI_OK;
 }
 
 static void sleep_on_rigid_removed(pli_body* body, void* data, plii_notice notice, const void* about) {

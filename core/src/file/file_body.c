@@ -110,15 +110,15 @@ static void file_check_body(plii_file* file, const pli_body* body) {
     }
 }
 
-pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
+void plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
     const file_body_sizes sizes = file_body_read_sizes(file, body);
-    if (file->status != PLI_OK) { return body; }
+    if (file->status != PLI_OK) { return; }
     if (file->mode == PLII_FILE_READ) { body = file_make_body(file, world, &sizes); }
-    if (body == NULL) { return NULL; }
+    if (body == NULL) { return; }
     file->body = body;
     plii_file_parts(file, file_body_parts, body);
     file_body_mesh(file, body);
-    if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return body; }
+    if (file->mode != PLII_FILE_READ || file->status != PLI_OK) { return; }
     file_check_body(file, body);
     const pli_solver_settings solver = body->solver;
     if (file->status == PLI_OK &&
@@ -126,7 +126,6 @@ pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body) {
          plii_check_margin(file->context, body->collision_margin, file->function) != PLI_OK)) {
         plii_file_refuse(file, "a setting of the solver or the collision margin is out of range");
     }
-    return body;
 }
 
 void plii_file_body_end(plii_file* file, pli_body* body) {

@@ -95,8 +95,8 @@ void plii_file_rigid_end(plii_file* file, pli_rigid* rigid);
 /* The state again, from one rigid body to another. */
 void plii_file_copy_rigid(pli_rigid* to, const pli_rigid* from);
 
-/* Nodes, links, faces, settings of the body that is walked over, without features. Reading makes it; NULL on error. */
-pli_body* plii_file_body(plii_file* file, pli_world* world, pli_body* body);
+/* Nodes, links, faces, settings of the body that is walked over, without features. Reading makes it. */
+void plii_file_body(plii_file* file, pli_world* world, pli_body* body);
 /* What of it comes after its features. */
 void plii_file_body_end(plii_file* file, pli_body* body);
 

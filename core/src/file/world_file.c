@@ -126,7 +126,7 @@ static void file_bodies(file_walk* walk) {
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {
         file_begin_body(file, is_reading ? NULL : world->bodies[i], i);
         plii_file_begin_part(file, "nodes");
-        (void)plii_file_body(file, world, is_reading ? NULL : world->bodies[i]);
+        plii_file_body(file, world, is_reading ? NULL : world->bodies[i]);
     }
     file_count_in(file, world);
     for (int i = 0; i < count && file->status == PLI_OK; ++i) {

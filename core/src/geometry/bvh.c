@@ -159,7 +159,7 @@ static void bvh_sort_by(int shift, int count, const uint32_t* keys, const int* i
     for (int i = 0; i < count; ++i) {
         ++begin[keys[i] >> shift & 255u];
     }
-    (void)plii_csr_sum(256, begin);
+    plii_csr_sum(256, begin);
     for (int i = count - 1; i >= 0; --i) {
         const int at = --begin[keys[i] >> shift & 255u];
         sorted_keys[at] = keys[i];

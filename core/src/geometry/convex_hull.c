@@ -92,23 +92,24 @@ static bool hull_is_near(const hull_work* work, int point, int face) {
 
 // --------------------------------------------------------------------------------------------------------- building
 
+/* For a start or one more point: it adds at most as many faces as there are, and each may be queued and looked at. */
+static bool hull_reserve(hull_work* work) {
+    const int count = work->face_count < 4 ? 4 : 2 * work->face_count;
+    return PLII_RESERVE(work->context, &work->faces, &work->face_capacity, count) &&
+           PLII_RESERVE(work->context, &work->queue, &work->queue_capacity, work->queue_count + count) &&
+           PLII_RESERVE(work->context, &work->visible, &work->visible_capacity, count) &&
+           PLII_RESERVE(work->context, &work->rim, &work->rim_capacity, count);
+}
+
 static int hull_add_face(hull_work* work, int a, int b, int c) {
-    int face = work->free_face;
-    if (face >= 0) {
-        work->free_face = work->faces[face].next_free;
-    } else {
-        if (!PLII_GROW(work->context, &work->faces, &work->face_capacity, work->face_count)) { return -1; }
-        face = work->face_count++;
-    }
+    const int face = work->free_face >= 0 ? work->free_face : work->face_count++;
+    if (face == work->free_face) { work->free_face = work->faces[face].next_free; }
     work->faces[face] = (hull_face){.corners = {a, b, c}, .outside = -1, .visited_by = -1, .is_alive = true};
     return face;
 }
 
-static bool hull_enqueue(hull_work* work, int face) {
-    if (work->faces[face].outside < 0) { return true; }
-    if (!PLII_GROW(work->context, &work->queue, &work->queue_capacity, work->queue_count)) { return false; }
-    work->queue[work->queue_count++] = face;
-    return true;
+static void hull_enqueue(hull_work* work, int face) {
+    if (work->faces[face].outside >= 0) { work->queue[work->queue_count++] = face; }
 }
 
 /* Lets a point wait at the face that it is farthest in front of; a point in front of none is inside and done with. */
@@ -159,13 +160,9 @@ static int hull_find_farthest(hull_work* work, int face_index) {
 }
 
 /* Collects the faces that a point sees, starting from one of them, and the rim around them. */
-static bool hull_look(hull_work* work, int point, int start) {
+static void hull_look(hull_work* work, int point, int start) {
     work->visible_count = 0;
     work->rim_count = 0;
-    if (!PLII_RESERVE(work->context, &work->visible, &work->visible_capacity, work->face_count) ||
-        !PLII_RESERVE(work->context, &work->rim, &work->rim_capacity, work->face_count)) {
-        return false;
-    }
     work->faces[start].visited_by = point;
     work->faces[start].is_visible = true;
     work->visible[work->visible_count++] = start;
@@ -184,21 +181,16 @@ static bool hull_look(hull_work* work, int point, int start) {
             }
         }
     }
-    return true;
 }
 
 /* Replaces what the point sees by the cone from the rim to the point. */
-static bool hull_insert(hull_work* work, int point, int start) {
-    if (!hull_look(work, point, start)) { return false; }
+static void hull_insert(hull_work* work, int point, int start) {
+    hull_look(work, point, start);
     const int rim_count = work->rim_count;
-    if (!PLII_RESERVE(work->context, &work->visible, &work->visible_capacity, work->visible_count + rim_count)) {
-        return false;
-    }
     int* cone = work->visible + work->visible_count;
     for (int i = 0; i < rim_count; ++i) {
         const hull_rim* rim = &work->rim[i];
         cone[i] = hull_add_face(work, rim->from, rim->to, point);
-        if (cone[i] < 0) { return false; }
         work->faces[cone[i]].neighbours[0] = rim->beyond;
         hull_face* beyond = &work->faces[rim->beyond];
         for (int k = 0; k < 3; ++k) {
@@ -225,9 +217,8 @@ static bool hull_insert(hull_work* work, int point, int start) {
         work->free_face = work->visible[i];
     }
     for (int i = 0; i < rim_count; ++i) {
-        if (!hull_enqueue(work, cone[i])) { return false; }
+        hull_enqueue(work, cone[i]);
     }
-    return true;
 }
 
 /* Four points that span a volume: two far apart, one far from their line, one far from the plane of the three. */
@@ -260,31 +251,29 @@ static bool hull_find_start(const hull_work* work, int corners[4]) {
     return side != 0;
 }
 
-static bool hull_start(hull_work* work, const int corners[4]) {
+static void hull_start(hull_work* work, const int corners[4]) {
     static const int sides[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
     static const int neighbours[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
     static const int all[4] = {0, 1, 2, 3};
     for (int i = 0; i < 4; ++i) {
         const int face = hull_add_face(work, corners[sides[i][0]], corners[sides[i][1]], corners[sides[i][2]]);
-        if (face < 0) { return false; }
         memcpy(work->faces[face].neighbours, neighbours[i], sizeof neighbours[i]);
     }
     for (int i = 0; i < work->point_count; ++i) {
         hull_assign(work, i, all, 4);
     }
     for (int i = 0; i < 4; ++i) {
-        if (!hull_enqueue(work, i)) { return false; }
+        hull_enqueue(work, i);
     }
-    return true;
 }
 
 static bool hull_empty_queue(hull_work* work) {
-    while (work->queue_count > 0) {
+    while (work->queue_count > 0 && hull_reserve(work)) {
         const int face = work->queue[--work->queue_count];
         const int point = work->faces[face].outside >= 0 ? hull_find_farthest(work, face) : -1;
-        if (point >= 0 && !hull_insert(work, point, face)) { return false; }
+        if (point >= 0) { hull_insert(work, point, face); }
     }
-    return true;
+    return work->queue_count == 0;
 }
 
 /* PLI_ERROR_INVALID_MESH when the points that need not wait are flat. */
@@ -294,14 +283,14 @@ static pli_status hull_build(hull_work* work) {
     work->face_count = work->queue_count = 0;
     work->is_late = false;
     if (!hull_find_start(work, corners)) { return PLI_ERROR_INVALID_MESH; }
-    bool has_memory = hull_start(work, corners) && hull_empty_queue(work);
+    if (!hull_reserve(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    hull_start(work, corners);
+    if (!hull_empty_queue(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
     work->is_late = true;
-    for (int i = 0; i < work->face_count && has_memory; ++i) {
-        has_memory = hull_enqueue(work, i);
+    for (int i = 0; i < work->face_count; ++i) {
+        hull_enqueue(work, i);
     }
-    has_memory = has_memory && hull_empty_queue(work) &&
-                 PLII_RESERVE(work->context, &work->visible, &work->visible_capacity, work->face_count);
-    return has_memory ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    return hull_empty_queue(work) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 // ----------------------------------------------------------------------------------------------------------- result

@@ -108,7 +108,7 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
         hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
         ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
     }
-    (void)plii_csr_sum((int)size, hash->starts);
+    plii_csr_sum((int)size, hash->starts);
     for (int i = count - 1; i >= 0; --i) {
         const plii_spatial_hash_cell cell = hash->cells[i];
         spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, cell)], i,
@@ -170,7 +170,7 @@ PLII_SIMD_INLINE bool spatial_hash_scan(const spatial_hash_search* search, const
 }
 
 /* Appends the pairs of a point with the points of some runs. */
-static bool spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, const spatial_hash_run* runs,
+static void spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, const spatial_hash_run* runs,
                                 int run_count) {
     plii_node_pairs* pairs = search->pairs;
     const plii_vec3x4 lanes = plii_vec3x4_all(p);
@@ -178,7 +178,8 @@ static bool spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, c
     const int most = pairs->count + PLII_NODE_PAIRS_MAX_ROW;
     if (pairs->count > INT32_MAX - PLII_NODE_PAIRS_ROOM ||
         !PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + PLII_NODE_PAIRS_ROOM)) {
-        return false;
+        pairs->is_truncated = true;
+        return;
     }
     bool is_whole = true;
     for (int r = 0; r < run_count && is_whole; ++r) {
@@ -186,7 +187,6 @@ static bool spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, c
                            : spatial_hash_scan(search, &runs[r], lanes, most, false);
     }
     pairs->is_truncated = pairs->is_truncated || !is_whole;
-    return true;
 }
 
 /* Of the bucket of a node, those of larger index. */
@@ -212,7 +212,7 @@ static int spatial_hash_column_runs(const plii_spatial_hash* hash, int x, int y,
     return wraps ? 2 : 1;
 }
 
-bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+void plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                             float radius, plii_node_pairs* pairs) {
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
     static const int columns[4][2] = {{0, 1}, {1, -1}, {1, 0}, {1, 1}};
@@ -223,14 +223,14 @@ bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash,
         run_count += spatial_hash_column_runs(hash, cell.x + columns[c][0], cell.y + columns[c][1], cell.z - 1, 3,
                                               &runs[run_count]);
     }
-    return spatial_hash_append(&search, position, runs, run_count);
+    spatial_hash_append(&search, position, runs, run_count);
 }
 
-bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+void plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                                     float radius, plii_node_pairs* pairs) {
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
     const spatial_hash_run run = spatial_hash_run_after(hash, node);
-    return spatial_hash_append(&search, position, &run, 1);
+    spatial_hash_append(&search, position, &run, 1);
 }
 
 #define SPATIAL_HASH_MAX_CELLS 16.0f /* a search from farther away would go through more than there are nodes */
@@ -248,7 +248,7 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
         for (int y = low.y; y <= high.y; ++y) {
             spatial_hash_run runs[2];
             const int run_count = spatial_hash_column_runs(hash, x, y, low.z, high.z - low.z + 1, runs);
-            if (!spatial_hash_append(&search, point, runs, run_count)) { return false; }
+            spatial_hash_append(&search, point, runs, run_count);
         }
     }
     return true;

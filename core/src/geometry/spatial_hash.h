@@ -49,13 +49,13 @@ typedef struct plii_node_pairs {
 bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int count, const pli_vec3* positions,
                              float cell_size, float shift);
 /* Appends nodes nearer to node `node`, at `position`, than `radius`, at most the cell size: each pair is met from one
-   of its ends only. The order depends on positions only. False when out of memory: then some are missing. */
-bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+   of its ends only. The order depends on positions only. */
+void plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                             float radius, plii_node_pairs* pairs);
 /* Only those in the same cell. */
-bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+void plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
                                     float radius, plii_node_pairs* pairs);
-/* Appends the nodes nearer to a point than `radius`. False when out of memory, or with a radius above 16 cells. */
+/* Appends the nodes nearer to a point than `radius`. False with a radius above 16 cells. */
 bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
                                  plii_node_pairs* pairs);
 bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b);

@@ -149,8 +149,7 @@ PLII_FLOAT8_UNARY(xyz, _mm256_blend_ps(a, _mm256_setzero_ps(), 0x88), plii_lanes
 #define PLII_SIMD_LARGE static
 #endif
 
-/* Of eight records by components lane k < 4 has record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register.
- */
+/* Of eight records by components lane k < 4 has record 2 k, lane 4 + k record 2 k + 1: neighbours share a register. */
 static inline int plii_simd_record(int lane) {
     return lane < 4 ? 2 * lane : 2 * lane - 7;
 }

@@ -11,24 +11,22 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Reads to the end into a block that doubles; `size` receives the size of the block, `used` what it holds. */
-static pli_status text_load(pli_context* context, FILE* file, const char* path, const char* function, char** data,
-                            size_t* size, size_t* used) {
-    *size = 65536;
-    *used = 0;
-    *data = plii_allocate(context, *size);
-    while (*data != NULL) {
-        *used += fread(*data + *used, 1, *size - *used, file);
-        PLII_FAIL_IF(ferror(file) != 0, context, PLI_ERROR_FILE_OPEN, function, "%s: cannot be read: %s", path,
-                     strerror(errno));
-        if (*used < *size) { return PLI_OK; }
-        char* larger = *size <= SIZE_MAX / 2 ? plii_allocate(context, *size * 2) : NULL;
-        if (larger != NULL) { memcpy(larger, *data, *used); }
-        plii_release(context, *data, *size);
-        *data = larger;
-        *size *= 2;
+/* Reads to the end into a block that doubles; `used` receives what it holds. */
+static pli_status text_load(plii_text* text, FILE* file, size_t* used) {
+    text->size = 65536;
+    text->data = plii_allocate(text->context, text->size);
+    while (text->data != NULL) {
+        *used += fread(text->data + *used, 1, text->size - *used, file);
+        PLII_FAIL_IF(ferror(file) != 0, text->context, PLI_ERROR_FILE_OPEN, text->function, "%s: cannot be read: %s",
+                     text->path, strerror(errno));
+        if (*used < text->size) { return PLI_OK; }
+        char* larger = text->size <= SIZE_MAX / 2 ? plii_allocate(text->context, text->size * 2) : NULL;
+        if (larger != NULL) { memcpy(larger, text->data, *used); }
+        plii_release(text->context, text->data, text->size);
+        text->data = larger;
+        text->size *= 2;
     }
-    return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for the file", path);
+    return plii_fail(text->context, PLI_ERROR_OUT_OF_MEMORY, text->function, "%s: no memory for the file", text->path);
 }
 
 pli_status plii_text_open(pli_context* context, const char* path, const char* function, bool* missing,
@@ -40,7 +38,7 @@ pli_status plii_text_open(pli_context* context, const char* path, const char* fu
     if (missing != NULL && *missing) { return PLI_OK; }
     if (file == NULL) { return plii_fail(context, PLI_ERROR_FILE_OPEN, function, "%s: %s", path, strerror(errno)); }
     size_t used = 0;
-    const pli_status status = text_load(context, file, path, function, &text->data, &text->size, &used);
+    const pli_status status = text_load(text, file, &used);
     fclose(file);
     if (status != PLI_OK) {
         plii_text_close(text);

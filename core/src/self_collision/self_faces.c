@@ -17,15 +17,12 @@
 /* The inverse mass of both sides. Where one is pinned, a node that bears little beside pinned ones does not go far. */
 static float self_faces_weight(const pli_vec4* displacements, const plii_self_faces_pair* pair) {
     const int second = pair->is_edges ? 2 : 1;
-    float weights[2] = {0};
-    for (int k = 0; k < 4; ++k) {
-        weights[k >= second] += pair->weights[k] * pair->weights[k] * displacements[pair->nodes[k]].w;
-    }
-    if (!(weights[0] > 0.0f)) {
-        return plii_point_weight_unpinned(displacements, 4 - second, pair->nodes + second, pair->weights + second);
-    }
-    if (!(weights[1] > 0.0f)) { return plii_point_weight_unpinned(displacements, second, pair->nodes, pair->weights); }
-    return weights[0] + weights[1];
+    const int *nodes = pair->nodes, *others = pair->nodes + second;
+    const float *weights = pair->weights, *other_weights = pair->weights + second;
+    const float first = plii_point_weight(displacements, second, nodes, weights, 0.0f);
+    const float other = plii_point_weight(displacements, 4 - second, others, other_weights, 0.0f);
+    if (!(first > 0.0f)) { return plii_point_weight_unpinned(displacements, 4 - second, others, other_weights); }
+    return other > 0.0f ? first + other : plii_point_weight_unpinned(displacements, second, nodes, weights);
 }
 
 /* True when the pair was too near. */
@@ -168,11 +165,10 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
     self_faces_finish(body, data, substep);
 }
 
-static pli_status self_faces_enable(pli_body* body, void* data) {
+static void self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     plii_body_copy_positions(body, state->rest);
     plii_self_faces_find_edges(body, state);
-    return PLI_OK;
 }
 
 static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {

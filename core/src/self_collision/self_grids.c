@@ -40,13 +40,13 @@ static void self_grids_part(pli_body* body, const self_grids_state* state, int a
     }
 }
 
-/* `seen`: the grid before, whose pairs are done, or NULL. False when pairs were left out. */
-static bool self_grids_part_near(pli_body* body, self_grids_state* state, int node, const plii_spatial_hash* seen) {
+/* `seen`: the grid before, whose pairs are done, or NULL. */
+static void self_grids_part_near(pli_body* body, self_grids_state* state, int node, const plii_spatial_hash* seen) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_node_pairs* pairs = &state->pairs;
     pairs->count = 0;
-    const bool has_all = plii_spatial_hash_find_in_cell(body->context, &state->hash, node, state->positions[node],
-                                                        state->def.distance, pairs);
+    plii_spatial_hash_find_in_cell(body->context, &state->hash, node, state->positions[node], state->def.distance,
+                                   pairs);
     for (int k = 0; k < pairs->count; ++k) {
         const int other = pairs->pairs[k].other;
         if (self_grids_are_linked(graph, node, other)) { continue; }
@@ -56,19 +56,17 @@ static bool self_grids_part_near(pli_body* body, self_grids_state* state, int no
         state->report.pairs += 1;
         self_grids_part(body, state, node, other);
     }
-    return has_all;
 }
 
 /* False when there was no memory for the grid. */
 static bool self_grids_solve(pli_body* body, self_grids_state* state, float shift, const plii_spatial_hash* seen) {
     const bool is_built = plii_spatial_hash_build(body->context, &state->hash, body->node_count, state->positions,
                                                   state->def.distance, shift);
-    bool has_all = is_built;
-    state->pairs.is_truncated = false;
+    state->pairs.is_truncated = !is_built;
     for (int i = 0; i < state->hash.count; ++i) {
-        has_all = self_grids_part_near(body, state, i, seen) && has_all;
+        self_grids_part_near(body, state, i, seen);
     }
-    state->report.is_truncated = state->report.is_truncated || !has_all || state->pairs.is_truncated;
+    state->report.is_truncated = state->report.is_truncated || state->pairs.is_truncated;
     return is_built;
 }
 

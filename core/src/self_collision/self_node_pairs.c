@@ -47,7 +47,6 @@ typedef struct self_nodes_finder {
     const plii_self_node_pairs* state;
     plii_self_search* search;
     plii_self_pair_list* found;
-    bool is_truncated; /* some are missing */
 } self_nodes_finder;
 
 /* A mark that no node has. */
@@ -109,9 +108,9 @@ static void self_nodes_find_common(self_nodes_finder* finder, int node) {
     const float radius = state->thickness + 2.0f * state->reach;
     const int first = finder->found->count;
     near->count = 0;
-    if (!plii_spatial_hash_find(context, &state->hash, node, state->middle[node], radius, near) ||
-        !self_nodes_reserve(context, finder->found, near->count)) {
-        finder->is_truncated = true;
+    plii_spatial_hash_find(context, &state->hash, node, state->middle[node], radius, near);
+    if (!self_nodes_reserve(context, finder->found, near->count)) {
+        near->is_truncated = true;
         return;
     }
     self_nodes_mark_linked(finder, node);
@@ -141,7 +140,7 @@ static void self_nodes_find_apart(self_nodes_finder* finder, int index, float sh
     near->count = 0;
     if (!plii_spatial_hash_find_near(context, &state->hash, centre, radius, near) ||
         !self_nodes_reserve(context, finder->found, near->count + index)) {
-        finder->is_truncated = true;
+        near->is_truncated = true;
         return;
     }
     self_nodes_mark_linked(finder, node);
@@ -177,7 +176,7 @@ typedef struct self_nodes_pass {
 static bool self_nodes_find_some(const self_nodes_pass* pass, int begin, int end, plii_self_search* search,
                                  plii_self_pair_list* found) {
     const plii_link_graph* graph = plii_feature_state(pass->body, &plii_link_graph_class);
-    self_nodes_finder finder = {pass->body, graph, pass->state, search, found, false};
+    self_nodes_finder finder = {pass->body, graph, pass->state, search, found};
     search->near.is_truncated = false;
     for (int i = begin; i < end; ++i) {
         if (pass->is_apart) {
@@ -186,7 +185,7 @@ static bool self_nodes_find_some(const self_nodes_pass* pass, int begin, int end
             self_nodes_find_common(&finder, pass->state->hash.nodes[i]);
         }
     }
-    return finder.is_truncated || search->near.is_truncated;
+    return search->near.is_truncated;
 }
 
 static void self_nodes_find_block(int begin, int end, int block, void* data) {

@@ -270,11 +270,10 @@ static void self_nodes_run_update(pli_body* body, void* data) {
     self_nodes_limit(body, state, &step, body->velocities);
 }
 
-static pli_status self_nodes_enable(pli_body* body, void* data) {
+static void self_nodes_enable(pli_body* body, void* data) {
     self_nodes_state* state = data;
     plii_self_node_pairs_start(&state->pairs);
     plii_body_copy_positions(body, state->pairs.rest);
-    return PLI_OK;
 }
 
 static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change) {

@@ -23,6 +23,11 @@ static bool world_meets_rigid(pli_body* body, const pli_rigid* rigid) {
     return !body->interval.is_waiting;
 }
 
+/* The count of a feature's first list, of contacts. A pair that there was no memory for gets none, or it would tip. */
+static int* world_contact_count(const plii_feature_class* klass, void* state) {
+    return (int*)((char*)state + klass->arrays->count);
+}
+
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     const int* begin = &body->pipeline.begin[PLII_COLLIDE_RIGID];
@@ -31,7 +36,10 @@ static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid*
         const plii_feature_class* klass = entry->klass;
         if (rigid->is_sensor && !klass->meets_sensors) { continue; }
         plii_thread.pass.feature = klass;
-        PLII_WORLD_RUN_PROFILED(world, "collide", klass->name, (void)klass->collide_rigid(body, entry->state, rigid));
+        const uint64_t shortages = plii_thread.shortages;
+        int *contacts = world_contact_count(klass, entry->state), before = *contacts;
+        PLII_WORLD_RUN_PROFILED(world, "collide", klass->name, klass->collide_rigid(body, entry->state, rigid));
+        if (plii_thread.shortages != shortages) { *contacts = before; }
     }
 }
 
@@ -186,8 +194,14 @@ static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair
         void* other_state = plii_feature_state(body_b, feature->klass);
         if (other_state == NULL) { continue; }
         plii_thread.pass.feature = feature->klass;
+        const uint64_t shortages = plii_thread.shortages;
+        int *contacts = world_contact_count(feature->klass, feature->state), before = *contacts;
+        int *other_contacts = world_contact_count(feature->klass, other_state), other_before = *other_contacts;
         PLII_WORLD_RUN_PROFILED(world, "collide", feature->klass->name,
-                                (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state));
+                                feature->klass->collide_body(body_a, feature->state, body_b, other_state));
+        if (plii_thread.shortages == shortages) { continue; }
+        *contacts = before;
+        *other_contacts = other_before;
     }
 }
 
@@ -240,7 +254,8 @@ static bool world_collide_in_waves(pli_world* world, const pli_body_pair* pairs,
         ++begin[wave_of[i]];
         nodes += a->node_count + b->node_count;
     }
-    const int met = plii_csr_sum(COLLIDE_WAVES, begin);
+    plii_csr_sum(COLLIDE_WAVES, begin);
+    const int met = begin[COLLIDE_WAVES];
     for (int i = count - 1; i >= 0; --i) {
         if (wave_of[i] != PLI_NULL_INDEX) { order[--begin[wave_of[i]]] = i; }
     }

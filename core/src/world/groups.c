@@ -94,7 +94,7 @@ static void groups_list(pli_world* world) {
         ++begin[-1 - roots[i]];
     }
     world->group_count = count;
-    (void)plii_csr_sum(count, begin);
+    plii_csr_sum(count, begin);
     for (int i = world->body_count - 1; i >= 0; --i) {
         world->group_bodies[--begin[-1 - roots[i]]] = world->bodies[i];
     }

@@ -164,7 +164,7 @@ static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) 
     for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
         memset(state + part->offset, 0, part->size);
     }
-    if (klass->enable != NULL) { (void)klass->enable(body, state); }
+    if (klass->enable != NULL) { klass->enable(body, state); }
 }
 
 // --------------------------------------------------------------------------------------------- bodies and the world

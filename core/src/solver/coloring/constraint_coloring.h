@@ -29,7 +29,7 @@ static inline void plii_constraint_order(int count, const int (*nodes)[4], uint6
         colors[i] = (uint8_t)color;
         ++begin[color];
     }
-    (void)plii_csr_sum(PLII_CONSTRAINT_COLORS, begin);
+    plii_csr_sum(PLII_CONSTRAINT_COLORS, begin);
     for (int i = count - 1; i >= 0; --i) {
         order[--begin[colors[i]]] = i;
     }

@@ -124,7 +124,7 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     for (int i = 0; i < work->count; ++i) {
         ++begin[key(work, work->order[i])];
     }
-    (void)plii_csr_sum(key_count, begin);
+    plii_csr_sum(key_count, begin);
     for (int i = work->count - 1; i >= 0; --i) {
         work->sorted[--begin[key(work, work->order[i])]] = work->order[i];
     }
@@ -260,9 +260,8 @@ const plii_link_colors* plii_link_colors_of(pli_body* body) {
     return colors->is_current ? colors : NULL;
 }
 
-static pli_status link_colors_enable(pli_body* body, void* state) {
+static void link_colors_enable(pli_body* body, void* state) {
     link_colors_make(body, state);
-    return ((plii_link_colors*)state)->is_current ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {

@@ -7,8 +7,7 @@
 #include "math/simd_wide.h"
 #include "solver/coloring/links_kernel.h"
 
-/* Vectors. The nodes of two fit into the registers of AVX-512; of registers of four floats there are too few for one.
- */
+/* Vectors. The nodes of two fit into the registers of AVX-512; of four floats there are too few for one. */
 enum { LINKS_BATCH = PLII_WIDE_GROUPS == 2 ? 2 : PLII_FLOAT8_IS_ONE ? 6 : 1, LINKS_UNROLLED = PLII_WIDE_GROUPS };
 /* Constraints. Links of XPBD are rigid where none has a compliance, and damped where one has a damping. */
 enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };

@@ -56,10 +56,10 @@ static void colored_links_prepare(pli_body* body, void* data) {
     if (body->sweep_revision != body->link_revision) { colored_links_update(body, data); }
 }
 
-static pli_status colored_links_enable(pli_body* body, void* data) {
+static void colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     body->sweep_revision = body->link_revision - 1;
-    return colored_links_choose_sweep(body, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    (void)colored_links_choose_sweep(body, state);
 }
 
 static void colored_links_disable(pli_body* body, void* state) {

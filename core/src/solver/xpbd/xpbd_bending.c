@@ -133,10 +133,10 @@ static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_state* sta
     return count;
 }
 
-static pli_status xpbd_bending_enable(pli_body* body, void* data) {
+static void xpbd_bending_enable(pli_body* body, void* data) {
     xpbd_bending_state* state = data;
     state->hinge_count = 0;
-    if (body->topology->face_count == 0) { return PLI_OK; }
+    if (body->topology->face_count == 0) { return; }
     plii_csr_sort_edges(body->node_count, body->topology->face_count, (const int(*)[3])body->topology->faces,
                         state->keys, state->begin, state->corners);
     state->hinge_count = xpbd_bending_pair(body, state);
@@ -151,7 +151,6 @@ static pli_status xpbd_bending_enable(pli_body* body, void* data) {
         state->hinges[i] =
             (xpbd_hinge){{nodes[0], nodes[1], nodes[2], nodes[3]}, shape.is_valid ? shape.angle : 0.0f, 0.0f};
     }
-    return PLI_OK;
 }
 
 /* Between the faces that two have come from; parts of a face lie in its plane. `corners` has `before` by node. */
@@ -175,7 +174,7 @@ static void xpbd_bending_topology_commit(pli_body* body, void* data, const plii_
     xpbd_bending_state* state = data;
     const xpbd_hinge* before = change->old_arrays[0];
     const int count = state->hinge_count;
-    (void)xpbd_bending_enable(body, state);
+    xpbd_bending_enable(body, state);
     if (change->takes_rest_shape) { return; }
     for (int i = 0; i < count; ++i) {
         state->keys[i] = before[i].nodes[0];

@@ -104,11 +104,10 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
     plii_links_sweep_colors(&state->task);
 }
 
-static pli_status xpbd_links_enable(pli_body* body, void* data) {
+static void xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     state->link_revision = body->link_revision - 1;
     xpbd_links_begin(body, state);
-    return state->task.colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 /* Compliances are those of the definition that was restored. */

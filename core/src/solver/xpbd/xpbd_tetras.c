@@ -179,7 +179,7 @@ static void xpbd_tetras_fill_groups(const pli_body* body, xpbd_tetras_state* sta
     }
 }
 
-static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
+static void xpbd_tetras_enable(pli_body* body, void* data) {
     xpbd_tetras_state* state = data;
     const plii_topology* topology = body->topology;
     plii_scratch scratch = {.context = body->context};
@@ -194,7 +194,6 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
         }
     }
     plii_scratch_free(&scratch);
-    return state->groups != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links that are not damped */

@@ -157,9 +157,8 @@ static void xpbd_volume_ask_for_gas(pli_body* body, void* data) {
     body->gas = &state->gas;
 }
 
-static pli_status xpbd_volume_enable(pli_body* body, void* data) {
+static void xpbd_volume_enable(pli_body* body, void* data) {
     ((xpbd_volume_state*)data)->rest_volume = (double)plii_body_volume(body);
-    return PLI_OK;
 }
 
 static void xpbd_volume_build(pli_body* body, void* data) {
