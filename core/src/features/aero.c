@@ -7,8 +7,6 @@
 
 /* Cosine of 10 degrees: below this angle of attack a lift-drag model has no lift. */
 #define AERO_MAX_LIFT_COSINE 0.98480f
-/* Sine of 30 degrees: air turns a velocity by no more in a step, as nodes that each go another way strain springs. */
-#define AERO_MAX_TURN 0.5f
 
 typedef struct aero_state {
     pli_aero_def def;
@@ -92,18 +90,21 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit(plii_vec3x4 force, plii_vec3x4 velocity,
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_float4 response = plii_float4_all(dt) * inverse_mass;
     const plii_vec3x4 after = plii_vec3x4_add(velocity, plii_vec3x4_scale(force, response)), none = {0};
-    const plii_float4 squared = plii_vec3x4_dot(velocity, velocity), after_squared = plii_vec3x4_dot(after, after);
-    const plii_float4 along = plii_vec3x4_dot(after, velocity) / squared;
-    const plii_vec3x4 across = plii_vec3x4_sub(after, plii_vec3x4_scale(velocity, along));
-    const plii_float4 turn = plii_float4_sqrt(plii_vec3x4_dot(across, across) / squared);
-    const plii_mask4 is_cut = ((along < zero) | (squared < after_squared) | (turn > AERO_MAX_TURN)) & (zero < response);
+    const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
+    const plii_float4 along = plii_vec3x4_dot(after, velocity);
+    const plii_mask4 turns_back = along < zero;
+    const plii_mask4 is_faster = speed_squared < plii_vec3x4_dot(after, after);
+    const plii_mask4 is_cut = (turns_back | is_faster) & (zero < response);
     if (plii_lanes_bits(is_cut) == 0) { return force; }
-    const plii_vec3x4 kept = plii_vec3x4_add(plii_vec3x4_scale(velocity, plii_lanes_max(along, zero)),
-                                             plii_vec3x4_scale(across, plii_lanes_min(AERO_MAX_TURN / turn, one)));
-    const plii_float4 ratio = plii_lanes_min(plii_float4_sqrt(squared / plii_vec3x4_dot(kept, kept)), one);
-    const plii_vec3x4 change = plii_vec3x4_sub(plii_vec3x4_scale(kept, ratio), velocity);
-    const plii_vec3x4 known = plii_vec3x4_select(squared > PLII_EPSILON, change, none);
-    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(known, one / response), force);
+    const plii_vec3x4 across = plii_vec3x4_sub(after, plii_vec3x4_scale(velocity, along / speed_squared));
+    const plii_vec3x4 kept = plii_vec3x4_select(turns_back, across, after);
+    const plii_float4 kept_squared = plii_vec3x4_dot(kept, kept);
+    const plii_float4 ratio = plii_float4_sqrt(speed_squared / kept_squared);
+    const plii_mask4 is_too_fast = speed_squared < kept_squared;
+    const plii_vec3x4 reached = plii_vec3x4_select(is_too_fast, plii_vec3x4_scale(kept, ratio), kept);
+    const plii_vec3x4 change =
+        plii_vec3x4_select(speed_squared > PLII_EPSILON, plii_vec3x4_sub(reached, velocity), none);
+    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(change, one / response), force);
 }
 
 typedef struct aero_nodes {
