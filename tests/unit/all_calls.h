@@ -380,6 +380,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_rigid_create, SHAPE, CHANGES, CALL_STATUS(call_create_rigid(h)))                                             \
     X(pli_rigid_destroy, RIGID, CHANGES_IDLE, CALL_VOID(pli_rigid_destroy(h->rigid)))                                  \
     X(pli_rigid_set_state, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_state(h->rigid, &h->rigid_state)))                \
+    X(pli_rigid_move, RIGID, CHANGES, CALL_STATUS(pli_rigid_move(h->rigid, pli_transform_identity(), 0.5f)))           \
     X(pli_rigid_get_state, RIGID, READS, CALL_VALUE(pli_rigid_get_state(h->rigid).inverse_mass == 0.0f))               \
     X(pli_rigid_set_friction, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_friction(h->rigid, 0.5f)))                     \
     X(pli_rigid_set_restitution, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_restitution(h->rigid, 0.5f)))               \

@@ -4,6 +4,7 @@
 #include "pliant/anchor.h"
 #include "pliant/contact.h"
 #include "pliant/generate.h"
+#include "pliant/limits.h"
 #include "pliant/rigid.h"
 #include "pliant/world.h"
 
@@ -199,9 +200,96 @@ static void test_an_even_spin_keeps_the_inertia(void** unused) {
     }
 }
 
+/* Largest difference of two rotations' numbers. */
+static float rotation_error(pli_mat3 a, pli_mat3 b) {
+    float most = 0;
+    for (int i = 0; i < 3; ++i) {
+        const pli_vec3 d = pli_vec3_sub(a.rows[i], b.rows[i]);
+        most = fmaxf(most, fmaxf(fabsf(d.x), fmaxf(fabsf(d.y), fabsf(d.z))));
+    }
+    return most;
+}
+
+/* By small, large and half turns, from where the step before has left it; a node that is anchored is there too. */
+static void test_kinematic_bodies_are_led_to_poses(void** unused) {
+    (void)unused;
+    static const pli_quat turns[] = {{0, 0, 0, 1},  {0.01f, 0, 0, 1},     {0, 0, 0.3f, 0.7f},
+                                     {1, 0, 0, 0},  {0, 1, 0, 0},         {0, 0, 1, 0},
+                                     {1, -1, 0, 0}, {0.5f, 2, -1, -0.2f}, {-1, -1, -1, 0.1f}};
+    enum { TURNS = sizeof turns / sizeof *turns };
+    const float dt = 1.0f / 60;
+    const pli_vec3 none = pli_vec3_make(0, 0, 0), pivot = pli_vec3_make(0, 0.5f, 0.25f);
+    scene s = scene_make();
+    const pli_rigid_state start = dynamic_state();
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_KINEMATIC, &start), PLI_OK);
+    pli_mesh* mesh;
+    pli_body* rope;
+    assert_int_equal(pli_mesh_create_rope(s.context, none, pli_vec3_make(0, -1, 0), 2, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_body_create(s.world, mesh, NULL, &rope), PLI_OK);
+    pli_mesh_destroy(mesh);
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.rigid = s.rigid;
+    anchor.local_pivot = &pivot;
+    assert_int_equal(pli_body_add_anchor(rope, &anchor, NULL), PLI_OK);
+    for (int from = 0; from < TURNS; ++from) {
+        for (int to = 0; to < TURNS; ++to) {
+            pli_rigid_state state = pli_rigid_get_state(s.rigid);
+            state.pose = pli_transform_make(turns[from], pli_vec3_make((float)from, 1, 0));
+            assert_int_equal(pli_rigid_set_state(s.rigid, &state), PLI_OK);
+            const pli_transform goal = pli_transform_make(turns[to], pli_vec3_make(3, (float)to, -2));
+            assert_int_equal(pli_rigid_move(s.rigid, goal, dt), PLI_OK);
+            assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+            assert_int_equal(pli_rigid_integrate(s.rigid, none, dt), PLI_OK);
+            state = pli_rigid_get_state(s.rigid);
+            check_at_most(pli_vec3_length(pli_vec3_sub(state.pose.origin, goal.origin)), 2e-6);
+            check_at_most(rotation_error(state.pose.rotation, goal.rotation), 2e-6);
+            check_at_most(pli_vec3_length(state.angular_velocity), (double)(3.1416f / dt));
+            const pli_vec4 node = pli_body_get_view(rope).positions[0];
+            const pli_vec3 held = pli_transform_point(goal, pivot);
+            check_at_most(pli_vec3_length(pli_vec3_sub(pli_vec3_make(node.x, node.y, node.z), held)), 2e-5);
+
+            /* Led to where it is, it stays to the bit. */
+            assert_int_equal(pli_rigid_move(s.rigid, goal, dt), PLI_OK);
+            state = pli_rigid_get_state(s.rigid);
+            check_near(pli_vec3_length(state.linear_velocity), 0, 0);
+            check_near(pli_vec3_length(state.angular_velocity), 0, 0);
+        }
+    }
+    scene_destroy(&s);
+}
+
+static void test_what_cannot_be_led_is_refused(void** unused) {
+    (void)unused;
+    scene s = scene_make();
+    const pli_rigid_state start = dynamic_state();
+    pli_transform goal = pli_transform_identity();
+    assert_int_equal(pli_rigid_move(s.rigid, goal, 0.1f), PLI_ERROR_WRONG_STATE); /* static */
+    assert_string_equal(pli_last_error(s.context), "pli_rigid_move: the rigid body is not kinematic");
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_DYNAMIC, &start), PLI_OK);
+    assert_int_equal(pli_rigid_move(s.rigid, goal, 0.1f), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_KINEMATIC, &start), PLI_OK);
+    assert_int_equal(pli_rigid_move(s.rigid, goal, 0), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_rigid_move(s.rigid, goal, NAN), PLI_ERROR_NOT_FINITE);
+    goal.origin.y = NAN;
+    assert_int_equal(pli_rigid_move(s.rigid, goal, 0.1f), PLI_ERROR_NOT_FINITE);
+    goal.origin.y = 2 * PLI_MAX_COORDINATE;
+    assert_int_equal(pli_rigid_move(s.rigid, goal, 0.1f), PLI_ERROR_INVALID_VALUE);
+    goal.origin.y = 1e5f; /* in a microsecond: 1e11 m/s */
+    assert_int_equal(pli_rigid_move(s.rigid, goal, PLI_MIN_TIME_STEP), PLI_ERROR_INVALID_VALUE);
+    goal.rotation.rows[0].x = 2;
+    assert_int_equal(pli_rigid_move(s.rigid, goal, 0.1f), PLI_ERROR_INVALID_VALUE);
+    goal.rotation.rows[0].x = NAN;
+    assert_int_equal(pli_rigid_move(s.rigid, goal, 0.1f), PLI_ERROR_NOT_FINITE);
+    const pli_rigid_state state = pli_rigid_get_state(s.rigid);
+    assert_memory_equal(&state.linear_velocity, &start.linear_velocity, sizeof start.linear_velocity);
+    scene_destroy(&s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_kind_may_change),
+        cmocka_unit_test(test_kinematic_bodies_are_led_to_poses),
+        cmocka_unit_test(test_what_cannot_be_led_is_refused),
         cmocka_unit_test(test_what_was_dynamic_does_not_fall),
         cmocka_unit_test(test_factors_may_change),
         cmocka_unit_test(test_shapes_may_change_and_anchors_stay),

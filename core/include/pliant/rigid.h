@@ -66,6 +66,16 @@ PLI_API void pli_rigid_destroy(pli_rigid* rigid);
 /// Sets pose, velocities and mass, before a step or between its parts. Fields that the kind ignores are not checked.
 PLI_API pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state);
 
+/// Leads a kinematic body to a pose within the next step: sets the velocities that take it there from its present pose,
+/// straight and the shorter way round. Call it before each step, and pli_rigid_integrate after the step, which puts the
+/// body there. What is anchored to it, and what touches it, then follows to where it is drawn. To put a body elsewhere
+/// without a motion use pli_rigid_set_state.
+/// @param pose as in pli_rigid_state
+/// @param dt   s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP, that of the step
+/// @return PLI_ERROR_WRONG_STATE for a body that is not kinematic; PLI_ERROR_INVALID_VALUE also when it would be faster
+///         than the limits
+PLI_API pli_status pli_rigid_move(pli_rigid* rigid, pli_transform pose, float dt);
+
 /// The present state. After a step its velocities are those that soft bodies have left.
 PLI_API pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid);
 

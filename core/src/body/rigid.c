@@ -9,11 +9,6 @@
 
 #include <stdio.h>
 
-static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* function) {
-    PLII_TRY(plii_check_rigid(rigid, function));
-    return plii_check_world_change(rigid->world, function);
-}
-
 PLII_DEFINE_DEFAULT(pli_rigid_def, .kind = PLI_RIGID_STATIC, .state = {.pose = pli_transform_identity()},
                     .friction = 0.5f, .restitution = 1.0f, .linear_factor = {1, 1, 1}, .angular_factor = {1, 1, 1})
 
@@ -51,9 +46,8 @@ static bool rigid_state_is_within(const pli_rigid_state* state) {
 static const plii_field rigid_fields[] = {RIGID_STATE_LIMITS(RIGID_VECTOR_FIELD, RIGID_NUMBER_FIELD)};
 enum { RIGID_POSE_FIELDS = 4, RIGID_MOTION_FIELDS = 6, RIGID_FIELDS = sizeof rigid_fields / sizeof *rigid_fields };
 
-/* The error of a state, if there is one. */
-static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
-                                    const char* function) {
+pli_status plii_rigid_judge_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+                                  const char* function) {
     static const int counts[] = {[PLI_RIGID_STATIC] = RIGID_POSE_FIELDS,
                                  [PLI_RIGID_KINEMATIC] = RIGID_MOTION_FIELDS,
                                  [PLI_RIGID_DYNAMIC] = RIGID_FIELDS};
@@ -70,7 +64,7 @@ static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind 
     const bool is_known = good != NULL && memcmp(rotation, good, sizeof *good) == 0;
     const bool is_good = rigid_state_is_within(state) && (is_known || plii_is_rotation(*rotation)) &&
                          (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass));
-    return is_good ? PLI_OK : rigid_judge_state(context, kind, state, function);
+    return is_good ? PLI_OK : plii_rigid_judge_state(context, kind, state, function);
 }
 
 /* Bit for bit. */
@@ -225,8 +219,8 @@ void pli_rigid_destroy(pli_rigid* rigid) {
     rigid_release(rigid);
 }
 
-static pli_status rigid_change(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state,
-                               const char* function) {
+pli_status plii_rigid_change(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state,
+                             const char* function) {
     PLII_TRY(rigid_check_state(rigid->context, kind, &rigid->state.pose.rotation, state, function));
     if (rigid->kind != kind) { rigid->world->has_groups = false; } /* were made by kinds */
     rigid->kind = kind;
@@ -235,30 +229,30 @@ static pli_status rigid_change(pli_rigid* rigid, pli_rigid_kind kind, const pli_
 }
 
 pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
     const bool stays = rigid->kind == PLI_RIGID_STATIC && rigid_is_same_pose(&rigid->state.pose, &state->pose);
-    return stays ? PLI_OK : rigid_change(rigid, rigid->kind, state, __func__);
+    return stays ? PLI_OK : plii_rigid_change(rigid, rigid->kind, state, __func__);
 }
 
 PLII_DEFINE_GET(pli_rigid_state, pli_rigid_get_state, rigid, rigid->state,
                 (pli_rigid_state){.pose = pli_transform_identity()})
 
 pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     PLII_TRY(plii_check_between(rigid->context, friction, 0.0f, PLI_MAX_FACTOR, "friction", __func__));
     rigid->has_changed = rigid->has_changed || rigid->friction != friction;
     rigid->friction = friction;
     return PLI_OK;
 }
 pli_status pli_rigid_set_restitution(pli_rigid* rigid, float restitution) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     PLII_TRY(plii_check_between(rigid->context, restitution, 0.0f, PLI_MAX_FACTOR, "restitution", __func__));
     rigid->restitution = restitution;
     return PLI_OK;
 }
 pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     PLII_TRY(plii_check_vec3_within(rigid->context, linear_factor, PLI_MAX_FACTOR, "linear_factor", __func__));
     PLII_TRY(plii_check_vec3_within(rigid->context, angular_factor, PLI_MAX_FACTOR, "angular_factor", __func__));
     rigid->linear_factor = linear_factor;
@@ -267,16 +261,16 @@ pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_v
 }
 
 pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
     PLII_FAIL_IF(kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC, rigid->context, PLI_ERROR_INVALID_VALUE, __func__,
                  "unknown kind %d", (int)kind);
-    return rigid_change(rigid, kind, state, __func__);
+    return plii_rigid_change(rigid, kind, state, __func__);
 }
 
 pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
                                 const pli_transform* shape_poses) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     PLII_TRY(rigid_check_shapes(rigid->context, shape_count, shapes, shape_poses, __func__));
     PLII_FAIL_IF(!rigid_store_shapes(rigid, shape_count, shapes, shape_poses), rigid->context, PLI_ERROR_OUT_OF_MEMORY,
                  __func__, "no memory for %d shapes", shape_count);
@@ -284,7 +278,7 @@ pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* co
 }
 
 pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     rigid->has_changed = rigid->has_changed || rigid->is_absent == is_present;
     rigid->is_absent = !is_present;
     return PLI_OK;
@@ -292,7 +286,7 @@ pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present) {
 PLII_DEFINE_GET(bool, pli_rigid_is_present, rigid, !rigid->is_absent, false)
 
 pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     rigid->has_changed = rigid->has_changed || rigid->is_sensor != is_sensor;
     rigid->is_sensor = is_sensor;
     return PLI_OK;
@@ -432,7 +426,7 @@ pli_transform plii_rigid_advance(pli_transform pose, plii_twist velocity, float 
 }
 
 pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
-    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(plii_check_rigid_change(rigid, __func__));
     PLII_TRY(plii_check_vec3_within(rigid->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
     PLII_TRY(plii_check_between(rigid->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", __func__));
     if (rigid->kind == PLI_RIGID_STATIC || rigid->is_asleep) { return PLI_OK; }

@@ -89,6 +89,11 @@ struct pli_rigid {
 static inline pli_status plii_check_rigid(const pli_rigid* rigid, const char* function) {
     return plii_check_handle(rigid, PLII_HANDLE_RIGID, NULL, NULL, function);
 }
+/* The error of a state, if there is one. */
+pli_status plii_rigid_judge_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+                                  const char* function);
+/* Takes the state if it has no error. */
+pli_status plii_rigid_change(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state, const char* function);
 /* In the world: pose of shape `index`, and bounds over all. */
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid);

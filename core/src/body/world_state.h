@@ -118,6 +118,11 @@ static inline pli_status plii_check_world_change(const pli_world* world, const c
 }
 /* ... nor between predict and solve. */
 pli_status plii_check_world_idle(const pli_world* world, const char* function);
+/* As plii_check_world_change, for a rigid body. */
+static inline pli_status plii_check_rigid_change(const pli_rigid* rigid, const char* function) {
+    PLII_TRY(plii_check_rigid(rigid, function));
+    return plii_check_world_change(rigid->world, function);
+}
 
 /* A number of a group that falls asleep now; never 0. */
 uint32_t plii_world_next_sleep_group(pli_world* world);
