@@ -196,7 +196,9 @@ static void world_run_collide_bodies(pli_world* world, const pli_body_pair* pair
         plii_thread.pass.feature = feature->klass;
         const uint64_t shortages = plii_thread.shortages;
         int *contacts = world_contact_count(feature->klass, feature->state), before = *contacts;
-        int *other_contacts = world_contact_count(feature->klass, other_state), other_before = *other_contacts;
+        const bool writes_both = feature->klass->prepare_pair == NULL; /* else another thread may write to it */
+        int* other_contacts = writes_both ? world_contact_count(feature->klass, other_state) : contacts;
+        const int other_before = *other_contacts;
         PLII_WORLD_RUN_PROFILED(world, "collide", feature->klass->name,
                                 feature->klass->collide_body(body_a, feature->state, body_b, other_state));
         if (plii_thread.shortages == shortages) { continue; }
