@@ -53,7 +53,7 @@ pli_status plii_rigid_judge_state(pli_context* context, pli_rigid_kind kind, con
                                  [PLI_RIGID_DYNAMIC] = RIGID_FIELDS};
     PLII_TRY(plii_check_fields(context, state, counts[kind], rigid_fields, function));
     PLII_FAIL_IF(!plii_is_rotation(state->pose.rotation), context, PLI_ERROR_INVALID_VALUE, function,
-                 "pose.rotation is scaled, sheared or mirrored: its rows need length 1 and right angles between them");
+                 "pose.rotation is scaled, sheared or mirrored");
     return PLI_OK;
 }
 

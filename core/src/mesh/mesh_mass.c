@@ -91,7 +91,7 @@ static pli_status mass_share_out(pli_mesh* mesh, float mass, float* weights, con
         weights[i] = is_measured ? weight : 0.0f;
     }
     PLII_FAIL_IF(measured_count == 0, mesh->context, PLI_ERROR_INVALID_MESH, function,
-                 "none of the nodes that are not pinned belongs to a %s", what);
+                 "no node that is not pinned has a %s", what);
     const float rest = (float)free_count / mass;
     PLII_FAIL_IF(measured_count < free_count && !plii_is_inverse_mass(rest), mesh->context, PLI_ERROR_INVALID_VALUE,
                  function,

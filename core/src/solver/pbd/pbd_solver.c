@@ -163,7 +163,6 @@ const plii_solver_class plii_position_solver = {
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
     PLII_FAIL_IF(body->solver_class != &plii_position_solver && body->solver_class != solver_class, body->context,
-                 PLI_ERROR_WRONG_STATE, function,
-                 "the body is stepped by the %s solver, which has to be disabled first", body->solver_class->name);
+                 PLI_ERROR_WRONG_STATE, function, "disable the %s solver of the body first", body->solver_class->name);
     return PLI_OK;
 }

@@ -179,7 +179,7 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_feature_class* klass
                                  const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
     PLII_FAIL_IF(!plii_feature_is_enabled(body, &plii_xpbd_class), body->context, PLI_ERROR_WRONG_STATE, function,
-                 "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
+                 "call pli_body_enable_xpbd first");
     return plii_feature_enable_with(body, klass, given, size, state);
 }
 
