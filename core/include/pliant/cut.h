@@ -44,8 +44,8 @@ PLI_API pli_refine_def pli_refine_def_default(void);
 PLI_API pli_status pli_body_refine(pli_body* body, const pli_refine_def* def);
 
 /// Cuts one link (and the faces along it) in two. Bullet name: cutLink
-/// Its halves are as stretched as it was, so this does not tear cloth: one of 1,400 nodes that is cut wherever links
-/// are too long has 30,000 after a dozen steps.
+/// Its halves are as stretched as it was, so this does not tear cloth: cutting wherever links are too long only makes
+/// more and more nodes.
 /// @param position (0, 1), share of its length from node a
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE also when no link joins the nodes,
 ///         PLI_ERROR_INVALID_MESH (an edge of a tetrahedron), PLI_ERROR_WRONG_STATE while stepping
