@@ -29,11 +29,12 @@ scene_rigid_def scene_rigid_box(const char* name, pli_vec3 half_extents, float m
 }
 
 scene_soft_def scene_soft_def_default(void) {
-    const pli_body_def body = pli_body_def_default();
+    pli_solver_settings solver = pli_body_def_default().solver;
+    solver.position_iterations = 1;
     return (scene_soft_def){
         .name = "soft",
         .collision_margin = 0.25f, /* Bullet's: scenes are the same on btSoftBody */
-        .solver = body.solver,
+        .solver = solver,
         .rigid_contacts = pli_rigid_contacts_def_default(),
         .has_rigid_contacts = true,
         .soft_contacts = pli_soft_contacts_def_default(),

@@ -329,7 +329,7 @@ def test_names_of_the_headers_are_there():
     assert pliant.MAX_COORDINATE == 1e6
     assert "pli_body_enable_tethers(" in pliant.Body.enable_tethers.__doc__
     assert "slack=0.01" in pliant.Body.enable_tethers.__doc__
-    assert 'solver={"velocity_iterations": 0, "position_iterations": 1,' in pliant.Body.create.__doc__
+    assert 'solver={"velocity_iterations": 0, "position_iterations": 8,' in pliant.Body.create.__doc__
     missing = [name for name in pliant.functions
                if name.startswith("pli_body_enable_") and not hasattr(pliant.Body, name[len("pli_body_"):])]
     assert missing == []

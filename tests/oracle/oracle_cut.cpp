@@ -40,7 +40,9 @@ struct pair {
     // Takes the mesh, which `context` made.
     explicit pair(pli_context* the_context, pli_mesh* mesh) : context(the_context) {
         assert_int_equal(pli_world_create(context, nullptr, &world), PLI_OK);
-        assert_int_equal(pli_body_create(world, mesh, nullptr, &body), PLI_OK);
+        pli_body_def def = pli_body_def_default();
+        def.solver.position_iterations = 1; // as in Bullet
+        assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
         soft = twin::make_soft_body(info, mesh);
         pli_mesh_destroy(mesh);
     }

@@ -97,7 +97,9 @@ struct fixture {
                              PLI_OK);
         }
         soft = twin::make_soft_body(info, mesh);
-        assert_int_equal(pli_body_create(world, mesh, nullptr, &body), PLI_OK);
+        pli_body_def body_def = pli_body_def_default();
+        body_def.solver.position_iterations = 1; // as in Bullet
+        assert_int_equal(pli_body_create(world, mesh, &body_def, &body), PLI_OK);
         pli_mesh_destroy(mesh);
         assert_int_equal(pli_body_enable_pose_matching(body, matching), PLI_OK);
         soft->setPose(false, true);

@@ -432,6 +432,9 @@ static void test_materials_and_kinds_are_carried_on(void** state) {
     assert_int_equal(pli_mesh_append_face(mesh, 3, 4, 5, 0, NULL), PLI_OK); /* not cut */
     assert_int_equal(pli_mesh_append_face(mesh, 0, 1, 2, material, NULL), PLI_OK);
     pli_body* body = take_mesh(f, mesh);
+    pli_solver_settings settings = pli_body_get_solver_settings(body);
+    settings.position_iterations = 1;
+    assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
     float x = 0.0f;
     pli_refine_def def = pli_refine_def_default();
     def.surface = wall_surface;

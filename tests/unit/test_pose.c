@@ -123,6 +123,9 @@ static void test_matching_keeps_the_momentum(void** unused) {
 static void test_matching_keeps_the_momentum_of_other_masses(void** unused) {
     (void)unused;
     pli_body* body = make_ball(1);
+    pli_solver_settings settings = pli_body_get_solver_settings(body);
+    settings.position_iterations = 1; /* floats lose more in each */
+    assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
     assert_int_equal(pli_body_enable_pose_matching(body, 0.3f), PLI_OK);
     assert_int_equal(pli_body_set_node_mass(body, 0, 20.0f), PLI_OK);
     assert_int_equal(pli_body_set_node_mass(body, 5, 0.01f), PLI_OK);

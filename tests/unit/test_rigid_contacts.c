@@ -206,7 +206,7 @@ static void test_rigid_contacts_hold_against_links(void** state) {
     assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make(0, 0.25f, 0), 1, NULL), PLI_OK);
     assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make(1, 0.25f, 0), 1, NULL), PLI_OK);
     assert_int_equal(pli_mesh_append_link(mesh, 0, 1, 0, NULL), PLI_OK);
-    assert_int_equal(pli_mesh_set_material(mesh, 0, &(pli_material){.linear_stiffness = 0.02f}), PLI_OK);
+    assert_int_equal(pli_mesh_set_material(mesh, 0, &(pli_material){.linear_stiffness = 0.0025f}), PLI_OK);
     pli_body* body = NULL;
     assert_int_equal(pli_body_create(f->world, mesh, NULL, &body), PLI_OK);
     pli_mesh_destroy(mesh);

@@ -27,8 +27,10 @@ static pli_body* make_triangles(self_scene* scene, const pli_vec3 positions[6], 
     }
     assert_int_equal(pli_mesh_append_face(mesh, 0, 1, 2, 0, NULL), PLI_OK);
     assert_int_equal(pli_mesh_append_face(mesh, 3, 4, 5, 0, NULL), PLI_OK);
+    pli_body_def body_def = pli_body_def_default();
+    body_def.solver.position_iterations = 1;
     pli_body* body = NULL;
-    assert_int_equal(pli_body_create(scene->world, mesh, NULL, &body), PLI_OK);
+    assert_int_equal(pli_body_create(scene->world, mesh, &body_def, &body), PLI_OK);
     pli_mesh_destroy(mesh);
     const pli_self_faces_def def = make_def(0.1f, 0, 2);
     assert_int_equal(pli_body_enable_self_faces(body, &def), PLI_OK);

@@ -18,8 +18,9 @@ typedef struct pli_body pli_body;
 /// How the position-based solver runs.
 typedef struct pli_solver_settings {
     int velocity_iterations; ///< >= 0, default 0; see pli_body_enable_velocity_links. Bullet name: viterations
-    /// >= 0, default 1 as in Bullet, which is soft: 4 to 20 are usual. Iterations over anchors, contacts and links.
-    /// Bullet name: piterations
+    /// >= 0, default 8; 4 to 20 are usual. Iterations over anchors, contacts and links. With 1, the default of Bullet,
+    /// links are soft, and solved in the order of the mesh they give a large sheet energy until it bursts. Bullet name:
+    /// piterations
     int position_iterations;
     /// >= 0, default 0: iterations that solve links on positions once more at the end of a step, with
     /// pli_body_enable_velocity_links. Contacts, anchors, targets and tethers do not hold nodes in them, as in Bullet.
@@ -212,10 +213,10 @@ PLI_API pli_status pli_body_enable_velocity_links(pli_body* body);
 /// @return as pli_body_enable_velocity_links
 PLI_API pli_status pli_body_disable_velocity_links(pli_body* body);
 
-/// Solves links colour by colour, several at once: many times faster than in the order of the mesh. Link indices stay
-/// those of the mesh. Results differ as they would for a mesh with shuffled links; they depend neither on the
-/// instruction set nor on threads. A body with few links, or with links that all meet in a node, keeps the order of the
-/// mesh.
+/// Solves links colour by colour, several at once: many times faster than in the order of the mesh, and without its
+/// direction, in which a ball may roll off by itself (see pli_mesh_append_bending_links). Link indices stay those of
+/// the mesh. Results differ as they would for a mesh with shuffled links; they depend neither on the instruction set
+/// nor on threads. A body with few links, or with links that all meet in a node, keeps the order of the mesh.
 /// @return as pli_body_enable_velocity_links
 /// Cost: about 20 B per link.
 PLI_API pli_status pli_body_enable_colored_links(pli_body* body);

@@ -111,8 +111,10 @@ PLI_API pli_status pli_mesh_set_node_position(pli_mesh* mesh, int node, pli_vec3
 // --------------------------------------------------------------------------------------------- link recipes
 
 /// Links every pair of nodes whose shortest path over the present links has exactly `distance` links, so that the body
-/// resists bending. The new links are (i, j) with i > j, ordered by j and then i. Time is linear in the number of paths
-/// that are followed. Bullet name: generateBendingConstraints
+/// resists bending. The new links are (i, j) with i > j, ordered by j and then i. Solved in this order, they push round
+/// bodies one way, and a ball on a level floor rolls off by itself: pli_mesh_shuffle_links afterwards prevents it, and
+/// so does pli_body_enable_colored_links. Time is linear in the number of paths that are followed. Bullet name:
+/// generateBendingConstraints
 /// @param distance >= 2
 /// @param added    receives the number of new links; may be NULL
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (material)

@@ -38,7 +38,7 @@ static const plii_field solver_fields[] = {
 // ----------------------------------------------------------------------------------------------------- life
 
 PLII_DEFINE_DEFAULT(pli_body_def, .collision_margin = PLI_MARGIN_OF_MESH,
-                    .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f})
+                    .solver = {.position_iterations = 8, .drift_correction = 1.0f, .time_scale = 1.0f})
 
 static bool body_needs_link_tags(const pli_mesh* mesh) {
     for (int i = 0; i < mesh->link_count; ++i) {
