@@ -10,7 +10,7 @@ void calls_cut(calls* c) {
     const pli_body_view view = pli_body_get_view(body);
     if (view.node_count > CALLS_MOST_NODES) { return; }
     pli_status status = PLI_ERROR_WRONG_STATE;
-    const int kind = bytes_below(&c->bytes, 3);
+    const int kind = bytes_below(&c->bytes, 4);
     if (kind == 0) {
         pli_refine_def def = pli_refine_def_default();
         def.surface = calls_surface;
@@ -29,6 +29,11 @@ void calls_cut(calls* c) {
             b = nodes[1];
         }
         status = CALL(c, home, pli_body_cut_link(body, a, b, bytes_float(&c->bytes, 0.1f, 0.9f)));
+    } else if (kind == 2) {
+        int torn = 0;
+        status =
+            CALL(c, home,
+                 pli_body_tear(body, bytes_float(&c->bytes, 0.01f, 1.0f), 1 + bytes_small(&c->bytes, 0, 15), &torn));
     } else {
         int parted = 0;
         const pli_vec3 from = bytes_vec3(&c->bytes, -2.0f, 2.0f), to = bytes_vec3(&c->bytes, -2.0f, 2.0f);

@@ -291,6 +291,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_set_bullet_boxes, BODY, CHANGES, CALL_STATUS(pli_body_set_bullet_boxes(h->body, h->boxes, h->boxes)))   \
     X(pli_body_refine, BODY, CHANGES_IDLE, CALL_STATUS(call_refine(h)))                                                \
     X(pli_body_cut_link, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_cut_link(h->body, 0, 1, 0.5f)))                      \
+    X(pli_body_tear, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_tear(h->body, 0.5f, 1, NULL)))                           \
     X(pli_body_cut_swept, BODY, CHANGES_IDLE,                                                                          \
       CALL_STATUS(pli_body_cut_swept(h->body, call_point, call_point, call_point, call_point, NULL)))                  \
     X(pli_body_count_parts, BODY, READS, CALL_STATUS(pli_body_count_parts(h->body, (int[]){0})))                       \

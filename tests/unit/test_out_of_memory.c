@@ -540,6 +540,7 @@ static void cut(trial* t, pli_body* body) {
     TRIAL_CALL(t, pli_body_refine(body, &refine));
     trial_steps(t, 2);
     cut_first_link(t, body);
+    TRIAL_CALL(t, pli_body_tear(body, 0.1f, 4, NULL));
     trial_steps(t, 1);
     /* Goes on where the cut before ended. */
     const pli_vec3 blade[3][2] = {

@@ -44,8 +44,7 @@ PLI_API pli_refine_def pli_refine_def_default(void);
 PLI_API pli_status pli_body_refine(pli_body* body, const pli_refine_def* def);
 
 /// Cuts one link (and the faces along it) in two. Bullet name: cutLink
-/// Its halves are as stretched as it was, so this does not tear cloth: cutting wherever links are too long only makes
-/// more and more nodes.
+/// Its halves are as stretched as it was: to tear what is too long, see pli_body_tear.
 /// @param position (0, 1), share of its length from node a
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE also when no link joins the nodes,
 ///         PLI_ERROR_INVALID_MESH (an edge of a tetrahedron), PLI_ERROR_WRONG_STATE while stepping
@@ -67,6 +66,19 @@ PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, flo
 /// @return PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                                       pli_vec3 to_end, int* parted);
+
+/// Tears cloth, nets and ropes where they are stretched most. A link that is too long is taken off one of its ends: the
+/// node there is copied, and what lies beyond it, seen along the link, stays with one of the two, the rest with the
+/// other. Faces are parted along their edges and none are made, so cloth frays in the pattern of its mesh. Bending
+/// links across the tear are removed. Call it after each step: torn links shorten in the steps that follow, and each
+/// end is parted once per call.
+/// @param stretch > 0, up to PLI_MAX_FACTOR: links longer than (1 + stretch) times their rest length tear, but for
+///        bending links. Well above what cloth is stretched by in use, as 0.5, or it goes to pieces at its own weight
+/// @param most    >= 1, nodes that are parted at most: the larger, the faster a tear runs
+/// @param torn    receives how many were; may be NULL
+/// @return PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
+/// Cost: a pass over the links when nothing tears, else linear in the size of the body for each node.
+PLI_API pli_status pli_body_tear(pli_body* body, float stretch, int most, int* torn);
 
 /// Counts the parts that are connected by links, faces or tetrahedra. A node without any is not counted.
 /// @return PLI_ERROR_OUT_OF_MEMORY

@@ -14,8 +14,9 @@ extern "C" {
 
 /// How the linear system of a step is solved.
 typedef enum pli_implicit_method {
-    /// A fixed number of Jacobi sweeps: the cheapest, always stable, softer than asked for with few sweeps. For cloth
-    /// that has to look right.
+    /// A fixed number of Jacobi sweeps: the cheapest, always stable, softer than asked for with few sweeps. For some
+    /// hundred nodes: with five sweeps and 1000 N/m a cloth of 1 kg, hung up by its corners, is stretched by 0.6 if it
+    /// has 21x21 nodes, and by 11 if it has 41x41, with 10 `finishing_iterations` by 0.3.
     PLI_IMPLICIT_JACOBI = 0,
     /// Jacobi sweeps with Chebyshev weights: fewer sweeps for the same error. For stiff meshes with ten sweeps or more.
     PLI_IMPLICIT_CHEBYSHEV = 1,

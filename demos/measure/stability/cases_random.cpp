@@ -263,6 +263,7 @@ void add_random_cases(std::vector<StabilityCase>& cases, uint64_t seed, int coun
         which.figure_name = "energy, % of what it may have";
         which.build = [made](scene_builder* builder) { build_random(builder, made); };
         which.step_seconds = [made](int step) { return made.steps[(step - 1) / made.turn % 2]; };
+        which.finishing_iterations = 100;
         which.smooths_steps = made.steps[0] != made.steps[1];
         which.seconds = 2;
         which.more_time = 100; // of a busy machine
