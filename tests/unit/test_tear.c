@@ -1,13 +1,10 @@
 /* Tearing: where, into what, and what stays as it is. */
 
-#include "level_sheet.h"
+#include "heavy_bodies.h"
 #include "manifold.h"
 #include "sample_mesh.h"
-#include "test_world.h"
 
 #include <math.h>
-
-#define CHECK_OK(call) assert_int_equal(call, PLI_OK)
 
 static const float dt = 1.0f / 60.0f;
 
@@ -145,6 +142,48 @@ static void a_sheet_that_is_pulled_apart_tears_in_two(void** unused) {
     }
 }
 
+/* 10 kg from a metre above a sheet of 1 kg that is pinned along its rim: through, with a hole, and little that is
+ * loose. */
+static void a_heavy_ball_tears_through(void** unused) {
+    (void)unused;
+    enum { SIDE = 41 };
+    const pli_patch_def patch = level_sheet(1, 0, SIDE);
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+    for (int i = 0; i < SIDE * SIDE; ++i) {
+        const int column = i % SIDE, row = i / SIDE;
+        const bool is_rim = column == 0 || column == SIDE - 1 || row == 0 || row == SIDE - 1;
+        if (is_rim) { CHECK_OK(pli_mesh_set_node_mass(mesh, i, 0)); }
+    }
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.02f;
+    def.solver.position_iterations = 16;
+    def.solver.velocity_damping = 0.005f;
+    pli_body* sheet = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &sheet));
+    pli_mesh_destroy(mesh);
+    CHECK_OK(pli_body_enable_colored_links(sheet));
+    CHECK_OK(pli_body_enable_rigid_contacts(sheet, NULL));
+    CHECK_OK(pli_body_enable_rigid_face_contacts(sheet, NULL));
+    CHECK_OK(pli_body_enable_soft_contacts(sheet, NULL));
+    pli_rigid* ball = make_ball(1, 10);
+    int torn = 0;
+    for (int i = 0; i < 60; ++i) {
+        CHECK_OK(pli_world_step(world, dt));
+        CHECK_OK(pli_rigid_integrate(ball, pli_vec3_make(0, -10, 0), dt));
+        torn += tear(sheet, 0.5f, 8);
+        check_manifold(sheet);
+    }
+    const float height = pli_rigid_get_state(ball).pose.origin.y;
+    print_message("%d torn, %d parts, ball at %.1f m\n", torn, part_count(sheet), (double)height);
+    check_at_most(height, -2);
+    assert_in_range(torn, 40, 160);
+    assert_in_range(part_count(sheet), 1, 12);
+    pli_rigid_destroy(ball);
+    pli_body_destroy(sheet);
+}
+
 static void what_is_not_too_long_costs_nothing(void** unused) {
     (void)unused;
     pli_body* rope = make_body(make_rope_mesh());
@@ -184,6 +223,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_sheet_parts_along_its_edges, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(a_sheet_that_is_pulled_apart_tears_in_two, setup_weightless_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(a_heavy_ball_tears_through, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(what_is_not_too_long_costs_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(bad_input_is_refused, setup_world, teardown_world),
     };
