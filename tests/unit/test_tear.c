@@ -1,8 +1,9 @@
 /* Tearing: where, into what, and what stays as it is. */
 
+#include "sample_mesh.h"
+
 #include "heavy_bodies.h"
 #include "manifold.h"
-#include "sample_mesh.h"
 
 #include <math.h>
 
