@@ -317,7 +317,7 @@ static void implicit_solve_constraints(pli_body* body, plii_implicit_system* sys
     for (int round = 0; is_improved && round < IMPLICIT_MAX_LINEARISATIONS; ++round) {
         const double excess_before = excess;
         excess = plii_implicit_excess(system);
-        const bool is_better = excess < 0.7 * excess_before || share < 1.0 || (round == 1 && !is_exact);
+        const bool is_better = excess < 0.9 * excess_before || share < 1.0 || (round == 1 && !is_exact);
         if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
         implicit_linearise_again(body, system, round == 0 && !is_exact);
         plii_implicit_conjugate_gradient(system, iterations, true);
