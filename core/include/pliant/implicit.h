@@ -16,7 +16,7 @@ extern "C" {
 typedef enum pli_implicit_method {
     /// A fixed number of Jacobi sweeps: the cheapest, always stable, softer than asked for with few sweeps. For some
     /// hundred nodes: with five sweeps and 1000 N/m a cloth of 1 kg, hung up by its corners, is stretched by 0.6 if it
-    /// has 21x21 nodes, and by 11 if it has 41x41, with 10 `finishing_iterations` by 0.3.
+    /// has 21x21 nodes, and by 11 if it has 41x41, with 10 `finishing_iterations` by 0.25.
     PLI_IMPLICIT_JACOBI = 0,
     /// Jacobi sweeps with Chebyshev weights: fewer sweeps for the same error. For stiff meshes with ten sweeps or more.
     PLI_IMPLICIT_CHEBYSHEV = 1,
@@ -42,7 +42,7 @@ typedef struct pli_implicit_def {
     int sweeps;
     /// >= 0, default 0: iterations of conjugate gradients that follow when sweeps would end a step with more energy
     /// than it had, because they are too few for the springs or their rotation. The springs are then linearised anew
-    /// and solved to `tolerance`, up to eight times per step. Steps that sweeps can solve cost one pass over the links
+    /// and solved to `tolerance`, up to 16 times per step. Steps that sweeps can solve cost one pass over the links
     /// more.
     int finishing_iterations;
     pli_implicit_method method; ///< default PLI_IMPLICIT_JACOBI

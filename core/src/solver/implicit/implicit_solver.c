@@ -9,7 +9,7 @@
 #include "math/bounds.h"
 #include "solver/implicit/implicit_system.h"
 
-enum { IMPLICIT_MAX_LINEARISATIONS = 8 };
+enum { IMPLICIT_MAX_LINEARISATIONS = 16 };
 #define IMPLICIT_LARGEST_EXCESS 0.01   /* of energy in a step, see plii_implicit_excess */
 #define IMPLICIT_LARGEST_GROWTH 1.5625 /* of step^2 / mass before the spectral radius is estimated anew */
 #define IMPLICIT_CONTACT_REACH 0.5f    /* of the margin, see plii_solver_class: bodies that lie keep their contacts */
