@@ -169,9 +169,9 @@ const plii_feature_class plii_xpbd_class = {
                                     PLII_STATE_SPAN(xpbd_state, kinds, sweep, PLII_LEFT, NULL),
                                     PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B")),
     /* Nothing of a step is needed by the next one. */
-    .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS(PLII_LEFT_PER_NODE(xpbd_state, displacements), PLII_LEFT_PER_NODE(xpbd_state, start_displacements),
+                    PLII_LEFT_PER_NODE(xpbd_state, accelerations)),
     .solver = &xpbd_solver,
 };
 
