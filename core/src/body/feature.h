@@ -115,7 +115,9 @@ typedef struct plii_feature_array {
 #define PLII_LIST_OF(type, pointer, capacity_member)                                                                   \
     PLII_MEMBER(type, pointer), .length = PLII_LIST, .capacity = offsetof(type, capacity_member)
 
-/* One that each step makes anew. */
+/* Those that each step makes anew. */
+#define PLII_LEFT_PER_NODE(type, pointer)                                                                              \
+    { PLII_MEMBER(type, pointer), PLII_PER_NODE, .snapshot = PLII_LEFT }
 #define PLII_LEFT_LIST(type, pointer, capacity_member)                                                                 \
     { PLII_LIST_OF(type, pointer, capacity_member), .snapshot = PLII_LEFT }
 /* Of each struct in an array of the state. */

@@ -16,6 +16,6 @@ const plii_feature_class plii_link_graph_class = {
     .state_size = sizeof(plii_link_graph),
     .arrays = PLII_ARRAYS({PLII_MEMBER(plii_link_graph, begin), PLII_PER_NODE, .more = 1, .snapshot = PLII_LEFT},
                           {PLII_MEMBER(plii_link_graph, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_link_graph, components), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+                          PLII_LEFT_PER_NODE(plii_link_graph, components)),
     .build = link_graph_build,
 };

@@ -59,7 +59,7 @@ const plii_feature_class plii_normals_class = {
     .state_size = sizeof(normals_state),
     /* After a cut the refresh fills them. */
     .arrays = PLII_ARRAYS({PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true, PLII_SAVED_AS("3f")},
-                          {PLII_MEMBER(normals_state, sums), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+                          PLII_LEFT_PER_NODE(normals_state, sums)),
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
     .on_restored = normals_on_restored,
 };

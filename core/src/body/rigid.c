@@ -92,7 +92,7 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
         rigid->pull = pli_vec3_make(0, 0, 0); /* of when it was dynamic */
     }
     if (rigid->kind == PLI_RIGID_STATIC) {
-        rigid->given = plii_twist_zero();
+        rigid->given = (plii_twist){0};
         plii_rigid_set_velocity(rigid, rigid->given);
     }
     if (rigid->was_touched || rigid->kind == PLI_RIGID_STATIC) { rigid->start = rigid->given; }
@@ -307,9 +307,9 @@ void plii_rigid_start_path(pli_rigid* rigid) {
     const bool was_locked = rigid_lock(rigid);
     if (!path->has_begun) {
         rigid->is_in_step = true;
-        path->shift = path->carried = plii_twist_zero();
+        path->shift = path->carried = (plii_twist){0};
         /* A static one is followed by nobody, and stays. */
-        path->moved = path->drift = plii_twist_zero();
+        path->moved = path->drift = (plii_twist){0};
         path->is_followed = false;
         path->begin = rigid->state.pose;
         path->begin_velocity = plii_rigid_velocity(rigid);

@@ -13,9 +13,6 @@ static inline plii_twist plii_twist_make(pli_vec3 linear, pli_vec3 angular) {
     const plii_twist twist = {linear, angular};
     return twist;
 }
-static inline plii_twist plii_twist_zero(void) {
-    return plii_twist_make(pli_vec3_make(0, 0, 0), pli_vec3_make(0, 0, 0));
-}
 static inline plii_twist plii_twist_add(plii_twist a, plii_twist b) {
     return plii_twist_make(pli_vec3_add(a.linear, b.linear), pli_vec3_add(a.angular, b.angular));
 }

@@ -60,7 +60,7 @@ static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt
     plii_rigid_path* path = &rigid->path;
     const float rate = 1.0f / body->host_dt;
     path->start = plii_rigid_velocity(rigid);
-    path->moved = path->gain = plii_twist_zero();
+    path->moved = path->gain = (plii_twist){0};
     path->drift = plii_twist_sub(plii_twist_scale(path->shift, rate), path->carried);
     const bool is_moved = plii_rigid_is_moved_by_host(rigid);
     if (is_moved && rigid->kind == PLI_RIGID_KINEMATIC) { /* ends up where the host has put it */

@@ -468,7 +468,7 @@ const plii_feature_class plii_clusters_class = {
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
     .arrays = PLII_ARRAYS(
-        {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        PLII_LEFT_PER_NODE(plii_clusters, node_sums),
         {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g10g8g6gi6giU6g3B"),
          .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
         {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),

@@ -166,7 +166,7 @@ void plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* 
     if (!state->def.with_rigids) { return; }
     const int before = state->count;
     state->rigid_pose = rigid->state.pose;
-    state->rigid_velocity = plii_twist_zero();
+    state->rigid_velocity = (plii_twist){0};
     const bool as_reference = body->clusters->def.reference_mode || state->def.disable_contact_cache;
     if (rigid->kind != PLI_RIGID_STATIC && !as_reference && state->def.distance == NULL) {
         plii_rigid_begin_path(rigid);

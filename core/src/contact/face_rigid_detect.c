@@ -40,10 +40,7 @@ static void held_find_nodes(const pli_body* body, plii_rigid_faces_candidate* ca
 static const plii_rigid_contact* held_find(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                            int node) {
     const plii_rigid_contacts* nodes = body->node_contacts;
-    if (nodes == NULL || candidate->nodes_count == 0 ||
-        candidate->nodes_begin + candidate->nodes_count > nodes->count) {
-        return NULL;
-    }
+    if (nodes == NULL || candidate->nodes_begin + candidate->nodes_count > nodes->count) { return NULL; }
     const plii_rigid_contact* contacts = nodes->contacts + candidate->nodes_begin;
     const int first =
         plii_csr_first(contacts, sizeof *contacts, offsetof(plii_rigid_contact, node), candidate->nodes_count, node);

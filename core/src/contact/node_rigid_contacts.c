@@ -466,7 +466,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .needs = PLII_NEEDS(&plii_iterated_sweeps_class),
     .arrays =
         PLII_ARRAYS(PLII_LEFT_COUNTED(plii_rigid_contacts, contacts, capacity, count),
-                    {PLII_MEMBER(plii_rigid_contacts, fixed_of_node), PLII_PER_NODE, .snapshot = PLII_LEFT},
+                    PLII_LEFT_PER_NODE(plii_rigid_contacts, fixed_of_node),
                     {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
                     PLII_LEFT_LIST(plii_rigid_contacts, substeps.contacts.items, substeps.contacts.capacity),
                     PLII_LEFT_LIST(plii_rigid_contacts, substeps.groups.groups, substeps.groups.capacity),

@@ -230,8 +230,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .is_sound = soft_is_sound,
     .arrays = PLII_ARRAYS(
         PLII_LEFT_COUNTED(plii_soft_contacts_state, contacts, capacity, count),
-        {PLII_MEMBER(plii_soft_contacts_state, predicted), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_soft_contacts_state, shifts), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        PLII_LEFT_PER_NODE(plii_soft_contacts_state, predicted), PLII_LEFT_PER_NODE(plii_soft_contacts_state, shifts),
         {PLII_MEMBER(plii_soft_contacts_state, missed), PLII_PER_NODE, PLII_SAVED_AS("f")},
         {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
         PLII_LEFT_COUNTED(plii_soft_contacts_state, met, met_capacity, met_count),

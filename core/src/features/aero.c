@@ -308,7 +308,7 @@ const plii_feature_class plii_aero_face_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(aero_state, def, PLII_SAVED, "e6ff3f*")),
     .is_sound = aero_is_sound,
     .needs = PLII_NEEDS(&plii_forces_class, &plii_normals_class, &plii_face_normals_class, &plii_areas_class),
-    .arrays = PLII_ARRAYS({PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+    .arrays = PLII_ARRAYS(PLII_LEFT_PER_NODE(aero_state, face_forces)),
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
     .acts_on_motion = true,
 };

@@ -196,8 +196,7 @@ const plii_feature_class plii_pose_class = {
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
     .arrays = PLII_ARRAYS({PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, PLII_SAVED_AS("3f")},
                           {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, PLII_SAVED_AS("f")},
-                          {PLII_MEMBER(pose_state, parts), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(pose_state, next), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+                          PLII_LEFT_PER_NODE(pose_state, parts), PLII_LEFT_PER_NODE(pose_state, next)),
     .topology_commit = pose_topology_commit,
 };
 

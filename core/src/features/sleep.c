@@ -265,8 +265,8 @@ static void sleep_put_to_sleep(pli_world* world, int* parents) {
         if (!root->is_group_resting) { continue; }
         rigid->is_asleep = true;
         rigid->sleep_group = root->sleep_group;
-        plii_rigid_set_velocity(rigid, plii_twist_zero());
-        rigid->given = plii_twist_zero();
+        plii_rigid_set_velocity(rigid, (plii_twist){0});
+        rigid->given = (plii_twist){0};
         rigid->pull = pli_vec3_make(0, 0, 0);
         rigid->path.has_begun = rigid->was_touched = false;
     }

@@ -76,7 +76,7 @@ const plii_feature_class plii_step_smoothing_class = {
                                     PLII_STATE(step_smoothing_state, is_shorter, PLII_LEFT)),
     .stages = {[PLII_STAGE_FORCES] = {step_smoothing_start, STEP_SMOOTHING_START_ORDER},
                [PLII_STAGE_FINISH] = {step_smoothing_finish, STEP_SMOOTHING_FINISH_ORDER}},
-    .arrays = PLII_ARRAYS({PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+    .arrays = PLII_ARRAYS(PLII_LEFT_PER_NODE(step_smoothing_state, starts)),
 };
 
 pli_status pli_body_enable_step_smoothing(pli_body* body) {

@@ -44,8 +44,7 @@ static file_body_sizes file_body_read_sizes(plii_file* file, const pli_body* bod
     sizes.materials = plii_file_count(file, body->material_count, 4);
     sizes.faces = plii_file_count(file, topology->face_count, 12);
     sizes.tetras = plii_file_count(file, topology->tetra_count, 16);
-    plii_file_fields(file, "B", &sizes.has_tags);
-    plii_file_fields(file, "B", &sizes.has_face_materials);
+    plii_file_fields(file, "2B", &sizes.has_tags);
     if (file->mode == PLII_FILE_READ && (sizes.nodes == 0 || sizes.materials > PLII_MAX_MATERIALS)) {
         plii_file_refuse(file, "it has no nodes, or too many materials");
     }

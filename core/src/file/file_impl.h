@@ -77,9 +77,8 @@ static inline bool plii_file_is_kept(const char* fields, plii_snapshot_share sha
     return fields != NULL && share != PLII_LEFT;
 }
 void plii_file_elements(plii_file* file, const char* fields, void* elements, size_t count, size_t element_size);
-/* Bytes that such a struct has in a file, and in memory; 0 in memory: `fields` has a letter that there is not. */
+/* Bytes that such a struct has in a file. */
 size_t plii_file_packed_size(const char* fields);
-size_t plii_file_struct_size(const char* fields, size_t size);
 
 /* What a file of a world consists of. Each function counts, writes, reads or re-points what it is named after; in
    PLII_FILE_READ bodies and rigid bodies are made, in the world of the call. */

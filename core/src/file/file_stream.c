@@ -216,18 +216,6 @@ static size_t file_align(size_t offset, size_t size) {
     return (offset + size - 1) / size * size;
 }
 
-size_t plii_file_struct_size(const char* fields, size_t size) {
-    size_t offset = 0, largest = 1;
-    while (*fields != '\0') {
-        const file_letter next = file_next_letter(&fields);
-        if (next.kind.size == 0) { return 0; }
-        if (next.letter == '*') { return offset <= size ? size : 0; }
-        offset = file_align(offset, next.kind.size) + (size_t)next.count * next.kind.size;
-        largest = next.kind.size > largest ? next.kind.size : largest;
-    }
-    return file_align(offset, largest);
-}
-
 static void file_check(plii_file* file, const file_letter* letter, const void* at) {
     union {
         float f;

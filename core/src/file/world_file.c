@@ -144,20 +144,14 @@ static void file_bodies(file_walk* walk) {
 
 /* Each body once. */
 static void file_check_order(plii_file* file, const pli_world* world) {
-    bool* is_met = NULL;
-    if (world->body_count == 0 || file->status != PLI_OK) { return; }
-    if (!PLII_ALLOCATE(file->context, &is_met, world->body_count)) {
-        PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for the file");
-        return;
+    int* is_met = world->islands; /* there are none yet */
+    for (int i = 0; i < world->body_count; ++i) {
+        is_met[i] = false;
     }
     for (PLII_EACH_AT(pli_body, body, world->sweep, world->body_count)) {
-        if (body == NULL || is_met[body->world_index]) {
-            plii_file_refuse(file, "a body is missing");
-            break;
-        }
-        is_met[body->world_index] = true;
+        const bool is_missing = body == NULL || is_met[body->world_index]++ > 0;
+        if (is_missing) { plii_file_refuse(file, "a body is missing"); }
     }
-    PLII_RELEASE(file->context, is_met, world->body_count);
 }
 
 /* Without a definition, the default one. */

@@ -135,24 +135,22 @@ pli_status pli_mesh_set_total_mass_from_tetras(pli_mesh* mesh, float mass) {
     return mass_set_total(mesh, mass, true, __func__);
 }
 
-pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
-    PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", __func__));
-    const float mass = fabsf(pli_mesh_volume(mesh)) * density;
-    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, false, __func__); }
-    return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the faces enclose %g m^3 of %g kg/m^3",
-                     (double)pli_mesh_volume(mesh), (double)density);
-}
-
-pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float density) {
-    PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", __func__));
-    float measure = 0.0f;
-    for (PLII_EACH(const pli_tetra, tetra, mesh->tetras, mesh->tetra_count)) {
+static pli_status mass_set_density(pli_mesh* mesh, float density, bool by_tetras, const char* function) {
+    PLII_TRY(plii_check_mesh_change(mesh, function));
+    PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", function));
+    float measure = by_tetras ? 0.0f : fabsf(pli_mesh_volume(mesh));
+    for (PLII_EACH(const pli_tetra, tetra, mesh->tetras, by_tetras ? mesh->tetra_count : 0)) {
         measure += mass_tetra_measure(mesh, tetra);
     }
-    const float mass = measure * density / 6.0f;
-    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, true, __func__); }
-    return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the %d tetrahedra hold %g m^3 of %g kg/m^3",
-                     mesh->tetra_count, (double)(measure / 6.0f), (double)density);
+    const float parts = by_tetras ? 6.0f : 1.0f, mass = measure * density / parts;
+    if (mass > 0.0f && plii_is_finite(mass)) { return mass_distribute(mesh, mass, by_tetras, function); }
+    return plii_fail(mesh->context, PLI_ERROR_INVALID_MESH, function, "the %s %g m^3 of %g kg/m^3",
+                     by_tetras ? "tetrahedra hold" : "faces enclose", (double)(measure / parts), (double)density);
+}
+
+pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
+    return mass_set_density(mesh, density, false, __func__);
+}
+pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float density) {
+    return mass_set_density(mesh, density, true, __func__);
 }

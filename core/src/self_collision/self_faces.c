@@ -201,8 +201,7 @@ const plii_feature_class plii_self_faces_class = {
                                               .sweep = self_faces_sweep},
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
-        {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
-        {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
+        PLII_LEFT_PER_NODE(plii_self_faces_state, starts), PLII_LEFT_PER_NODE(plii_self_faces_state, was),
         {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},

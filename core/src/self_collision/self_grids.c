@@ -92,7 +92,7 @@ const plii_feature_class plii_self_grids_class = {
         PLII_STATE(self_grids_state, pairs, PLII_LEFT), PLII_STATE_OF(self_grids_state, report, PLII_SAVED, "iB")),
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
-    .arrays = PLII_ARRAYS({PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    .arrays = PLII_ARRAYS(PLII_LEFT_PER_NODE(self_grids_state, positions),
                           PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs)),
 };
 

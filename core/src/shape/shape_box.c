@@ -38,17 +38,10 @@ static void box_distances(const void* user, int count, const pli_vec3* points, f
         plii_float4_store(&distances[i], nearest.distance);
         plii_vec3x4_to(&normals[i], nearest.normal);
     }
-    if (i == count) { return; }
-    plii_float4 rows[PLII_LANES];
-    for (int k = 0; k < PLII_LANES; ++k) {
-        rows[k] = plii_lanes_from_vec3(&points[i + k < count ? i + k : i]);
-    }
-    const box_nearest nearest = box_nearest_of_four(h, plii_vec3x4_of(rows[0], rows[1], rows[2], rows[3]));
-    plii_float4 last[PLII_LANES] = {nearest.normal.x, nearest.normal.y, nearest.normal.z, nearest.distance};
-    plii_float4_transpose(last);
-    for (int k = 0; i + k < count; ++k) {
-        plii_lanes_to_vec3(&normals[i + k], last[k]);
-        distances[i + k] = last[k][3];
+    for (; i < count; ++i) {
+        const box_nearest nearest = box_nearest_of_four(h, plii_vec3x4_all(points[i]));
+        distances[i] = nearest.distance[0];
+        normals[i] = plii_vec3x4_first(nearest.normal);
     }
 }
 

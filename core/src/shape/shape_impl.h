@@ -1,6 +1,5 @@
 #pragma once
 
-#include "base/context.h"
 #include "math/vec.h"
 #include "pliant/shape.h"
 

@@ -240,7 +240,8 @@ static bool link_colors_fill(const link_colors_work* work, plii_link_colors* col
 }
 
 /* They are not current when out of memory. */
-static void link_colors_make(const pli_body* body, plii_link_colors* colors) {
+static void link_colors_make(pli_body* body, void* data) {
+    plii_link_colors* colors = data;
     link_colors_work work = {.body = body, .scratch.context = body->context};
     colors->is_current = link_colors_take_memory(&work);
     if (colors->is_current) {
@@ -260,10 +261,6 @@ const plii_link_colors* plii_link_colors_of(pli_body* body) {
     return colors->is_current ? colors : NULL;
 }
 
-static void link_colors_enable(pli_body* body, void* state) {
-    link_colors_make(body, state);
-}
-
 static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change) {
     ((plii_link_colors*)state)->is_current = false;
 }
@@ -278,6 +275,6 @@ const plii_feature_class plii_link_colors_class = {
                     {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .snapshot = PLII_LEFT},
                     {PLII_LIST_OF(plii_link_colors, cuts, cut_capacity), .snapshot = PLII_LEFT}),
-    .enable = link_colors_enable,
+    .enable = link_colors_make,
     .topology_commit = link_colors_topology_commit,
 };

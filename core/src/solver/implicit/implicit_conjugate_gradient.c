@@ -90,12 +90,9 @@ static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, pli
         return plii_dvec3_add_scaled(plii_dvec3_scale(x, constraint->viscosity), constraint->normal,
                                      (along - constraint->viscosity) * plii_dvec3_dot(constraint->normal, x));
     }
-    if (!constraint->is_pinned) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x),
-                                constraint->influence / (1.0 - constraint->influence));
-    }
-    if (constraint->rows == 3) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->influence);
+    if (!constraint->is_pinned || constraint->rows == 3) {
+        const double share = constraint->influence / (constraint->is_pinned ? 1.0 : 1.0 - constraint->influence);
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), share);
     }
     const plii_dvec3 held = plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, x));
     return plii_implicit_block_mul(&constraint->block, held);

@@ -33,11 +33,6 @@ void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_d
     plii_implicit_run(system, implicit_solve_range, &pass, IMPLICIT_SOLVE_NS);
 }
 
-static void implicit_start(plii_implicit_system* system) {
-    plii_implicit_solve_blocks(system, system->rhs, system->solution);
-    plii_implicit_project(&system->constraints, system->solution);
-}
-
 static void implicit_sweep_range(int begin, int end, void* data) {
     const plii_implicit_pass* pass = data;
     for (int i = begin; i < end; ++i) {
@@ -71,7 +66,8 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
     if (is_warm) {
         implicit_start_friction(system);
     } else {
-        implicit_start(system);
+        plii_implicit_solve_blocks(system, system->rhs, system->solution);
+        plii_implicit_project(&system->constraints, system->solution);
     }
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         implicit_run_sweep(system, system->spare);
@@ -114,11 +110,8 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, bool is_w
     const int restart = (sweeps + 1) / 2;
     double weight = 1.0;
     /* Iterates that meet the anchors stay so under all weights. */
-    if (is_warm) {
-        plii_implicit_project(&system->constraints, system->solution);
-    } else {
-        implicit_start(system);
-    }
+    if (!is_warm) { plii_implicit_solve_blocks(system, system->rhs, system->solution); }
+    plii_implicit_project(&system->constraints, system->solution);
     memset(system->spare, 0, plii_implicit_vector_size(system->body)); /* the iterate before the start */
     for (PLII_EACH(plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
         memset(rigid->direction, 0, sizeof rigid->direction);

@@ -399,17 +399,13 @@ static void implicit_end(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
-static void implicit_solve(pli_body* first) {
-    const plii_solver_pace pace = plii_solver_iterations(first);
-    plii_solve_island(first, pace, implicit_begin, plii_solver_sweep, implicit_couple, implicit_end);
-}
-
-static const plii_solver_class implicit_solver = {.name = "implicit",
-                                                  .predict = implicit_predict,
-                                                  .pace = plii_solver_iterations,
-                                                  .solve = implicit_solve,
-                                                  .solves_constraints = true,
-                                                  .contact_reach = IMPLICIT_CONTACT_REACH};
+static const plii_solver_class implicit_solver = {
+    .name = "implicit",
+    .predict = implicit_predict,
+    .pace = plii_solver_iterations,
+    .solve = {implicit_begin, plii_solver_sweep, implicit_couple, implicit_end},
+    .solves_constraints = true,
+    .contact_reach = IMPLICIT_CONTACT_REACH};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
@@ -440,20 +436,17 @@ const plii_feature_class plii_implicit_class = {
                          PLII_STATE_SPAN(plii_implicit_system, body, direction, PLII_LEFT, NULL),
                          PLII_STATE_SPAN(plii_implicit_system, spectral_radius, report, PLII_SAVED, "2di2fi")),
     .needs = PLII_NEEDS(&plii_link_graph_class),
-    .arrays = PLII_ARRAYS({PLII_MEMBER(plii_implicit_system, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, rhs), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, solution), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, spare), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, residual), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, before), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, direction), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(plii_implicit_system, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          PLII_LEFT_LIST(plii_implicit_system, constraints.items, constraints.capacity),
-                          PLII_LEFT_LIST(plii_implicit_system, constraints.listed, constraints.listed_capacity),
-                          PLII_LEFT_LIST(plii_implicit_system, constraints.rigids, constraints.rigid_capacity),
-                          PLII_LEFT_LIST(plii_implicit_system, holds.items, holds.capacity)),
+    .arrays = PLII_ARRAYS(
+        {PLII_MEMBER(plii_implicit_system, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+        PLII_LEFT_PER_NODE(plii_implicit_system, blocks), PLII_LEFT_PER_NODE(plii_implicit_system, groups),
+        PLII_LEFT_PER_NODE(plii_implicit_system, rhs), PLII_LEFT_PER_NODE(plii_implicit_system, solution),
+        PLII_LEFT_PER_NODE(plii_implicit_system, spare), PLII_LEFT_PER_NODE(plii_implicit_system, residual),
+        PLII_LEFT_PER_NODE(plii_implicit_system, before), PLII_LEFT_PER_NODE(plii_implicit_system, direction),
+        PLII_LEFT_PER_NODE(plii_implicit_system, constraints.loads),
+        PLII_LEFT_LIST(plii_implicit_system, constraints.items, constraints.capacity),
+        PLII_LEFT_LIST(plii_implicit_system, constraints.listed, constraints.listed_capacity),
+        PLII_LEFT_LIST(plii_implicit_system, constraints.rigids, constraints.rigid_capacity),
+        PLII_LEFT_LIST(plii_implicit_system, holds.items, holds.capacity)),
     .solver = &implicit_solver,
     .build = implicit_build,
 };

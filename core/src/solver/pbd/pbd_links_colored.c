@@ -41,8 +41,10 @@ static bool colored_links_choose_sweep(pli_body* body, colored_links_state* stat
 }
 
 /* Lanes without a link and links of pinned nodes have no weight. Rest lengths above 0 keep the kernel's divisors so. */
-static void colored_links_update(pli_body* body, colored_links_state* state) {
-    if (!colored_links_choose_sweep(body, state)) { return; } /* without memory links keep their order in this step */
+static void colored_links_prepare(pli_body* body, void* data) {
+    const colored_links_state* state = data;
+    if (body->sweep_revision == body->link_revision) { return; }
+    if (!colored_links_choose_sweep(body, data)) { return; } /* without memory links keep their order in this step */
     const int slot_count = body->sweep_links == colored_links_sweep ? plii_link_colors_slot_count(state->colors) : 0;
     for (int i = 0; i < slot_count; ++i) {
         const int link = plii_link_colors_link(state->colors, i);
@@ -51,9 +53,6 @@ static void colored_links_update(pli_body* body, colored_links_state* state) {
         state->weights[i] = mass_term > 0.0f ? 1.0f / mass_term : 0.0f;
     }
     body->sweep_revision = body->link_revision;
-}
-static void colored_links_prepare(pli_body* body, void* data) {
-    if (body->sweep_revision != body->link_revision) { colored_links_update(body, data); }
 }
 
 static void colored_links_enable(pli_body* body, void* data) {

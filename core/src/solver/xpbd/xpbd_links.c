@@ -144,8 +144,7 @@ pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* 
     PLII_TRY_SETTINGS(body, pli_xpbd_links_def, used, def, plii_xpbd_links_class);
     xpbd_links_state* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &plii_xpbd_links_class, &used, sizeof used, __func__, (void**)&state));
-    state->link_revision = body->link_revision - 1;
-    xpbd_links_begin(body, state); /* takes memory now; where there is none the step tells */
+    xpbd_links_enable(body, state); /* takes memory now; where there is none the step tells */
     return PLI_OK;
 }
 PLII_DEFINE_DISABLE(pli_body_disable_xpbd_links, plii_check_body_idle, plii_xpbd_links_class)

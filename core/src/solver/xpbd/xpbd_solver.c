@@ -153,12 +153,13 @@ static plii_solver_pace xpbd_pace(const pli_body* body) {
     return (plii_solver_pace){state->def.substeps, state->def.sweeps};
 }
 
-static void xpbd_solve(pli_body* first) {
-    plii_solve_island(first, xpbd_pace(first), xpbd_begin, xpbd_sweep, plii_solver_couple, xpbd_end);
-}
-
 static const plii_solver_class xpbd_solver = {
-    .name = "XPBD", .predict = xpbd_predict, .pace = xpbd_pace, .solve = xpbd_solve, .has_substeps = true};
+    .name = "XPBD",
+    .predict = xpbd_predict,
+    .pace = xpbd_pace,
+    .solve = {xpbd_begin, xpbd_sweep, plii_solver_couple, xpbd_end},
+    .has_substeps = true,
+};
 
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
@@ -169,9 +170,9 @@ const plii_feature_class plii_xpbd_class = {
                                     PLII_STATE_SPAN(xpbd_state, kinds, sweep, PLII_LEFT, NULL),
                                     PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B")),
     /* Nothing of a step is needed by the next one. */
-    .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
-                          {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+    .arrays =
+        PLII_ARRAYS(PLII_LEFT_PER_NODE(xpbd_state, displacements), PLII_LEFT_PER_NODE(xpbd_state, start_displacements),
+                    PLII_LEFT_PER_NODE(xpbd_state, accelerations)),
     .solver = &xpbd_solver,
 };
 

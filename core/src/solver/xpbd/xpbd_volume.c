@@ -175,7 +175,7 @@ const plii_feature_class plii_xpbd_volume_class = {
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(xpbd_volume_state, def, rest_volume, PLII_SAVED, "2fud"),
                                     PLII_STATE_OF(xpbd_volume_state, multiplier, PLII_SAVED, "f"),
                                     PLII_STATE_SPAN(xpbd_volume_state, gas, spin, PLII_LEFT, NULL)),
-    .arrays = PLII_ARRAYS({PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT}),
+    .arrays = PLII_ARRAYS(PLII_LEFT_PER_NODE(xpbd_volume_state, gradients)),
     .enable = xpbd_volume_enable,
     .build = xpbd_volume_build,
     .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
