@@ -19,19 +19,14 @@ typedef struct plii_solver_pace {
     int substeps, sweeps; /* 1 without substeps; in each of them */
 } plii_solver_pace;
 
-/* A part of a solve, of one body after the other: alone, or of those that are solved side by side (world/islands.c). */
-typedef void plii_solve_fn(pli_body* body);
-
 /* How a body is stepped. One is chosen at a time; those other than the position-based one come with a feature. */
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
     plii_solver_pace (*pace)(const pli_body* body);
-    struct {
-        plii_solve_fn *begin, *sweep, *couple, *end;
-    } solve;
-    int last_couples;  /* see plii_body_last_couples */
-    bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
+    void (*solve)(pli_body* first); /* bodies that touch, side by side, see plii_solve_island */
+    int last_couples;               /* see plii_body_last_couples */
+    bool has_substeps;              /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the margin: so much further out contacts with rigid bodies are looked for that sweeps do not solve. */
     float contact_reach;
     /* Takes the constraints of features (node_constraint.h) into its system; their position solves rest. */

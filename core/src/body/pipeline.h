@@ -87,6 +87,47 @@ static inline void plii_run_stage(pli_body* body, plii_stage stage) {
     }
 }
 
+/* A part of a solve, of one body after the other: alone, or of those that are solved side by side (world/islands.c). */
+typedef void plii_solve_fn(pli_body* body);
+static inline void plii_run_island(pli_body* first, plii_solve_fn* run) {
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
+        plii_world_begin_body(body);
+        run(body);
+    }
+}
+/* Until little is left to settle; what lies on each other takes one round. */
+enum { PLII_MOST_SETTLES = 8 };
+static inline void plii_settle_island(pli_body* first) {
+    bool goes_on = true;
+    for (int round = 0; goes_on && round < PLII_MOST_SETTLES; ++round) {
+        goes_on = false;
+        for (pli_body* body = first; body != NULL; body = body->island_next) {
+            plii_world_begin_body(body);
+            plii_run_stage(body, PLII_STAGE_SETTLE);
+            goes_on = goes_on || body->is_parting;
+        }
+    }
+}
+/* The solve of a solver by its parts, which are in line so. */
+static inline void plii_solve_island(pli_body* first, plii_solver_pace pace, plii_solve_fn* begin, plii_solve_fn* sweep,
+                                     plii_solve_fn* couple, plii_solve_fn* end) {
+    plii_run_island(first, begin);
+    for (int substep = 0; substep < pace.substeps; ++substep) {
+        for (int i = 0; i < pace.sweeps; ++i) {
+            plii_run_island(first, sweep);
+            plii_run_island(first, couple);
+        }
+        for (int i = 0; i < plii_body_last_couples(first); ++i) {
+            plii_run_island(first, couple);
+        }
+        plii_settle_island(first);
+    }
+    plii_run_island(first, end);
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
+        body->is_solved = true;
+    }
+}
+
 /* The arrays that a feature declares: allocating, counting and releasing them, and letting them follow a cut. */
 
 /* All or none; zeroed. */

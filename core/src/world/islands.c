@@ -72,50 +72,9 @@ void plii_islands_find(pli_world* world) {
     }
 }
 
-static void islands_run(pli_body* first, plii_solve_fn* run) {
-    for (pli_body* body = first; body != NULL; body = body->island_next) {
-        plii_world_begin_body(body);
-        run(body);
-    }
-}
-
-/* Rounds, until little is left to settle; what lies on each other takes one. */
-enum { ISLANDS_MOST_SETTLES = 8 };
-static void islands_settle(pli_body* first) {
-    bool goes_on = true;
-    for (int round = 0; goes_on && round < ISLANDS_MOST_SETTLES; ++round) {
-        goes_on = false;
-        for (pli_body* body = first; body != NULL; body = body->island_next) {
-            plii_world_begin_body(body);
-            plii_run_stage(body, PLII_STAGE_SETTLE);
-            goes_on = goes_on || body->is_parting;
-        }
-    }
-}
-
-static void islands_solve_one(pli_body* first) {
-    const plii_solver_class* solver = first->solver_class;
-    const plii_solver_pace pace = solver->pace(first);
-    islands_run(first, solver->solve.begin);
-    for (int substep = 0; substep < pace.substeps; ++substep) {
-        for (int i = 0; i < pace.sweeps; ++i) {
-            islands_run(first, solver->solve.sweep);
-            islands_run(first, solver->solve.couple);
-        }
-        for (int i = 0; i < plii_body_last_couples(first); ++i) {
-            islands_run(first, solver->solve.couple);
-        }
-        islands_settle(first);
-    }
-    islands_run(first, solver->solve.end);
-    for (pli_body* body = first; body != NULL; body = body->island_next) {
-        body->is_solved = true;
-    }
-}
-
 void plii_islands_solve(pli_body* const* bodies, int count) {
     for (PLII_EACH_AT(pli_body, body, bodies, count)) {
         const bool is_led = body->island != NULL && body->island != body;
-        if (!plii_body_is_idle(body) && !is_led) { islands_solve_one(body); }
+        if (!plii_body_is_idle(body) && !is_led) { body->solver_class->solve(body); }
     }
 }

@@ -399,13 +399,17 @@ static void implicit_end(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
-static const plii_solver_class implicit_solver = {
-    .name = "implicit",
-    .predict = implicit_predict,
-    .pace = plii_solver_iterations,
-    .solve = {implicit_begin, plii_solver_sweep, implicit_couple, implicit_end},
-    .solves_constraints = true,
-    .contact_reach = IMPLICIT_CONTACT_REACH};
+static void implicit_solve(pli_body* first) {
+    const plii_solver_pace pace = plii_solver_iterations(first);
+    plii_solve_island(first, pace, implicit_begin, plii_solver_sweep, implicit_couple, implicit_end);
+}
+
+static const plii_solver_class implicit_solver = {.name = "implicit",
+                                                  .predict = implicit_predict,
+                                                  .pace = plii_solver_iterations,
+                                                  .solve = implicit_solve,
+                                                  .solves_constraints = true,
+                                                  .contact_reach = IMPLICIT_CONTACT_REACH};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 

@@ -148,11 +148,16 @@ static void solver_end(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
+static void solver_solve(pli_body* first) {
+    const plii_solver_pace pace = plii_solver_iterations(first);
+    plii_solve_island(first, pace, solver_begin, plii_solver_sweep, plii_solver_couple, solver_end);
+}
+
 const plii_solver_class plii_position_solver = {
     .name = "position-based",
     .predict = solver_predict,
     .pace = plii_solver_iterations,
-    .solve = {solver_begin, plii_solver_sweep, plii_solver_couple, solver_end},
+    .solve = solver_solve,
     .last_couples = 4,
 };
 

@@ -153,13 +153,12 @@ static plii_solver_pace xpbd_pace(const pli_body* body) {
     return (plii_solver_pace){state->def.substeps, state->def.sweeps};
 }
 
+static void xpbd_solve(pli_body* first) {
+    plii_solve_island(first, xpbd_pace(first), xpbd_begin, xpbd_sweep, plii_solver_couple, xpbd_end);
+}
+
 static const plii_solver_class xpbd_solver = {
-    .name = "XPBD",
-    .predict = xpbd_predict,
-    .pace = xpbd_pace,
-    .solve = {xpbd_begin, xpbd_sweep, plii_solver_couple, xpbd_end},
-    .has_substeps = true,
-};
+    .name = "XPBD", .predict = xpbd_predict, .pace = xpbd_pace, .solve = xpbd_solve, .has_substeps = true};
 
 const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
