@@ -110,22 +110,6 @@ static int implicit_add_held(const plii_implicit_holds* holds, int first, int no
     return i;
 }
 
-/* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
-PLII_SIMD_INLINE plii_implicit_block implicit_factorise(const double d[6], double mass) {
-    plii_implicit_block block;
-    const double d0 = fmax(d[0], mass);
-    block.l10 = d[1] / d0;
-    block.l20 = d[2] / d0;
-    const double d1 = fmax(d[3] - block.l10 * d[1], mass);
-    const double s21 = d[4] - block.l20 * d[1];
-    block.l21 = s21 / d1;
-    const double d2 = fmax(d[5] - block.l20 * d[2] - block.l21 * s21, mass);
-    block.inverse_d[0] = 1.0 / d0;
-    block.inverse_d[1] = 1.0 / d1;
-    block.inverse_d[2] = 1.0 / d2;
-    return block;
-}
-
 /* The velocity that leads from where springs are linearised to where the node would be in free flight. */
 PLII_SIMD_INLINE plii_dvec3 implicit_lead(const pli_body* body, const plii_dvec3* leads, int node) {
     return leads != NULL ? leads[node] : plii_implicit_xyz(&body->velocities[node]);
@@ -168,7 +152,7 @@ PLII_SIMD_INLINE int implicit_assemble_node(const plii_implicit_system* system, 
         d[5] += q.z * q.z + b;
     }
     system->rhs[node] = rhs;
-    system->blocks[node] = implicit_factorise(d, mass);
+    system->blocks[node] = plii_implicit_factorise(d, mass);
     return collapsed;
 }
 

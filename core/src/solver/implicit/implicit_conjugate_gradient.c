@@ -443,35 +443,28 @@ static void gradient_judge_point(const pli_body* body, const plii_implicit_const
     gradient_judge_contact(constraint, mass, off, impulse);
 }
 
-/* Where iterations ended early, the error left times the viscosity of what sticks can be more than friction bears. */
-static plii_dvec3 gradient_limit(plii_dvec3 impulse, double most) {
-    const double length = plii_dvec3_length(impulse);
-    return length > most ? plii_dvec3_scale(impulse, most / length) : impulse;
-}
-
-/* The same of a node that touches several surfaces and is at x, `free` without their impulses, as long as its
-   neighbours stay and friction is what it is: their normal impulses, one after the other. */
+/* The same of a node that touches several surfaces, `free` without their impulses, as long as its neighbours stay and
+   the viscosities are what they are: their normal impulses, one after the other. Friction by how it slid before would
+   throw it to and fro between surfaces that face each other. */
 static void gradient_judge_node(const pli_body* body, const plii_implicit_constraints* constraints,
                                 const gradient_filter* filter, plii_dvec3 free, plii_dvec3* x) {
-    const plii_dvec3 before = *x;
-    double pressing = 0.0;
+    const plii_dvec3 a = {1, 0, 0}, b = {0, 1, 0}, c = {0, 0, 1};
+    const double d[6] = {gradient_entry(constraints, filter, a, a), gradient_entry(constraints, filter, a, b),
+                         gradient_entry(constraints, filter, a, c), gradient_entry(constraints, filter, b, b),
+                         gradient_entry(constraints, filter, b, c), gradient_entry(constraints, filter, c, c)};
+    const double mass = 1.0 / (double)body->positions[filter->node].w;
+    const plii_implicit_block block = plii_implicit_factorise(d, mass);
+    plii_dvec3 push = plii_implicit_block_mul(&constraints->items[filter->begin].block, free);
     for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) { /* is left of the impulses */
-        const double along = fmax(plii_dvec3_dot(constraint->normal, constraint->impulse), 0.0);
-        constraint->impulse = plii_dvec3_scale(constraint->normal, along);
-        pressing += along;
-    }
-    plii_dvec3 there = free;
-    for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
+        const plii_dvec3 n = constraint->normal;
+        constraint->impulse = plii_dvec3_scale(n, fmax(plii_dvec3_dot(n, constraint->impulse), 0.0));
         const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
-        const plii_dvec3 yield = gradient_yield(constraint, plii_dvec3_sub(goal, before));
-        const double alone =
-            plii_implicit_block_stiffness(&constraint->block) * plii_dvec3_length(plii_dvec3_sub(goal, free));
-        constraint->impulse = plii_dvec3_add(constraint->impulse, gradient_limit(yield, pressing + alone));
-        there = plii_dvec3_add(there, plii_implicit_block_solve(&constraint->block, constraint->impulse));
+        push = plii_dvec3_add(push, plii_dvec3_add(constraint->impulse, gradient_yield(constraint, goal)));
     }
+    plii_dvec3 there = plii_implicit_block_solve(&block, push);
     for (int pass = 0; pass < IMPLICIT_NODE_PASSES; ++pass) {
         for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
-            const plii_dvec3 n = constraint->normal, answer = plii_implicit_block_solve(&constraint->block, n),
+            const plii_dvec3 n = constraint->normal, answer = plii_implicit_block_solve(&block, n),
                              off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), there);
             const double more =
                 fmax(plii_dvec3_dot(n, off) / plii_dvec3_dot(n, answer), -plii_dvec3_dot(n, constraint->impulse));
@@ -480,9 +473,9 @@ static void gradient_judge_node(const pli_body* body, const plii_implicit_constr
         }
     }
     for (GRADIENT_EACH(plii_implicit_constraint, constraint, constraints, filter)) {
-        const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), before);
-        gradient_judge_contact(constraint, 1.0 / (double)body->positions[constraint->nodes[0]].w, off,
-                               constraint->impulse);
+        const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), there);
+        gradient_judge_contact(constraint, mass, off,
+                               plii_dvec3_add(constraint->impulse, gradient_yield(constraint, off)));
     }
     *x = there;
 }

@@ -20,6 +20,23 @@ typedef struct plii_implicit_block {
     double inverse_d[3];
 } plii_implicit_block;
 
+/* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. `d`: xx, xy,
+   xz, yy, yz, zz. */
+static inline plii_implicit_block plii_implicit_factorise(const double d[6], double mass) {
+    plii_implicit_block block;
+    const double d0 = fmax(d[0], mass);
+    block.l10 = d[1] / d0;
+    block.l20 = d[2] / d0;
+    const double d1 = fmax(d[3] - block.l10 * d[1], mass);
+    const double s21 = d[4] - block.l20 * d[1];
+    block.l21 = s21 / d1;
+    const double d2 = fmax(d[5] - block.l20 * d[2] - block.l21 * s21, mass);
+    block.inverse_d[0] = 1.0 / d0;
+    block.inverse_d[1] = 1.0 / d1;
+    block.inverse_d[2] = 1.0 / d2;
+    return block;
+}
+
 static inline plii_dvec3 plii_implicit_block_solve(const plii_implicit_block* block, plii_dvec3 b) {
     const double y1 = b.y - block->l10 * b.x;
     const double y2 = b.z - block->l20 * b.x - block->l21 * y1;

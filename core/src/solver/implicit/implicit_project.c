@@ -95,9 +95,9 @@ static plii_dvec3 project_friction(const plii_implicit_constraint* constraint, p
     double pressing = depth / response;
     for (int pass = 0; pass < IMPLICIT_SLIDE_PASSES; ++pass) {
         double p[2];
-        project_to_disc(s, c, constraint->friction * pressing, p);
+        project_to_disc(s, c, constraint->friction * (fmax(pressing, 0.0) + constraint->squeeze), p);
         pressing = depth / response - taken[0] * p[0] - taken[1] * p[1];
-        if (!(pressing > 0.0)) { break; } /* friction would push the node into the surface */
+        if (!(pressing > 0.0) && !(constraint->squeeze > 0.0)) { break; } /* it would push the node into the surface */
         impulse = plii_dvec3_scale(n, pressing);
         impulse = plii_dvec3_add_scaled(impulse, axes[0], p[0]);
         impulse = plii_dvec3_add_scaled(impulse, axes[1], p[1]);
@@ -167,13 +167,9 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     const double grip = fmax(pressing, 0.0) + constraint->squeeze, length = plii_dvec3_length(across);
     if (grip > 0.0 && length <= constraint->friction * grip) { return; }
     constraint->rows = 1;
-    if (is_squeezed) {
-        constraint->is_viscous = true;
-        constraint->impulse = plii_dvec3_add_scaled(plii_dvec3_scale(constraint->normal, pressing), across,
-                                                    constraint->friction * grip / length);
-    } else {
-        constraint->impulse = project_sliding(constraint, relative, across);
-    }
+    constraint->is_viscous = constraint->is_viscous || is_squeezed;
+    constraint->impulse =
+        is_squeezed ? project_friction(constraint, relative, across) : project_sliding(constraint, relative, across);
     const plii_dvec3 slid =
         plii_dvec3_add(relative, plii_implicit_block_solve(&constraint->block, constraint->impulse));
     const double friction = sqrt(project_across(constraint->normal, constraint->impulse));
