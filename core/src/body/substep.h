@@ -72,6 +72,8 @@ typedef struct plii_substep_class {
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const void* state);
 } plii_substep_class;
+/* What a class says of them. */
+#define PLII_SUBSTEPPED(...) (&(const plii_substep_class){__VA_ARGS__})
 
 static inline pli_vec3 plii_substep_place(const pli_body* body, const plii_substep* substep,
                                           const pli_vec4* displacements, int node) {

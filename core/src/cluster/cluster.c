@@ -472,7 +472,7 @@ const plii_feature_class plii_clusters_class = {
         {PLII_COUNTED_LIST(plii_clusters, items, capacity, count), PLII_SAVED_AS("4fB2f3i4Bg9g3f12g4g10g8g6gi6giU6g3B"),
          .settings = PLII_LIMITS(plii_cluster, settings, plii_cluster_settings_fields)},
         {PLII_COUNTED_LIST(plii_clusters, members, member_capacity, member_count), PLII_SAVED_AS("n4f")}),
-    .substepped = &(const plii_substep_class){.order = CLUSTERS_APPLY_ORDER, .begin = clusters_prepare},
+    .substepped = PLII_SUBSTEPPED(.order = CLUSTERS_APPLY_ORDER, .begin = clusters_prepare),
     .enable = clusters_enable,
     .disable = clusters_disable,
     .topology_reserve = clusters_topology_reserve,

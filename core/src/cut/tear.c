@@ -20,26 +20,24 @@ static pli_vec3 tear_way(const tear* t, int from, int to) {
     return pli_vec3_sub(plii_edit_position(&t->edit, to), plii_edit_position(&t->edit, from));
 }
 
+static bool tear_may_part(const tear* t, int node) {
+    return node < t->edit.old_node_count && t->is_done[node] == 0 && t->edit.nodes[node].position.w > 0.0f;
+}
+
 /* The link that is stretched most, from an end that may be parted. */
 static bool tear_find(const tear* t, float stretch, int ends[2]) {
-    const plii_edit* edit = &t->edit;
     float most = stretch * stretch;
-    bool is_found = false;
-    for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
+    ends[0] = PLI_NULL_INDEX;
+    for (PLII_EACH(const plii_edit_link, link, t->edit.links, t->edit.link_count)) {
         const float square = pli_vec3_length_squared(tear_way(t, link->nodes[0], link->nodes[1])) / link->rest_squared;
-        if (plii_edit_link_is_bending(link) || !(square > most && square < INFINITY)) { continue; }
-        for (int end = 0; end < 2; ++end) {
-            const int node = link->nodes[end];
-            const bool is_new = node >= edit->old_node_count || t->is_done[node] != 0;
-            if (is_new || !(edit->nodes[node].position.w > 0.0f)) { continue; }
-            most = square;
-            is_found = true;
-            ends[0] = node;
-            ends[1] = link->nodes[1 - end];
-            break;
-        }
+        const int end = tear_may_part(t, link->nodes[0]) ? 0 : 1;
+        const bool is_long = !plii_edit_link_is_bending(link) && square > most && square < INFINITY;
+        if (!is_long || !tear_may_part(t, link->nodes[end])) { continue; }
+        most = square;
+        ends[0] = link->nodes[end];
+        ends[1] = link->nodes[1 - end];
     }
-    return is_found;
+    return ends[0] != PLI_NULL_INDEX;
 }
 
 static double tear_note_height(const tear* t, int node) {
@@ -62,14 +60,6 @@ static void tear_find_cuts(tear* t, plii_edge_map* edges, plii_edge_map* cuts) {
     }
 }
 
-/* In a rope, or a net. */
-static void tear_part_links(tear* t, int copy) {
-    for (PLII_EACH(plii_edit_link, link, t->edit.links, t->edit.link_count)) {
-        const int end = link->nodes[1] == t->node, other = link->nodes[1 - end];
-        if (link->nodes[end] == t->node && t->heights[other] > 0.0) { link->nodes[end] = copy; }
-    }
-}
-
 /* Bending links from one side to the other. */
 static bool tear_removes(const plii_edit_link* link, void* user) {
     const tear* t = user;
@@ -81,13 +71,19 @@ static bool tear_removes(const plii_edit_link* link, void* user) {
 static void tear_open(tear* t) {
     plii_edit* edit = &t->edit;
     plii_edge_map edges = {.table.context = edit->context}, cuts = edges;
-    bool has_links[2] = {false, false}; /* on this side, beyond */
+    bool stays = false;
     for (PLII_EACH(const plii_edit_link, link, edit->links, edit->link_count)) {
         const int end = link->nodes[1] == t->node;
-        if (link->nodes[end] == t->node) { has_links[tear_note_height(t, link->nodes[1 - end]) > 0.0 ? 0 : 1] = true; }
+        stays = (link->nodes[end] == t->node && tear_note_height(t, link->nodes[1 - end]) <= 0.0) || stays;
     }
     tear_find_cuts(t, &edges, &cuts);
-    if (edges.count == 0 && has_links[1]) { tear_part_links(t, plii_edit_copy_node(edit, t->node)); }
+    if (edges.count == 0 && stays) { /* in a rope, or a net */
+        const int copy = plii_edit_copy_node(edit, t->node);
+        for (PLII_EACH(plii_edit_link, link, edit->links, edit->link_count)) {
+            const int end = link->nodes[1] == t->node;
+            if (link->nodes[end] == t->node && t->heights[link->nodes[1 - end]] > 0.0) { link->nodes[end] = copy; }
+        }
+    }
     int doubled = 0;
     uint8_t* is_parted = PLII_TAKE(&t->scratch, uint8_t, t->node_count);
     if (is_parted != NULL) { plii_cut_separate(edit, &cuts, t->heights, t->node_count, is_parted, &doubled); }

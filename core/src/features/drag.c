@@ -167,8 +167,7 @@ const plii_feature_class plii_drag_class = {
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
                [PLII_STAGE_FINISH] = {drag_finish, DRAG_FINISH_ORDER}},
-    .substepped =
-        &(const plii_substep_class){.order = DRAG_SUBSTEP_ORDER, .restart = drag_restart, .sweep = drag_sweep},
+    .substepped = PLII_SUBSTEPPED(.order = DRAG_SUBSTEP_ORDER, .restart = drag_restart, .sweep = drag_sweep),
     .visit_springs = drag_visit_springs,
     .topology_commit = drag_topology_commit,
 };

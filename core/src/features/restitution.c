@@ -107,7 +107,7 @@ const plii_feature_class plii_restitution_class = {
     .settings = PLII_LIMITS_AT(0, PLII_FIELD(restitution_state, restitution, 0, 1)),
     .stages = {[PLII_STAGE_PREPARE] = {restitution_prepare, RESTITUTION_ORDER},
                [PLII_STAGE_FINISH] = {restitution_finish, RESTITUTION_FINISH_ORDER}},
-    .substepped = &(const plii_substep_class){.order = RESTITUTION_ORDER, .begin = restitution_prepare},
+    .substepped = PLII_SUBSTEPPED(.order = RESTITUTION_ORDER, .begin = restitution_prepare),
     .reserve = restitution_reserve,
     /* Of a step; cuts are between steps. */
     .arrays =

@@ -279,9 +279,8 @@ const plii_feature_class plii_target_class = {
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},
                [PLII_STAGE_FINISH] = {target_finish, TARGET_FINISH_ORDER}},
-    .substepped =
-        &(const plii_substep_class){
-            .order = TARGET_SUBSTEP_ORDER, .sweep = target_sweep, .room = target_room, .is_idle = target_is_idle},
+    .substepped = PLII_SUBSTEPPED(.order = TARGET_SUBSTEP_ORDER, .sweep = target_sweep, .room = target_room,
+                                  .is_idle = target_is_idle),
     .disable = target_let_go_all,
     .topology_reserve = target_topology_reserve,
     .topology_commit = target_topology_commit,

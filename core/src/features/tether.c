@@ -517,12 +517,8 @@ const plii_feature_class plii_tether_class = {
                                     PLII_STATE(tether_state, spread, PLII_LEFT)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
-    .substepped = &(const plii_substep_class){.order = TETHER_SUBSTEP_ORDER,
-                                              .begin = tether_begin,
-                                              .restart = tether_restart,
-                                              .sweep = tether_sweep,
-                                              .room = tether_room,
-                                              .carry = tether_carry},
+    .substepped = PLII_SUBSTEPPED(.order = TETHER_SUBSTEP_ORDER, .begin = tether_begin, .restart = tether_restart,
+                                  .sweep = tether_sweep, .room = tether_room, .carry = tether_carry),
     .arrays =
         PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
                     {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("8f")},

@@ -212,10 +212,6 @@ size_t plii_file_packed_size(const char* fields) {
     return size;
 }
 
-static size_t file_align(size_t offset, size_t size) {
-    return (offset + size - 1) / size * size;
-}
-
 static void file_check(plii_file* file, const file_letter* letter, const void* at) {
     union {
         float f;
@@ -256,7 +252,7 @@ void plii_file_fields(plii_file* file, const char* fields, void* element) {
     while (*fields != '\0' && file->status == PLI_OK) {
         const file_letter letter = file_next_letter(&fields);
         if (letter.letter == '*') { return; }
-        offset = file_align(offset, letter.kind.size);
+        offset = (offset + letter.kind.size - 1) / letter.kind.size * letter.kind.size; /* aligned */
         for (int i = 0; i < letter.count && letter.letter != 'X'; ++i) {
             file_value(file, &letter, bytes + offset + (size_t)i * letter.kind.size);
         }

@@ -195,10 +195,8 @@ const plii_feature_class plii_self_faces_class = {
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
-    .substepped = &(const plii_substep_class){.order = SELF_FACES_SUBSTEP_ORDER,
-                                              .begin = plii_self_faces_begin,
-                                              .restart = self_faces_restart_substep,
-                                              .sweep = self_faces_sweep},
+    .substepped = PLII_SUBSTEPPED(.order = SELF_FACES_SUBSTEP_ORDER, .begin = plii_self_faces_begin,
+                                  .restart = self_faces_restart_substep, .sweep = self_faces_sweep),
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
         PLII_LEFT_PER_NODE(plii_self_faces_state, starts), PLII_LEFT_PER_NODE(plii_self_faces_state, was),

@@ -319,11 +319,9 @@ const plii_feature_class plii_self_nodes_class = {
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
                [PLII_STAGE_PREPARE] = {self_nodes_begin, SELF_NODES_ORDER},
                [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
-    .substepped = &(const plii_substep_class){.order = SELF_NODES_SUBSTEP_ORDER,
-                                              .begin = self_nodes_begin,
-                                              .restart = self_nodes_restart,
-                                              .sweep = self_nodes_sweep,
-                                              .finish = self_nodes_finish},
+    .substepped =
+        PLII_SUBSTEPPED(.order = SELF_NODES_SUBSTEP_ORDER, .begin = self_nodes_begin, .restart = self_nodes_restart,
+                        .sweep = self_nodes_sweep, .finish = self_nodes_finish),
     .arrays =
         PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
                     {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},

@@ -59,6 +59,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     const pli_body* body = system->body;
     double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0, mass = 0.0, inertia = 0.0;
     plii_dvec3 momentum = {0}, centre = {0}, spin = {0}, torque = {0}; /* about the first node */
+    const plii_dvec3 first = plii_implicit_xyz(body->positions);
     for (int i = 0; i < body->link_count; ++i) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
         springs +=
@@ -74,7 +75,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
         work += m * plii_dvec3_dot(s, v);
         scale += m * plii_dvec3_dot(s, s);
         kinetic += m * plii_dvec3_dot(v, v);
-        const plii_dvec3 x = plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), plii_implicit_xyz(body->positions));
+        const plii_dvec3 x = plii_dvec3_sub(plii_implicit_xyz(&body->positions[i]), first);
         momentum = plii_dvec3_add_scaled(momentum, v, m);
         centre = plii_dvec3_add_scaled(centre, x, m);
         spin = plii_dvec3_add_scaled(spin, plii_dvec3_cross(x, v), m);
@@ -84,8 +85,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     }
     for (PLII_EACH(const plii_implicit_constraint, constraint, system->constraints.items, system->constraints.count)) {
         for (int k = 0; k < constraint->node_count && constraint->rows > 0; ++k) {
-            const plii_dvec3 x = plii_dvec3_sub(plii_implicit_xyz(&body->positions[constraint->nodes[k]]),
-                                                plii_implicit_xyz(body->positions));
+            const plii_dvec3 x = plii_dvec3_sub(plii_implicit_xyz(&body->positions[constraint->nodes[k]]), first);
             torque = plii_dvec3_add_scaled(torque, plii_dvec3_cross(x, constraint->impulse), -constraint->weights[k]);
         }
     }

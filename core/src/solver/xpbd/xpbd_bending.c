@@ -207,8 +207,7 @@ const plii_feature_class plii_xpbd_bending_class = {
                           {PLII_MEMBER(xpbd_bending_state, order), XPBD_BENDING_PER_HINGE, .is_scratch = true}),
     .enable = xpbd_bending_enable,
     .topology_commit = xpbd_bending_topology_commit,
-    .substepped =
-        &(const plii_substep_class){.order = XPBD_BENDING_ORDER, .is_of_xpbd = true, .sweep = xpbd_bending_sweep},
+    .substepped = PLII_SUBSTEPPED(.order = XPBD_BENDING_ORDER, .is_of_xpbd = true, .sweep = xpbd_bending_sweep),
 };
 
 PLII_DEFINE_DEFAULT(pli_xpbd_bending_def, 0)

@@ -130,12 +130,9 @@ const plii_feature_class plii_xpbd_links_class = {
     .arrays = PLII_ARRAYS({PLII_LIST_OF(xpbd_links_state, numbers, capacity), .is_kept = true, .snapshot = PLII_LEFT}),
     .enable = xpbd_links_enable,
     .on_restored = xpbd_links_on_restored,
-    .substepped = &(const plii_substep_class){.order = XPBD_LINKS_ORDER,
-                                              .is_of_xpbd = true,
-                                              .begin = xpbd_links_begin,
-                                              .is_idle = xpbd_links_is_idle,
-                                              .restart = xpbd_links_restart,
-                                              .sweep = xpbd_links_sweep},
+    .substepped =
+        PLII_SUBSTEPPED(.order = XPBD_LINKS_ORDER, .is_of_xpbd = true, .begin = xpbd_links_begin,
+                        .is_idle = xpbd_links_is_idle, .restart = xpbd_links_restart, .sweep = xpbd_links_sweep),
 };
 
 PLII_DEFINE_DEFAULT(pli_xpbd_links_def, 0)

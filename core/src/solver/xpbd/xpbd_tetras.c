@@ -206,10 +206,8 @@ const plii_feature_class plii_xpbd_tetras_class = {
     .arrays =
         PLII_ARRAYS({PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, PLII_FILED_AS("16n8f")}),
     .enable = xpbd_tetras_enable,
-    .substepped = &(const plii_substep_class){.order = XPBD_TETRAS_ORDER,
-                                              .is_of_xpbd = true,
-                                              .sweep = xpbd_tetras_sweep,
-                                              .after_links = xpbd_tetras_after_links},
+    .substepped = PLII_SUBSTEPPED(.order = XPBD_TETRAS_ORDER, .is_of_xpbd = true, .sweep = xpbd_tetras_sweep,
+                                  .after_links = xpbd_tetras_after_links),
 };
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {

@@ -179,10 +179,8 @@ const plii_feature_class plii_xpbd_volume_class = {
     .enable = xpbd_volume_enable,
     .build = xpbd_volume_build,
     .stages[PLII_STAGE_FORCES] = {xpbd_volume_ask_for_gas, XPBD_VOLUME_GAS_ORDER},
-    .substepped = &(const plii_substep_class){.order = XPBD_VOLUME_ORDER,
-                                              .is_of_xpbd = true,
-                                              .sweep = xpbd_volume_sweep,
-                                              .after_links = xpbd_volume_after_links},
+    .substepped = PLII_SUBSTEPPED(.order = XPBD_VOLUME_ORDER, .is_of_xpbd = true, .sweep = xpbd_volume_sweep,
+                                  .after_links = xpbd_volume_after_links),
 };
 
 PLII_DEFINE_DEFAULT(pli_xpbd_volume_def, .pressure_ratio = 1.0f)
