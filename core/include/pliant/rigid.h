@@ -69,7 +69,8 @@ PLI_API pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* 
 /// Leads a kinematic body to a pose within the next step: sets the velocities that take it there from its present pose,
 /// straight and the shorter way round. Call it before each step, and pli_rigid_integrate after the step, which puts the
 /// body there. What is anchored to it, and what touches it, then follows to where it is drawn. To put a body elsewhere
-/// without a motion use pli_rigid_set_state.
+/// without a motion use pli_rigid_set_state. So too for a character that faces about within one frame, and
+/// pli_body_transform for its clothes: swept around by half a turn they may stay caught on the wrong side of a limb.
 /// @param pose as in pli_rigid_state
 /// @param dt   s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP, that of the step
 /// @return PLI_ERROR_WRONG_STATE for a body that is not kinematic; PLI_ERROR_INVALID_VALUE also when it would be faster
