@@ -32,13 +32,13 @@ static inline box_nearest box_nearest_of_four(plii_vec3x4 h, plii_vec3x4 p) {
 static void box_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                           pli_vec3* normals) {
     const plii_vec3x4 h = plii_vec3x4_all(*(const pli_vec3*)user);
-    int i = 0;
-    for (; i <= count - PLII_LANES; i += PLII_LANES) {
-        const box_nearest nearest = box_nearest_of_four(h, plii_vec3x4_from(&points[i]));
-        plii_float4_store(&distances[i], nearest.distance);
-        plii_vec3x4_to(&normals[i], nearest.normal);
+    for (int i = 0; i < count && count >= PLII_LANES; i += PLII_LANES) {
+        const int first = i <= count - PLII_LANES ? i : count - PLII_LANES; /* the last four may meet those before */
+        const box_nearest nearest = box_nearest_of_four(h, plii_vec3x4_from(&points[first]));
+        plii_float4_store(&distances[first], nearest.distance);
+        plii_vec3x4_to(&normals[first], nearest.normal);
     }
-    for (; i < count; ++i) {
+    for (int i = 0; i < count && count < PLII_LANES; ++i) {
         const box_nearest nearest = box_nearest_of_four(h, plii_vec3x4_all(points[i]));
         distances[i] = nearest.distance[0];
         normals[i] = plii_vec3x4_first(nearest.normal);
