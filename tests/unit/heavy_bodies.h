@@ -16,7 +16,7 @@ static inline bool sheet_is_pinned(sheet_pins pins, int node) {
     const int last = SHEET_SIDE - 1, column = node % SHEET_SIDE, row = node / SHEET_SIDE;
     const bool ends_row = column == 0 || column == last, ends_column = row == 0 || row == last;
     if (pins == SHEET_LOOSE) { return false; }
-    return pins == SHEET_RIM ? ends_row || ends_column : ends_row && ends_column;
+    return pins == SHEET_RIM ? level_sheet_is_rim(node, SHEET_SIDE) : ends_row && ends_column;
 }
 
 /* 2 m by 2 m, level at the height 0; 1 kg before nodes are pinned. With contacts of a friction of 1. */

@@ -16,4 +16,9 @@ static inline pli_patch_def level_sheet(float half, float height, int nodes) {
     return def;
 }
 
+static inline bool level_sheet_is_rim(int node, int nodes) {
+    const int column = node % nodes, row = node / nodes, last = nodes - 1;
+    return column == 0 || column == last || row == 0 || row == last;
+}
+
 #endif
