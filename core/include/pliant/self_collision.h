@@ -44,8 +44,7 @@ PLI_API pli_self_collision_def pli_self_collision_def_default(void);
 /// Objects"
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
-/// Cost: 72 B per node, about 50 B per node for the table, 16 B per link, 8 B per pair in reach and as much per pair
-/// under XPBD.
+/// Cost: 72 B per node, about 50 B per node for the table, 16 B per link, 24 B per pair in reach.
 PLI_API pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def);
 
 /// Lets nodes pass again. Does nothing when not enabled.

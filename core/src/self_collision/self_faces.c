@@ -25,6 +25,15 @@ static float self_faces_weight(const pli_vec4* displacements, const plii_self_fa
     return other > 0.0f ? first + other : plii_point_weight_unpinned(displacements, second, nodes, weights);
 }
 
+/* `of`: displacements or velocities. */
+static void self_faces_push(const plii_substep* substep, const plii_self_faces_pair* pair, pli_vec3 change,
+                            pli_vec4* of) {
+    for (int k = 0; k < 4; ++k) {
+        const int node = pair->nodes[k];
+        plii_add_xyz(&of[node], pli_vec3_scale(change, substep->displacements[node].w * pair->weights[k]));
+    }
+}
+
 /* True when the pair was too near. */
 static bool self_faces_part(const pli_body* body, const plii_substep* substep, const plii_self_faces_pair* pair,
                             float friction) {
@@ -41,11 +50,24 @@ static bool self_faces_part(const pli_body* body, const plii_substep* substep, c
     const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(pair->normal, pli_vec3_dot(motion, pair->normal)));
     const pli_vec3 change = pli_vec3_sub(pli_vec3_scale(pair->normal, (pair->target - distance) / weight),
                                          pli_vec3_scale(sliding, friction / weight));
-    for (int k = 0; k < 4; ++k) {
-        const int node = pair->nodes[k];
-        plii_substep_move(substep, node, change, pair->weights[k]);
-    }
+    self_faces_push(substep, pair, change, substep->displacements);
     return true;
+}
+
+/* Pairs that overlapped at the start lose the speed that came of drawing that out. */
+static void self_faces_slow(pli_body* body, void* data, const plii_substep* substep) {
+    const plii_self_faces_state* state = data;
+    for (int i = 0; i < state->active_count; ++i) {
+        const plii_self_faces_pair* pair = &state->pairs[state->active[i]];
+        const float overlap = pair->target - pair->distance, weight = self_faces_weight(substep->displacements, pair);
+        if (!(overlap > 0.0f) || !(weight > 0.0f)) { continue; }
+        float parting = 0.0f;
+        for (int k = 0; k < 4; ++k) {
+            parting += pair->weights[k] * pli_vec3_dot(pair->normal, plii_xyz(body->velocities[pair->nodes[k]]));
+        }
+        const float lost = plii_clamp(parting, 0.0f, overlap * substep->inverse_dt);
+        self_faces_push(substep, pair, pli_vec3_scale(pair->normal, -lost / weight), body->velocities);
+    }
 }
 
 /* Pushes pairs apart that are too near. */
@@ -151,6 +173,7 @@ static void self_faces_run_finish(pli_body* body, void* data) {
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
         plii_add_xyz(&body->velocities[i], pli_vec3_scale(change, body->step.inverse_dt));
     }
+    self_faces_slow(body, state, &step);
 }
 
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
@@ -195,8 +218,9 @@ const plii_feature_class plii_self_faces_class = {
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
-    .substepped = PLII_SUBSTEPPED(.order = SELF_FACES_SUBSTEP_ORDER, .begin = plii_self_faces_begin,
-                                  .restart = self_faces_restart_substep, .sweep = self_faces_sweep),
+    .substepped =
+        PLII_SUBSTEPPED(.order = SELF_FACES_SUBSTEP_ORDER, .begin = plii_self_faces_begin,
+                        .restart = self_faces_restart_substep, .sweep = self_faces_sweep, .finish = self_faces_slow),
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
         PLII_LEFT_PER_NODE(plii_self_faces_state, starts), PLII_LEFT_PER_NODE(plii_self_faces_state, was),

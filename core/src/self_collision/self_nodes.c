@@ -23,7 +23,6 @@ typedef struct self_nodes_state {
 static void self_nodes_report(const pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
     const bool has_room =
-        !body->solver_class->has_substeps ||
         PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->found.capacity);
     state->report.pairs = pairs->found.count;
     state->report.searches = pairs->searches;
@@ -76,6 +75,10 @@ static void self_nodes_move(const plii_substep* substep, pli_vec4* at, int node,
     if (at != substep->displacements) { plii_float4_to(&at[node], plii_float4_from(&at[node]) + move); }
 }
 
+static plii_float4 self_nodes_apart(const pli_vec4* at, const plii_self_pair* pair) {
+    return plii_float4_from(&at[pair->b]) - plii_float4_from(&at[pair->a]);
+}
+
 /* Of a pair that is too near. True when one of them can move. */
 static bool self_nodes_part(const plii_substep* substep, pli_vec4* at, plii_self_pair pair, plii_float4 apart,
                             float friction) {
@@ -100,10 +103,6 @@ static bool self_nodes_part(const plii_substep* substep, pli_vec4* at, plii_self
         self_nodes_move(substep, at, pair.b, lanes * (friction * (share_a - 1.0f)));
     }
     return true;
-}
-
-static plii_float4 self_nodes_apart(const pli_vec4* at, const plii_self_pair* pair) {
-    return plii_float4_from(&at[pair->b]) - plii_float4_from(&at[pair->a]);
 }
 
 /* ratio: of distances, squared. */
@@ -233,20 +232,29 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
     self_nodes_part_all(body, state, substep, &state->origin, 0.0f);
 }
 
-/* Pairs that were parted lose the speed that came of it, and `friction` of the rest of their relative velocity. */
-static void self_nodes_finish_some(const self_nodes_parts* pass, int part) {
+/* Pairs that were parted lose the speed with which they part, and `friction` of their motion. Without substeps only
+   what came of an overlap at the start, or folds are pressed together. */
+static void self_nodes_slow_some(const self_nodes_parts* pass, int part) {
     const self_nodes_state* state = pass->state;
+    const plii_substep* substep = pass->substep;
+    const bool has_substeps = pass->body->solver_class->has_substeps;
     const int first = state->firsts[part], last = first + state->touching_counts[part];
     const pli_vec4* at = state->pairs.at;
     pli_vec4* v = pass->body->velocities;
     for (int i = first; i < last; ++i) {
         const int a = state->touching[i].a, b = state->touching[i].b;
-        const plii_float4 apart = plii_lanes_xyz(plii_float4_from(&at[b]) - plii_float4_from(&at[a]));
-        const plii_float4 relative = plii_lanes_xyz(plii_float4_from(&v[b]) - plii_float4_from(&v[a]));
+        const plii_float4 apart = plii_lanes_xyz(self_nodes_apart(at, &state->touching[i]));
+        const plii_float4 relative = plii_lanes_xyz(self_nodes_apart(v, &state->touching[i]));
         const float squared = plii_lanes_dot(apart, apart), parting = plii_lanes_dot(relative, apart);
         if (!(squared > 0.0f)) { continue; }
+        float lost = plii_max(parting, 0.0f);
+        if (!has_substeps) {
+            const plii_float4 start = apart - relative * substep->dt;
+            const float overlap = state->touching[i].distance - sqrtf(plii_lanes_dot(start, start));
+            lost = plii_min(lost, plii_max(overlap, 0.0f) * substep->inverse_dt * sqrtf(squared));
+        }
         const float inverse = 1.0f / (squared * (at[a].w + at[b].w));
-        const float along = ((parting > 0.0f ? 1.0f : 0.0f) - pass->friction) * parting;
+        const float along = lost - pass->friction * parting;
         /* change * squared */
         const plii_float4 change = apart * along + relative * (pass->friction * squared);
         plii_float4_to(&v[a], plii_float4_from(&v[a]) + change * (at[a].w * inverse));
@@ -254,10 +262,18 @@ static void self_nodes_finish_some(const self_nodes_parts* pass, int part) {
     }
 }
 
-static void self_nodes_finish(pli_body* body, void* data, const plii_substep* substep) {
+/* Without substeps friction has acted on positions. */
+static void self_nodes_slow(pli_body* body, void* data, const plii_substep* substep) {
     self_nodes_state* state = data;
-    self_nodes_parts pass = {body, state, self_nodes_finish_some, NULL, state->def.friction, 0};
-    if (state->touching_capacity >= state->pairs.found.count) { self_nodes_run_parts(&pass); }
+    const float friction = body->solver_class->has_substeps ? state->def.friction : 0.0f;
+    self_nodes_parts pass = {body, state, self_nodes_slow_some, substep, friction, 0};
+    const bool has_list = state->touching_capacity >= state->pairs.found.count;
+    if (has_list && state->report.contacts > 0) { self_nodes_run_parts(&pass); }
+}
+
+static void self_nodes_run_finish(pli_body* body, void* data) {
+    const plii_substep step = plii_substep_of_step(body, body->positions, body->previous);
+    if (!body->solver_class->has_substeps) { self_nodes_slow(body, data, &step); }
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -318,10 +334,10 @@ const plii_feature_class plii_self_nodes_class = {
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
                [PLII_STAGE_PREPARE] = {self_nodes_begin, SELF_NODES_ORDER},
-               [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
-    .substepped =
-        PLII_SUBSTEPPED(.order = SELF_NODES_SUBSTEP_ORDER, .begin = self_nodes_begin, .restart = self_nodes_restart,
-                        .sweep = self_nodes_sweep, .finish = self_nodes_finish),
+               [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER},
+               [PLII_STAGE_FINISH] = {self_nodes_run_finish, SELF_NODES_ORDER}},
+    .substepped = PLII_SUBSTEPPED(.order = SELF_NODES_SUBSTEP_ORDER, .begin = self_nodes_begin,
+                                  .restart = self_nodes_restart, .sweep = self_nodes_sweep, .finish = self_nodes_slow),
     .arrays =
         PLII_ARRAYS({PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
                     {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, PLII_SAVED_AS("3f")},
