@@ -25,11 +25,10 @@ bool is_equal(pli_vec3 a, pli_vec3 b) {
 // An awake object that may wake soft bodies, along its motion in the step.
 bool is_moving(const btCollisionObject& object) {
     const btRigidBody* body = btRigidBody::upcast(&object);
-    if (body == nullptr || !object.isActive() || object.isStaticObject() || !object.hasContactResponse()) {
-        return false;
-    }
-    return !object.isKinematicObject() || !body->getLinearVelocity().fuzzyZero() ||
-           !body->getAngularVelocity().fuzzyZero();
+    if (body == nullptr || !object.isActive() || !object.hasContactResponse()) { return false; }
+    // One of mass 0 that was made kinematic has the flag of static ones too.
+    if (!object.isKinematicObject()) { return !object.isStaticObject(); }
+    return !body->getLinearVelocity().fuzzyZero() || !body->getAngularVelocity().fuzzyZero();
 }
 
 // Steps of motion that a kinematic body may be ahead of where soft bodies have met it.
