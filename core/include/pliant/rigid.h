@@ -89,7 +89,8 @@ PLI_API pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction);
 PLI_API pli_status pli_rigid_set_restitution(pli_rigid* rigid, float restitution);
 
 /// Scales the effect of impulses along each world axis: 0 holds the body, 1 leaves it free. Bullet: setLinearFactor,
-/// setAngularFactor
+/// setAngularFactor. What linear_factor takes from an impulse has no torque either, as in Bullet (not under the
+/// implicit solver): factors make no hinge or seesaw, for which the host holds the centre.
 /// @param linear_factor,angular_factor up to PLI_MAX_FACTOR
 PLI_API pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor);
 
@@ -144,7 +145,8 @@ PLI_API bool pli_rigid_get_shift(const pli_rigid* rigid, pli_vec3* shift, pli_ve
 /// Moves a rigid body freely, for C programs without a rigid-body engine: v += gravity * dt, the pose by v and the
 /// angular velocity, the inertia turned with it. Call it after pli_world_step. If the body was touched in the step,
 /// gravity changes v only at the start of the next one, so that what holds the body takes it back: a body at rest has v
-/// = 0. Kinematic bodies move without gravity, static ones not at all.
+/// = 0. The angular velocity stays, as without gyroscopic torque, not the angular momentum of what tumbles. Kinematic
+/// bodies move without gravity, static ones not at all.
 /// @param gravity m/s^2, up to PLI_MAX_ACCELERATION
 /// @param dt      s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
 /// @return PLI_ERROR_INVALID_VALUE also when the body would leave the limits; it then stays as it was

@@ -2,7 +2,7 @@
 
 #include "base/ranges.h"
 #include "body/rigid_impl.h"
-#include "math/dvec3.h"
+#include "math/mass_sum.h"
 #include "math/simd_float4.h"
 #include "self_collision/self_collision_impl.h"
 
@@ -19,11 +19,11 @@ typedef struct self_limit {
     const plii_substep* substep;
     pli_vec4* velocities; /* or NULL */
     float longest, rate;
-    pli_vec3 centre, move, turn; /* common motion: a rigid one brings no two nodes nearer either */
+    pli_vec3 first, move, turn; /* common motion, about the first node: a rigid one brings no two nodes nearer */
 } self_limit;
 
 static pli_vec3 self_limit_common(const self_limit* limit, int node) {
-    const pli_vec3 arm = pli_vec3_sub(plii_substep_start(limit->body, limit->substep, node), limit->centre);
+    const pli_vec3 arm = pli_vec3_sub(plii_substep_start(limit->body, limit->substep, node), limit->first);
     return pli_vec3_add(limit->move, pli_vec3_cross(limit->turn, arm));
 }
 
@@ -32,35 +32,18 @@ static pli_vec3 self_limit_common(const self_limit* limit, int node) {
 static bool self_limit_fit(self_limit* limit) {
     const pli_body* body = limit->body;
     const plii_substep* substep = limit->substep;
-    const pli_vec3 first = plii_substep_start(body, substep, 0);
-    double mass = 0.0;
-    plii_dvec3 centre = {0}, momentum = {0}, spin = {0};
-    pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
+    plii_mass_sum sum = {0};
+    limit->first = plii_substep_start(body, substep, 0);
     for (int i = 0; i < body->node_count; ++i) {
-        const float own = 1.0f / substep->displacements[i].w;
-        if (!plii_is_finite(own)) { return false; }
-        const pli_vec3 arm = pli_vec3_sub(plii_substep_start(body, substep, i), first);
-        const plii_dvec3 at = plii_dvec3_from(arm), motion = plii_dvec3_from(plii_substep_motion(substep, i));
-        mass += (double)own;
-        centre = plii_dvec3_add_scaled(centre, at, (double)own);
-        momentum = plii_dvec3_add_scaled(momentum, motion, (double)own);
-        spin = plii_dvec3_add_scaled(spin, plii_dvec3_cross(at, motion), (double)own);
-        const pli_vec3 heavy = pli_vec3_scale(arm, own);
-        inertia.rows[0] = pli_vec3_sub(inertia.rows[0], pli_vec3_scale(heavy, arm.x));
-        inertia.rows[1] = pli_vec3_sub(inertia.rows[1], pli_vec3_scale(heavy, arm.y));
-        inertia.rows[2] = pli_vec3_sub(inertia.rows[2], pli_vec3_scale(heavy, arm.z));
+        const double mass = 1.0 / (double)substep->displacements[i].w;
+        if (!isfinite(mass)) { return false; }
+        const pli_vec3 x = pli_vec3_sub(plii_substep_start(body, substep, i), limit->first);
+        plii_mass_sum_add(&sum, mass, plii_dvec3_from(x), plii_dvec3_from(plii_substep_motion(substep, i)));
     }
-    const pli_vec3 mean = plii_dvec3_to_float(plii_dvec3_scale(centre, 1.0 / mass));
-    spin = plii_dvec3_sub(spin, plii_dvec3_cross(plii_dvec3_from(mean), momentum));
-    const float all = (float)-mass, size = FLT_MIN - inertia.rows[0].x - inertia.rows[1].y - inertia.rows[2].z;
-    /* A little more than it is: nodes in a line do not turn about it. */
-    const pli_mat3 diagonal = plii_mat3_diagonal(all, all, all);
-    inertia = plii_mat3_add(inertia, plii_point_response(size * (1.0f + 1e-5f), &diagonal, mean));
-    inertia = plii_mat3_scale(inertia, 1.0f / size);
-    limit->centre = pli_vec3_add(first, mean);
-    limit->move = plii_dvec3_to_float(plii_dvec3_scale(momentum, 1.0 / mass));
-    limit->turn =
-        pli_mat3_mul_vec3(plii_mat3_inverse(inertia), plii_dvec3_to_float(plii_dvec3_scale(spin, 1.0 / (double)size)));
+    const double* motion = sum.momentum;
+    if (!plii_mass_sum_solve(&sum)) { return false; }
+    limit->move = pli_vec3_make((float)motion[0], (float)motion[1], (float)motion[2]);
+    limit->turn = pli_vec3_make((float)motion[3], (float)motion[4], (float)motion[5]);
     return true;
 }
 

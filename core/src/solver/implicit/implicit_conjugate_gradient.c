@@ -302,7 +302,7 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
         if (rigid->is_dynamic) { plii_implicit_add_response(constraint, gradient_yield, rigid->factor); }
     }
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
-        rigid->is_solved = rigid->is_dynamic && plii_implicit_factorise6(rigid->factor);
+        rigid->is_solved = rigid->is_dynamic && plii_factorise6(rigid->factor);
     }
 }
 
@@ -318,7 +318,7 @@ static double gradient_precondition(plii_implicit_system* system) {
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (!rigid->is_solved) { continue; }
         memcpy(rigid->product, rigid->residual, sizeof rigid->product);
-        plii_implicit_solve6((const double(*)[6])rigid->factor, rigid->product);
+        plii_solve6((const double(*)[6])rigid->factor, rigid->product);
         for (int k = 0; k < 6; ++k) {
             sum += rigid->product[k] * rigid->residual[k];
         }

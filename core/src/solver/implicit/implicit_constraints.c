@@ -45,6 +45,7 @@ static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched, pli
     double(*const a)[3] = touched->inverse_inertia, trace = a[0][0] + a[1][1] + a[2][2];
     const double least = trace > 0.0 ? 1e-12 * trace : 1.0 / IMPLICIT_IMMOVABLE; /* rows of locked axes are zero */
     implicit_invert_inertia(a, least, touched->inertia);
+    memcpy(touched->own_inertia, touched->inertia, sizeof touched->inertia);
 }
 
 /* What pulls at an arm r by F rights the body as it turns, like a spring of F.r - r F: times h^2, kg m^2. Where that is

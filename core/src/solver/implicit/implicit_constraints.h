@@ -8,7 +8,7 @@
 
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
-#include "math/dvec3.h"
+#include "math/mass_sum.h"
 
 static inline plii_dvec3 plii_implicit_xyz(const pli_vec4* v) {
     return plii_dvec3_from(plii_xyz(*v));
@@ -70,11 +70,12 @@ typedef struct plii_implicit_rigid {
     double mass[3];       /* kg, by axis; what cannot move is very heavy */
     double inertia[3][3]; /* kg m^2 */
     double inverse_inertia[3][3];
-    double change[6]; /* m/s, rad/s: what this body's system adds to the velocities */
-    double before[6]; /* `change` where the system was linearised */
+    double own_inertia[3][3]; /* without what rights it */
+    double change[6];         /* m/s, rad/s: what this body's system adds to the velocities */
+    double before[6];         /* `change` where the system was linearised */
     double residual[6], direction[6], product[6], factor[6][6]; /* of conjugate gradients */
     bool is_solved;
-    int group; /* of components, PLI_NULL_INDEX unless it is dynamic and holds a node; while momentum is kept */
+    int group; /* PLI_NULL_INDEX unless it is dynamic and holds a node; while momentum is kept */
 } plii_implicit_rigid;
 
 typedef struct plii_implicit_constraint {
@@ -143,14 +144,11 @@ void plii_implicit_push(const plii_implicit_constraints* constraints, const plii
 /* Velocity that a constraint asks of its node. */
 plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
                                          const plii_implicit_constraint* constraint);
-/* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
-bool plii_implicit_factorise6(double m[6][6]);
 /* 1/kg along a unit vector: of a point of a face, if all that hold its nodes push alike; pinned, of the rigid body. */
 double plii_implicit_point_response(const plii_implicit_constraints* constraints,
                                     const plii_implicit_constraint* constraint, plii_dvec3 unit);
 /* By what holds its nodes now: nodes of faces have several constraints, which bear what moves a node together. */
 void plii_implicit_share_nodes(plii_implicit_constraints* constraints);
-void plii_implicit_solve6(const double m[6][6], double b[6]);
 
 /* Change of the impulse of a constraint on its node by a motion between node and rigid body. */
 typedef plii_dvec3 plii_implicit_response_fn(const plii_implicit_constraint* constraint, plii_dvec3 moved);

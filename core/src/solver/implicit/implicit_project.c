@@ -13,39 +13,6 @@ enum {
     IMPLICIT_HOLD_PASSES = 20
 };
 
-bool plii_implicit_factorise6(double m[6][6]) {
-    for (int i = 0; i < 6; ++i) {
-        for (int k = 0; k <= i; ++k) {
-            double sum = m[i][k];
-            for (int l = 0; l < k; ++l) {
-                sum -= m[i][l] * m[k][l];
-            }
-            if (i == k) {
-                if (!(sum > 0.0)) { return false; }
-                m[i][i] = sqrt(sum);
-            } else {
-                m[i][k] = sum / m[k][k];
-            }
-        }
-    }
-    return true;
-}
-
-void plii_implicit_solve6(const double m[6][6], double b[6]) {
-    for (int i = 0; i < 6; ++i) {
-        for (int k = 0; k < i; ++k) {
-            b[i] -= m[i][k] * b[k];
-        }
-        b[i] /= m[i][i];
-    }
-    for (int i = 5; i >= 0; --i) {
-        for (int k = i + 1; k < 6; ++k) {
-            b[i] -= m[k][i] * b[k];
-        }
-        b[i] /= m[i][i];
-    }
-}
-
 plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
                                          const plii_implicit_constraint* constraint) {
     const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
@@ -297,8 +264,8 @@ static void project_rigid(plii_implicit_constraints* constraints, int index, pli
         plii_implicit_add_push(b, constraint->arm, constraint->impulse, -1.0);
         plii_implicit_add_response(constraint, project_response, m);
     }
-    if (!plii_implicit_factorise6(m)) { return; }
-    plii_implicit_solve6((const double(*)[6])m, b);
+    if (!plii_factorise6(m)) { return; }
+    plii_solve6((const double(*)[6])m, b);
     for (int i = 0; i < 6; ++i) {
         rigid->change[i] += b[i];
     }

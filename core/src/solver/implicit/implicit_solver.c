@@ -4,7 +4,6 @@
    with them. Pose matching and contacts of other kinds then correct positions as in the position-based solver, and the
    velocities of the nodes that they move follow. */
 
-#include "base/union_find.h"
 #include "body/pipeline.h"
 #include "math/bounds.h"
 #include "solver/implicit/implicit_system.h"
@@ -76,137 +75,6 @@ static void implicit_iterate(plii_implicit_system* system, bool is_warm) {
     }
 }
 
-static void implicit_add_masses(plii_dvec3* sum, double x, double y, double z) {
-    *sum = plii_dvec3_add(*sum, plii_dvec3_make(x, y, z));
-}
-
-/* A contact with what nothing moves that sweeps have left to slide. */
-static bool implicit_slides(const plii_implicit_constraints* constraints, const plii_implicit_constraint* constraint) {
-    return constraint->rows == 1 && !constraint->is_viscous && !constraints->rigids[constraint->rigid].is_dynamic;
-}
-
-static int implicit_group_of(const plii_implicit_system* system, int node) {
-    return plii_union_root(system->groups, system->graph->components[node]);
-}
-
-/* Groups of components: what hangs together by links and by rigid bodies that can move, which get their group. */
-static void implicit_join_groups(plii_implicit_system* system) {
-    const plii_link_graph* graph = system->graph;
-    plii_implicit_constraints* constraints = &system->constraints;
-    plii_union_start(system->body->node_count, system->groups);
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        constraints->rigids[r].group = PLI_NULL_INDEX;
-    }
-    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
-        if (!rigid->is_dynamic || constraint->rows == 0) { continue; }
-        const int component = graph->components[constraint->nodes[0]];
-        if (rigid->group == PLI_NULL_INDEX) { rigid->group = component; }
-        plii_union_join(system->groups, rigid->group, component);
-    }
-}
-
-/* Along surfaces that nothing moves a group gets what friction has given to its nodes, of which unfinished sweeps pass
-   on little, but no more than stops it; across them it goes as solved. `momenta`: changes of velocity of groups. */
-static void implicit_slide_groups(const plii_implicit_system* system, plii_dvec3* momenta, plii_dvec3* sums) {
-    const plii_implicit_constraints* constraints = &system->constraints;
-    memset(sums, 0, plii_implicit_vector_size(system->body)); /* x: motion against the change, y: contacts */
-    for (int pass = 0; pass < 2; ++pass) {
-        for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-            if (!implicit_slides(constraints, constraint)) { continue; }
-            const int group = implicit_group_of(system, constraint->nodes[0]);
-            const plii_dvec3 n = constraint->normal;
-            plii_dvec3* change = &momenta[group];
-            if (pass == 0) {
-                *change = plii_dvec3_across(*change, n);
-                continue;
-            }
-            const plii_dvec3 sliding = plii_dvec3_sub(plii_implicit_constraint_point(constraint, system->solution),
-                                                      plii_implicit_constraint_goal(constraints, constraint));
-            sums[group].x -= plii_dvec3_dot(*change, plii_dvec3_across(sliding, n));
-            sums[group].y += 1.0;
-        }
-    }
-    for (int i = 0; i < system->body->node_count; ++i) {
-        const double square = plii_dvec3_dot(momenta[i], momenta[i]) * sums[i].y;
-        if (square > 0.0) { momenta[i] = plii_dvec3_scale(momenta[i], fmin(fmax(sums[i].x / square, 0.0), 1.0)); }
-    }
-}
-
-/* The part of such a motion that a rigid body on the group has: all where it sticks; where it slides what its contacts
-   push, or friction that is not its own would drive it. */
-static plii_dvec3 implicit_carried(const plii_implicit_constraints* constraints, int rigid, plii_dvec3 motion) {
-    plii_dvec3 left = motion;
-    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        if (constraint->rigid != rigid || constraint->rows == 0) { continue; }
-        if (constraint->rows == 3) { return motion; }
-        left = plii_dvec3_across(left, constraint->normal);
-    }
-    return plii_dvec3_sub(motion, left);
-}
-
-/* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that hold them. Unfinished
-   sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. What
-   holds nodes from outside moves it, by what it gives to the nodes as they then are. */
-static void implicit_keep_momentum(plii_implicit_system* system) {
-    const pli_body* body = system->body;
-    plii_implicit_constraints* constraints = &system->constraints;
-    plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
-    memset(momenta, 0, plii_implicit_vector_size(body));
-    memset(masses, 0, plii_implicit_vector_size(body));
-    implicit_join_groups(system);
-    for (int i = 0; i < body->node_count; ++i) {
-        const int group = implicit_group_of(system, i);
-        const double mass = 1.0 / (double)body->positions[i].w; /* infinite when pinned */
-        implicit_add_masses(&masses[group], mass, mass, mass);
-        if (!isfinite(mass)) { continue; }
-        momenta[group] = plii_dvec3_add_scaled(momenta[group], system->solution[i], mass);
-    }
-    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
-        const double *m = rigid->mass, *q = rigid->change;
-        if (rigid->group == PLI_NULL_INDEX) { continue; }
-        rigid->group = plii_union_root(system->groups, rigid->group);
-        implicit_add_masses(&masses[rigid->group], m[0], m[1], m[2]);
-        implicit_add_masses(&momenta[rigid->group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
-    }
-    for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
-        const int group = implicit_group_of(system, hold->node);
-        const plii_dvec3 push = plii_implicit_hold_mul(hold, system->solution[hold->node]);
-        implicit_add_masses(&masses[group], hold->hardness, hold->hardness, hold->hardness);
-        momenta[group] = plii_dvec3_add(momenta[group], plii_dvec3_sub(push, hold->rhs));
-    }
-    bool has_sliding = false;
-    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
-        const int group = implicit_group_of(system, constraint->nodes[0]);
-        if (implicit_slides(constraints, constraint)) {
-            momenta[group] = plii_dvec3_sub(momenta[group], constraint->impulse);
-            has_sliding = true;
-        } else {
-            implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
-        }
-    }
-    for (int i = 0; i < body->node_count; ++i) {
-        if (implicit_group_of(system, i) != i) { continue; }
-        momenta[i] =
-            plii_dvec3_make(-momenta[i].x / masses[i].x, -momenta[i].y / masses[i].y, -momenta[i].z / masses[i].z);
-    }
-    if (has_sliding) { implicit_slide_groups(system, momenta, masses); }
-    for (int i = 0; i < body->node_count; ++i) {
-        const int group = implicit_group_of(system, i);
-        system->solution[i] = plii_dvec3_add(system->solution[i], momenta[group]);
-    }
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        plii_implicit_rigid* rigid = &constraints->rigids[r];
-        if (rigid->group == PLI_NULL_INDEX) { continue; }
-        plii_dvec3 more = momenta[rigid->group];
-        if (has_sliding && masses[rigid->group].y > 0.0) { more = implicit_carried(constraints, r, more); }
-        rigid->change[0] += more.x;
-        rigid->change[1] += more.y;
-        rigid->change[2] += more.z;
-    }
-}
-
 /* Nodes move by the solution. */
 static void implicit_solution_range(int begin, int end, void* data) {
     const plii_implicit_system* system = data;
@@ -234,7 +102,9 @@ static void implicit_predict(pli_body* body, float dt) {
     system->report.collapsed_links = plii_implicit_assemble(system);
     plii_implicit_constraints_gather(body, &system->constraints, false, system->blocks, NULL);
     implicit_iterate(system, false);
-    if (system->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
+    if (system->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) {
+        plii_implicit_keep_momentum(system, body->positions, false);
+    }
     plii_body_run_nodes(system->body, implicit_solution_range, system, plii_grain(IMPLICIT_NODE_NS));
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
@@ -308,9 +178,9 @@ static void implicit_solve_constraints(pli_body* body, plii_implicit_system* sys
     const bool is_exact = system->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT;
     const int iterations = is_exact ? system->def.sweeps : system->def.finishing_iterations;
     memcpy(system->before, system->solution, plii_implicit_vector_size(body));
-    if (system->constraints.count > 0) {
-        implicit_iterate(system, true);
-        if (is_free) { implicit_keep_momentum(system); }
+    if (system->constraints.count > 0) { implicit_iterate(system, true); }
+    if (system->constraints.count > 0 || (is_free && system->groups.has_free)) {
+        if (is_free) { plii_implicit_keep_momentum(system, body->previous, true); }
         implicit_follow_solution(body, system);
     }
     double excess = (double)INFINITY, share = 1.0;
@@ -321,7 +191,7 @@ static void implicit_solve_constraints(pli_body* body, plii_implicit_system* sys
         if (!(excess > IMPLICIT_LARGEST_EXCESS) || !is_better) { break; }
         implicit_linearise_again(body, system, round == 0 && !is_exact);
         plii_implicit_conjugate_gradient(system, iterations, true);
-        implicit_keep_momentum(system);
+        plii_implicit_keep_momentum(system, body->previous, true);
         share = plii_implicit_search(system);
         implicit_follow_solution(body, system);
     }
@@ -446,7 +316,7 @@ static void implicit_build(pli_body* body, void* data) {
     plii_implicit_system* system = data;
     system->spectral_radius = 0.0;
     system->constraints.count = 0;
-    system->holds.count = 0;
+    system->holds.count = system->groups.count = 0;
 }
 
 static const plii_field implicit_fields[] = {
@@ -470,7 +340,7 @@ const plii_feature_class plii_implicit_class = {
     .needs = PLII_NEEDS(&plii_link_graph_class),
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_implicit_system, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
-        PLII_LEFT_PER_NODE(plii_implicit_system, blocks), PLII_LEFT_PER_NODE(plii_implicit_system, groups),
+        PLII_LEFT_PER_NODE(plii_implicit_system, blocks), PLII_LEFT_PER_NODE(plii_implicit_system, groups.of_nodes),
         PLII_LEFT_PER_NODE(plii_implicit_system, rhs), PLII_LEFT_PER_NODE(plii_implicit_system, solution),
         PLII_LEFT_PER_NODE(plii_implicit_system, spare), PLII_LEFT_PER_NODE(plii_implicit_system, residual),
         PLII_LEFT_PER_NODE(plii_implicit_system, before), PLII_LEFT_PER_NODE(plii_implicit_system, direction),
@@ -478,7 +348,8 @@ const plii_feature_class plii_implicit_class = {
         PLII_LEFT_LIST(plii_implicit_system, constraints.items, constraints.capacity),
         PLII_LEFT_LIST(plii_implicit_system, constraints.listed, constraints.listed_capacity),
         PLII_LEFT_LIST(plii_implicit_system, constraints.rigids, constraints.rigid_capacity),
-        PLII_LEFT_LIST(plii_implicit_system, holds.items, holds.capacity)),
+        PLII_LEFT_LIST(plii_implicit_system, holds.items, holds.capacity),
+        PLII_LEFT_LIST(plii_implicit_system, groups.items, groups.capacity)),
     .solver = &implicit_solver,
     .build = implicit_build,
 };

@@ -27,6 +27,20 @@ typedef struct plii_implicit_holds {
     int count, capacity;
 } plii_implicit_holds;
 
+/* What hangs together by links, and by rigid bodies that can move. */
+typedef struct plii_implicit_group {
+    plii_mass_sum sum; /* about the first node: of the solution, then what is to be taken from it */
+    bool is_held;      /* from outside */
+    int sliding_count; /* contacts with what nothing moves that slide */
+    double against;    /* their sliding along the motion */
+} plii_implicit_group;
+typedef struct plii_implicit_groups {
+    plii_implicit_group* items;
+    int count, capacity;
+    int* of_nodes; /* [node_count] */
+    bool has_free; /* one that is not held */
+} plii_implicit_groups;
+
 /* Nodes of a block of a sum, at least. */
 enum { PLII_IMPLICIT_SUM_NODES = 2048 };
 
@@ -41,7 +55,7 @@ typedef struct plii_implicit_system {
     const plii_link_graph* graph;
     plii_implicit_half* halves; /* [2 * link_count] in the order of the graph */
     plii_implicit_block* blocks;
-    int* groups; /* [node_count] for the balance of momentum */
+    plii_implicit_groups groups;
     plii_implicit_constraints constraints;
     plii_implicit_holds holds;
     plii_dvec3* rhs;      /* [node_count], as all vectors */
@@ -104,6 +118,10 @@ static inline void plii_implicit_add_holds(const plii_implicit_system* system, c
         sum[hold->node] = plii_dvec3_add_scaled(sum[hold->node], plii_implicit_hold_mul(hold, x[hold->node]), scale);
     }
 }
+
+/* Takes back what the solution changes of the momentum and, where nothing holds them, of the angular momentum of
+   groups; `start`: where nodes are at the start of the step. */
+void plii_implicit_keep_momentum(plii_implicit_system* system, const pli_vec4* start, bool with_spin);
 
 /* All go on from the solution that is there if `is_warm`, and meet the constraints. */
 /* `sweeps` after the start W_ii^-1 rhs. */
