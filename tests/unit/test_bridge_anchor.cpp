@@ -198,6 +198,53 @@ void test_a_wheel_turns_on_its_axle(void**) {
     }
 }
 
+/// Three crates of 10 kg under each other on ropes of 0.1 kg and 0.6 m with tethers, the lowest thrown aside at 3 m/s:
+/// none gets farther down than the ropes are long, nor gets energy.
+void test_crates_hang_from_crates(void**) {
+    for (const Solver solver : {Solver::position_based, Solver::xpbd}) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        btRigidBody* above = nullptr;
+        for (int i = 0; i < 3; ++i) {
+            const float top = 5 - float(i);
+            pli_mesh* mesh = nullptr;
+            pli_body* rope = nullptr;
+            const pli_vec3 from = pli_vec3_make(0, top, 0), to = pli_vec3_make(0, top - 0.6f, 0);
+            assert_int_equal(
+                pli_mesh_create_rope(bridge.context(), from, to, 8, i == 0 ? PLI_ROPE_PIN_FIRST : 0, &mesh), PLI_OK);
+            assert_int_equal(pli_mesh_set_total_mass(mesh, 0.1f), PLI_OK);
+            assert_int_equal(bridge.add_body(mesh, nullptr, &rope), PLI_OK);
+            pli_mesh_destroy(mesh);
+            use_solver(rope, solver);
+            assert_int_equal(pli_body_enable_tethers(rope, nullptr), PLI_OK);
+            btRigidBody& crate = stock.add_box(btVector3(0.2f, 0.2f, 0.2f), 10, btVector3(0, top - 0.8f, 0));
+            crate.setActivationState(DISABLE_DEACTIVATION);
+            const std::array ends{0, last_node};
+            assert_int_equal(pli_body_attach_nodes(rope, &ends[1], 1, bridge.rigid(crate)), PLI_OK);
+            if (above != nullptr) {
+                assert_int_equal(pli_body_attach_nodes(rope, ends.data(), 1, bridge.rigid(*above)), PLI_OK);
+            }
+            above = &crate;
+        }
+        above->setLinearVelocity(btVector3(3, 0, 0));
+        double lowest = 9, most = 0;
+        for (int i = 0; i < 600; ++i) {
+            stock.step(1);
+            double energy = 0;
+            for (const auto& crate : stock.bodies) {
+                const btVector3 v = crate->getLinearVelocity(), w = crate->getAngularVelocity();
+                energy += double(5 * v.length2() + btScalar(0.133) * w.length2() +
+                                 100 * crate->getWorldTransform().getOrigin().y());
+            }
+            most = std::max(most, energy);
+            lowest = std::min(lowest, double(above->getWorldTransform().getOrigin().y()));
+        }
+        print_message("solver %d: lowest %.3f m of 2.2, at most %.1f J of 1005\n", int(solver), lowest, most);
+        check_at_most(-lowest, -2.15);
+        check_at_most(most, 1005);
+    }
+}
+
 /// Motors of Bullet turn two leaves of 5 kg apart, which a rope of 0.1 kg ties at their tips.
 void test_leaves_that_a_rope_ties_stand_still(void**) {
     for (const Solver solver : {Solver::xpbd, Solver::implicit}) {
@@ -766,6 +813,7 @@ int main() {
         cmocka_unit_test(test_a_pendulum_gains_no_energy),
         cmocka_unit_test(test_what_turns_on_a_hinge_gains_no_speed),
         cmocka_unit_test(test_a_wheel_turns_on_its_axle),
+        cmocka_unit_test(test_crates_hang_from_crates),
         cmocka_unit_test(test_leaves_that_a_rope_ties_stand_still),
         cmocka_unit_test(test_a_bridge_of_planks_bears_a_person),
         cmocka_unit_test(test_a_child_stands_on_a_swing),

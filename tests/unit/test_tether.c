@@ -203,6 +203,45 @@ static void test_tethers_hold_a_rigid_body(void** state) {
     }
 }
 
+/* A rope of 0.1 kg between 10 and 20 kg, the heavier one thrown off at 6 m/s: it takes the other one along. */
+static void test_tethers_hold_rigid_bodies_together(void** state) {
+    (void)state;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        if (which == SWEEPS || which == GRADIENTS) { continue; } /* have springs alone */
+        pli_body* rope = make_rope();
+        assert_int_equal(pli_body_set_node_mass(rope, 0, 0.01f), PLI_OK);
+        use_solver(rope, (solver)which, 0);
+        pli_rigid* rigids[2];
+        for (int i = 0; i < 2; ++i) {
+            pli_rigid_def def = pli_rigid_def_default();
+            def.kind = PLI_RIGID_DYNAMIC;
+            def.state.pose.origin = position(rope, 9 * i);
+            def.state.inverse_mass = i == 0 ? 0.1f : 0.05f;
+            def.state.linear_velocity.x = i == 0 ? 0.0f : 6.0f;
+            assert_int_equal(pli_rigid_create(world, &def, &rigids[i]), PLI_OK);
+            assert_int_equal(pli_body_attach_nodes(rope, &(int){9 * i}, 1, rigids[i]), PLI_OK);
+        }
+        tether(rope, 0.01f);
+        float most = 0;
+        for (int i = 0; i < 120; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            for (int k = 0; k < 2; ++k) {
+                assert_int_equal(pli_rigid_integrate(rigids[k], pli_vec3_make(0, 0, 0), dt), PLI_OK);
+            }
+            const pli_rigid_state a = pli_rigid_get_state(rigids[0]), b = pli_rigid_get_state(rigids[1]);
+            most = fmaxf(most, pli_vec3_length(pli_vec3_sub(a.pose.origin, b.pose.origin)));
+            const float momentum = 10 * a.linear_velocity.x + 20 * b.linear_velocity.x + pli_body_momentum(rope).x;
+            check_near(momentum, 120, 1e-2f);
+        }
+        print_message("solver %d: %.3f m apart\n", which, (double)most);
+        check_at_most(most, 2.0f * 1.02f);
+        assert_int_equal(pli_body_get_tether(rope, 5).origin, PLI_NULL_INDEX);
+        pli_body_destroy(rope);
+        pli_rigid_destroy(rigids[0]);
+        pli_rigid_destroy(rigids[1]);
+    }
+}
+
 /* 40 by 38 nodes, 1.2 m by 1 m, that hang from a kinematic body along their upper edge. */
 static pli_body* make_cape(pli_rigid* rigid) {
     enum { COLUMNS = 40, ROWS = 38 };
@@ -495,6 +534,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_tethers_follow_cuts, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_hold_a_heavy_node, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_hold_a_rigid_body, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_hold_rigid_bodies_together, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_stretch_with_their_origins, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_hold_a_cape, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_follow_anchors, setup_world, teardown_world),

@@ -523,9 +523,9 @@ static void what_is_wrong_is_refused(void** unused) {
         expect_refused(&t, part, cut, PLI_ERROR_FILE_FORMAT, "");
         free(part);
     }
+    buffer[8] = 9;
+    expect_refused(&t, buffer, size, PLI_ERROR_FILE_FORMAT, "the file is of version 9, this is 8");
     buffer[8] = 8;
-    expect_refused(&t, buffer, size, PLI_ERROR_FILE_FORMAT, "the file is of version 8, this is 7");
-    buffer[8] = 7;
     buffer[size / 2] ^= 1;
     expect_refused(&t, buffer, size, PLI_ERROR_FILE_FORMAT, "its checksum is wrong");
     buffer[size / 2] ^= 1;

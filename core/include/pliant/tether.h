@@ -30,6 +30,9 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// - A node that is not connected with any origin is not held.
 /// - Cuts and changes of rest lengths, masses and anchors are followed from the next step on.
 /// - A dynamic body that is anchored to a node is held at the anchor by the nearest origin.
+/// - Where there are no origins, as in a rope between two crates, dynamic bodies that are anchored are held together:
+///   at their anchors none is farther from the first anchor than the body between is long. Nodes are not held then.
+///   Not under the implicit solver.
 /// - Under the implicit solver tethers are springs of its system, 100 times as stiff as its links, and give a little.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY

@@ -186,13 +186,6 @@ static bool manifold_update(const pli_body* body, const pli_cluster_contact* inf
     return true;
 }
 
-/* That of the last step; NULL: the pair had none. */
-static const plii_manifold* manifold_before(const plii_cluster_contacts* state, const plii_pair_record* record) {
-    const int index = record->previous_index;
-    const int slot = index != PLI_NULL_INDEX ? state->memory.before.items[index].slot : 0;
-    return slot > 0 ? &state->manifolds_before.items[slot - 1] : NULL;
-}
-
 /* For the pair of a record; NULL when out of memory. */
 static plii_manifold* manifold_add(pli_body* body, plii_cluster_contacts* state, plii_pair_record* record) {
     plii_manifolds* all = &state->manifolds;
@@ -212,7 +205,9 @@ void plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* s
                                has_rigid ? (const void*)info->rigid : (const void*)info->other, 0};
     plii_pair_record* record =
         state->def.distance == NULL ? plii_pair_cache_get(body->context, &state->memory, key) : NULL;
-    const plii_manifold* before = is_followed && record != NULL ? manifold_before(state, record) : NULL;
+    const int index = is_followed && record != NULL ? record->previous_index : PLI_NULL_INDEX;
+    const int slot = index != PLI_NULL_INDEX ? state->memory.before.items[index].slot : 0;
+    const plii_manifold* before = slot > 0 ? &state->manifolds_before.items[slot - 1] : NULL; /* of the last step */
     const int first = state->count;
     if (before != NULL &&
         PLII_RESERVE(body->context, &state->contacts, &state->capacity, first + PLII_MANIFOLD_POINTS) &&

@@ -34,13 +34,6 @@ static pli_status link_cut_check(const link_cut* cut) {
                      cut->ends[0], cut->ends[1]);
 }
 
-/* What the rest lengths of the new links follow from. */
-static void link_cut_learn(link_cut* cut) {
-    plii_edge* edge = plii_edit_add_edge(&cut->edit, &cut->edges, cut->ends[0], cut->ends[1]);
-    edge->node = cut->edit.node_count; /* the next one */
-    plii_edit_learn(&cut->edit, &cut->edges);
-}
-
 static void link_cut_split_links(link_cut* cut) {
     cut->nodes[0] = plii_edit_add_node(&cut->edit, cut->ends[0], cut->ends[1], cut->share);
     cut->nodes[1] = plii_edit_copy_node(&cut->edit, cut->nodes[0]);
@@ -95,7 +88,9 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
     PLII_TRY(plii_edit_open(body, __func__, &cut.edit));
     const pli_status status = link_cut_check(&cut);
     if (status == PLI_OK) {
-        link_cut_learn(&cut);
+        plii_edge* edge = plii_edit_add_edge(&cut.edit, &cut.edges, node_a, node_b);
+        edge->node = cut.edit.node_count;       /* the next one */
+        plii_edit_learn(&cut.edit, &cut.edges); /* what the rest lengths of the new links follow from */
         link_cut_split_links(&cut);
         link_cut_split_faces(&cut);
     }

@@ -425,12 +425,6 @@ const plii_feature_class plii_trace_class = {
     .build = trace_forget,
 };
 
-static bool trace_ends_at(const trace_state* trace, pli_vec3 start, pli_vec3 end) {
-    const float reach = SWEPT_SAME_RAY * pli_vec3_length(pli_vec3_sub(end, start));
-    return trace->has_ray && pli_vec3_length(pli_vec3_sub(start, trace->ray[0])) <= reach &&
-           pli_vec3_length(pli_vec3_sub(end, trace->ray[1])) <= reach;
-}
-
 /* Blades that pass the body by are not worth a copy of it. */
 static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {
     return plii_bounds_overlap(plii_bounds_of_triangle(corners[0], corners[1], corners[2]), body->bounds);
@@ -511,7 +505,9 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
     pli_vec3 rays[4] = {from_start, from_end, to_start, to_end};
     PLII_TRY(plii_check_finite_points(body->context, 4, rays, "end", __func__));
     PLII_TRY_ENABLE(body, trace_state, trace, plii_trace_class);
-    const bool goes_on = trace_ends_at(trace, from_start, from_end);
+    const float reach = SWEPT_SAME_RAY * pli_vec3_length(pli_vec3_sub(from_end, from_start));
+    const bool goes_on = trace->has_ray && pli_vec3_length(pli_vec3_sub(from_start, trace->ray[0])) <= reach &&
+                         pli_vec3_length(pli_vec3_sub(from_end, trace->ray[1])) <= reach;
     const pli_vec3 corners[2][3] = {{from_start, from_end, to_end}, {from_start, to_end, to_start}};
     int count = 0;
     if (swept_may_meet(body, corners[0]) || swept_may_meet(body, corners[1])) {

@@ -134,13 +134,6 @@ static void sleep_tell(pli_world* world) {
     }
 }
 
-static bool sleep_is_any_asleep(const pli_world* world) {
-    for (int i = 0; i < world->body_count; ++i) {
-        if (world->bodies[i]->is_asleep) { return true; }
-    }
-    return false;
-}
-
 static bool sleep_rigid_moves(const pli_rigid* rigid) {
     const pli_rigid_state* state = &rigid->state;
     return rigid->kind != PLI_RIGID_STATIC && !rigid->is_asleep &&
@@ -179,13 +172,14 @@ static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float 
 }
 
 static void sleep_begin_step(pli_world* world, float dt) {
+    bool is_any_asleep = false;
     for (PLII_EACH_BODY(body, world)) {
+        is_any_asleep = is_any_asleep || body->is_asleep;
         if (body->is_asleep && body->is_woken) { sleep_wake_group(world, body->sleep_group, NULL); }
     }
     for (PLII_EACH_RIGID(rigid, world)) {
         if (rigid->sleep_group != 0 && !rigid->is_asleep) { sleep_wake_group(world, rigid->sleep_group, NULL); }
     }
-    const bool is_any_asleep = sleep_is_any_asleep(world);
     for (int i = 0; i < world->rigid_count; ++i) {
         if (is_any_asleep) { sleep_wake_by_rigid(world, world->rigids[i], dt); }
         sleep_note_seen(world->rigids[i]);
@@ -195,7 +189,6 @@ static void sleep_begin_step(pli_world* world, float dt) {
 
 /* What wakes is predicted, and may wake more. */
 static void sleep_wake_met(pli_world* world, void (*predict)(pli_body* body)) {
-    if (!sleep_is_any_asleep(world)) { return; }
     for (bool has_woken = true; has_woken;) {
         has_woken = false;
         for (PLII_EACH_BODY(body, world)) {

@@ -33,8 +33,7 @@ typedef struct tether_load {
 /* An anchored node that tethers start from. */
 typedef struct tether_origin {
     int node;
-    bool is_led; /* from `start` to `end` in this step */
-    pli_vec3 start, end;
+    bool is_loose; /* on a rigid body that moves */
 } tether_origin;
 
 enum { TETHER_LANDMARKS = 8 }; /* of a rectangle its corners and the middles of its sides */
@@ -43,7 +42,9 @@ typedef struct tether_state {
     pli_tethers_def def;
     int landmarks[TETHER_LANDMARKS]; /* origins, or PLI_NULL_INDEX */
     uint32_t link_revision;          /* another one: they are to be measured anew */
+    bool are_loose;                  /* all origins: no nodes are held, but rigid bodies by that of the first origin */
     float spread;        /* from 1 on: how many times as far as the body is long landmarks are from each other */
+    tether_load first;   /* at that origin */
     pli_tether* tethers; /* [node_count] to the nearest origin */
     /* [node_count] m, from each landmark to a node; infinite where it is none, or the nearest origin. */
     float (*far)[TETHER_LANDMARKS];
@@ -99,14 +100,20 @@ static void tether_measure_far(tether_state* state, plii_tether_surface* surface
 
 /* Each node that is pinned or anchored. */
 static void tether_mark_origins(const pli_body* body, tether_state* state) {
+    state->are_loose = true;
     for (int i = 0; i < body->node_count; ++i) {
         const bool is_pinned = !(body->positions[i].w > 0.0f);
+        state->are_loose = state->are_loose && !is_pinned;
         state->tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
         for (int k = 0; k < TETHER_LANDMARKS; ++k) {
             state->far[i][k] = INFINITY;
         }
     }
     for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
+        state->are_loose = state->are_loose && origin->is_loose;
+    }
+    for (PLII_EACH(const tether_origin, origin, state->origins, state->are_loose ? 1 : state->origin_count)) {
+        if (origin->is_loose && !state->are_loose) { continue; }
         state->tethers[origin->node] = (pli_tether){origin->node, 0.0f};
     }
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
@@ -146,7 +153,7 @@ static float tether_spread(const tether_state* state, const pli_vec3 origins[TET
 static const pli_tether* tether_of(const pli_body* body, const tether_state* state, int node) {
     const pli_tether* tether = &state->tethers[node];
     const bool is_held = tether->origin != PLI_NULL_INDEX && tether->origin != node && body->positions[node].w > 0.0f;
-    return is_held ? tether : NULL;
+    return is_held && !state->are_loose ? tether : NULL;
 }
 
 /* m, at the end of a step that started at that distance. */
@@ -176,6 +183,11 @@ static int tether_too_far(const tether_state* state, const plii_vec3x4* landmark
 
 // -------------------------------------------------------------------------------------------------------- anchors
 
+/* From `start` to `end` in this step. */
+static bool tether_is_led(const pli_body* body, const plii_node_constraint* at) {
+    return at->is_anchor && at->leads && body->positions[at->node].w > 0.0f;
+}
+
 /* Lists what holds nodes, and the origins in it. True when they are other nodes than before. */
 static bool tether_gather_origins(pli_body* body, tether_state* state) {
     const int before = state->origin_count;
@@ -186,13 +198,14 @@ static bool tether_gather_origins(pli_body* body, tether_state* state) {
             plii_features_list_constraints(body, 1, &state->constraints, &state->constraint_capacity);
     }
     for (PLII_EACH(const plii_node_constraint, constraint, state->constraints, state->constraint_count)) {
-        if (!constraint->is_anchor || constraint->rigid->state.inverse_mass > 0.0f) { continue; }
+        if (!constraint->is_anchor) { continue; }
+        const bool is_loose = constraint->rigid->state.inverse_mass > 0.0f;
         const int place = state->origin_count;
         if (!PLII_RESERVE(body->context, &state->origins, &state->origin_capacity, place + 1)) { break; }
         tether_origin* origin = &state->origins[state->origin_count++];
-        has_changed = has_changed || place >= before || origin->node != constraint->node;
-        *origin = (tether_origin){constraint->node, constraint->leads && body->positions[constraint->node].w > 0.0f,
-                                  constraint->start, constraint->end};
+        has_changed =
+            has_changed || place >= before || origin->node != constraint->node || origin->is_loose != is_loose;
+        *origin = (tether_origin){constraint->node, is_loose};
     }
     return has_changed || state->origin_count != before;
 }
@@ -200,26 +213,26 @@ static bool tether_gather_origins(pli_body* body, tether_state* state) {
 /* Where memory fails some are left out. */
 static void tether_gather_loads(pli_body* body, tether_state* state) {
     state->load_count = 0;
+    state->first = (tether_load){0};
     for (PLII_EACH(const plii_node_constraint, constraint, state->constraints, state->constraint_count)) {
         if (!constraint->is_anchor || !(constraint->rigid->state.inverse_mass > 0.0f) ||
-            !tether_of(body, state, constraint->node)) {
+            (!state->are_loose && !tether_of(body, state, constraint->node))) {
             continue;
         }
         if (!PLII_GROW(body->context, &state->loads, &state->load_capacity, state->load_count)) { return; }
         const pli_transform pose =
             body->solver_class->has_substeps ? constraint->rigid->path.begin : constraint->rigid->state.pose;
-        tether_load* load = &state->loads[state->load_count++];
-        *load = (tether_load){.node = constraint->node, .goal = pli_transform_point(pose, constraint->pivot)};
+        tether_load load = {.node = constraint->node, .goal = pli_transform_point(pose, constraint->pivot)};
         const pli_vec3 offset = pli_mat3_mul_vec3(pose.rotation, constraint->pivot);
-        load->pivot = (plii_substep_rigid_pivot){{constraint->rigid, offset}, offset};
+        load.pivot = (plii_substep_rigid_pivot){{constraint->rigid, offset}, offset};
         plii_rigid_touch(constraint->rigid);
         if (body->solver_class->has_substeps) { plii_substep_follow_rigid(body, constraint->rigid); }
+        if (state->are_loose && state->first.pivot.point.rigid == NULL) {
+            state->first = load;
+        } else if (state->first.pivot.point.rigid != constraint->rigid) {
+            state->loads[state->load_count++] = load;
+        }
     }
-}
-
-/* In a substep, or in a whole step (NULL). */
-static pli_vec3 tether_position(const pli_body* body, const plii_substep* substep, int node) {
-    return substep != NULL ? plii_substep_position(body, substep, node) : plii_xyz(body->positions[node]);
 }
 
 /* Where they are; where there is none any place will do. Sets the spread. */
@@ -227,7 +240,7 @@ static void tether_find_landmarks(const pli_body* body, tether_state* state, con
                                   pli_vec3 landmarks[TETHER_LANDMARKS]) {
     for (int k = 0; k < TETHER_LANDMARKS; ++k) {
         const int node = state->landmarks[k];
-        landmarks[k] = node != PLI_NULL_INDEX ? tether_position(body, substep, node) : pli_vec3_make(0, 0, 0);
+        landmarks[k] = node != PLI_NULL_INDEX ? plii_substep_position(body, substep, node) : pli_vec3_make(0, 0, 0);
     }
     state->spread = tether_spread(state, landmarks);
 }
@@ -242,28 +255,29 @@ static void tether_begin(pli_body* body, void* data) {
     tether_state* state = data;
     (void)tether_follow_origins(body, state, false);
     pli_vec3 landmarks[TETHER_LANDMARKS];
-    tether_find_landmarks(body, state, NULL, landmarks);
+    const plii_substep step = plii_substep_of_step(body, body->positions, body->previous);
+    tether_find_landmarks(body, state, &step, landmarks);
     state->load_count = 0;
     if (!body->solver_class->solves_constraints) { tether_gather_loads(body, state); }
 }
 
 static void tether_hold(pli_body* body, int node, int origin, float longest, const plii_substep* substep) {
-    const pli_vec3 start = tether_position(body, substep, origin);
-    const pli_vec3 apart = pli_vec3_sub(tether_position(body, substep, node), start);
+    const pli_vec3 start = plii_substep_position(body, substep, origin);
+    const pli_vec3 apart = pli_vec3_sub(plii_substep_position(body, substep, node), start);
     const float distance = pli_vec3_length(apart);
     if (!(distance > longest) || !plii_is_finite(distance)) { return; }
-    const pli_vec3 before = substep != NULL
-                                ? pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node),
-                                                                   plii_substep_motion(substep, origin)))
-                                : pli_vec3_sub(plii_xyz(body->previous[node]), plii_xyz(body->previous[origin]));
-    const float was = pli_vec3_length(before), dt = substep != NULL ? substep->dt : body->step.dt;
-    const float slow = substep != NULL ? TETHER_RECOVERY_TIME / (dt + TETHER_RECOVERY_TIME) : 0.0f;
+    const bool is_whole = substep->is_absolute; /* the step */
+    const pli_vec3 before = is_whole ? pli_vec3_sub(plii_xyz(body->previous[node]), plii_xyz(body->previous[origin]))
+                                     : pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node),
+                                                                        plii_substep_motion(substep, origin)));
+    const float was = pli_vec3_length(before), dt = substep->dt;
+    const float slow = is_whole ? 0.0f : TETHER_RECOVERY_TIME / (dt + TETHER_RECOVERY_TIME);
     const float limit = plii_max(tether_limit(longest, was, dt), longest + (was - longest) * slow);
     if (!(distance > limit)) { return; }
-    if (substep != NULL) {
-        plii_substep_move(substep, node, apart, (limit - distance) / (distance * substep->displacements[node].w));
-    } else {
+    if (is_whole) {
         plii_set_xyz(&body->positions[node], pli_vec3_add(start, pli_vec3_scale(apart, limit / distance)));
+    } else {
+        plii_substep_move(substep, node, apart, (limit - distance) / (distance * substep->displacements[node].w));
     }
 }
 
@@ -272,11 +286,11 @@ static void tether_hold_nodes(pli_body* body, tether_state* state, const plii_su
     tether_find_landmarks(body, state, substep, landmarks);
     const plii_vec3x4 fours[] = {plii_vec3x4_from(landmarks), plii_vec3x4_from(landmarks + 4)};
     const float factor = tether_factor(state) * (body->solver_class->solves_constraints ? TETHER_YIELD : 1.0f);
-    for (int i = 0; i < body->node_count; ++i) {
+    for (int i = 0; i < body->node_count && !state->are_loose; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }
         tether_hold(body, i, tether->origin, tether->length * factor, substep);
-        const int too_far = tether_too_far(state, fours, i, tether_position(body, substep, i), factor);
+        const int too_far = tether_too_far(state, fours, i, plii_substep_position(body, substep, i), factor);
         for (int k = 0; k < TETHER_LANDMARKS && too_far != 0; ++k) {
             const float longest = state->far[i][k] * factor;
             if ((too_far >> k & 1) != 0) { tether_hold(body, i, state->landmarks[k], longest, substep); }
@@ -286,30 +300,47 @@ static void tether_hold_nodes(pli_body* body, tether_state* state, const plii_su
 
 // ---------------------------------------------------------------------------------------- solving, whole steps
 
-/* The rigid body stands at the end of this step already, its velocity is that of the next one. */
+/* Inverse of the mass that both ends show along a unit vector, 1/kg. */
+static float tether_weight(const tether_load* load, const tether_load* other, pli_vec3 unit) {
+    const float weight = plii_substep_rigid_point_weight(&load->pivot.point, unit);
+    return other != NULL ? weight + plii_substep_rigid_point_weight(&other->pivot.point, unit) : weight;
+}
+
+static pli_vec3 tether_pace(const pli_body* body, const tether_load* load) {
+    return plii_rigid_pace_at(body, load->pivot.point.rigid, load->pivot.point.offset);
+}
+static void tether_push(const pli_body* body, const tether_load* load, pli_vec3 impulse) {
+    plii_rigid_push_at(body, load->pivot.point.rigid, impulse, load->pivot.point.offset);
+}
+
+/* Rigid bodies stand at the end of this step already, their velocities are those of the next one. */
 static void tether_apply_load(const pli_body* body, const tether_state* state, const tether_load* load) {
+    const tether_load* other = state->are_loose ? &state->first : NULL;
     const pli_tether* tether = &state->tethers[load->node];
-    const pli_vec3 apart = pli_vec3_sub(load->goal, plii_xyz(body->positions[tether->origin]));
+    const pli_vec3 end = other != NULL ? other->goal : plii_xyz(body->positions[tether->origin]);
+    const pli_vec3 apart = pli_vec3_sub(load->goal, end);
     const float distance = pli_vec3_length(apart);
     if (!(distance > 0.0f)) { return; }
     const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
-    const plii_substep_rigid_point* point = &load->pivot.point;
-    const pli_vec3 velocity = plii_rigid_pace_at(body, point->rigid, point->offset);
-    const pli_vec3 relative = pli_vec3_sub(velocity, plii_xyz(body->velocities[tether->origin]));
+    const pli_vec3 pace = other != NULL ? tether_pace(body, other) : plii_xyz(body->velocities[tether->origin]);
+    const pli_vec3 relative = pli_vec3_sub(tether_pace(body, load), pace);
     const float longest = tether_longest(state, tether);
     const float allowed = (tether_limit(longest, distance, body->step.dt) - distance) * body->step.inverse_dt;
     const float excess = pli_vec3_dot(unit, relative) - allowed;
-    const float weight = plii_substep_rigid_point_weight(point, unit);
+    const float weight = tether_weight(load, other, unit);
     if (!(excess > 0.0f) || !(weight > 0.0f) || !plii_is_finite(excess / weight)) { return; }
-    plii_rigid_push_at(body, point->rigid, pli_vec3_scale(unit, -excess / weight), point->offset);
+    tether_push(body, load, pli_vec3_scale(unit, -excess / weight));
+    if (other != NULL) { tether_push(body, other, pli_vec3_scale(unit, excess / weight)); }
 }
 
 static void tether_solve(pli_body* body, void* data) {
     tether_state* state = data;
-    for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
-        if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
+    const plii_substep step = plii_substep_of_step(body, body->positions, body->previous);
+    for (PLII_EACH(const plii_node_constraint, at, state->constraints, state->constraint_count)) {
+        if (!tether_is_led(body, at)) { continue; }
+        plii_set_xyz(&body->positions[at->node], at->end); /* links have pulled at it */
     }
-    tether_hold_nodes(body, state, NULL);
+    tether_hold_nodes(body, state, &step);
     for (PLII_EACH(const tether_load, load, state->loads, state->load_count)) {
         tether_apply_load(body, state, load);
     }
@@ -317,12 +348,12 @@ static void tether_solve(pli_body* body, void* data) {
 
 /* Where an origin is at the end of the step. `hint`: where to begin among the anchored ones; becomes the next. */
 static pli_vec3 tether_end_of_origin(const pli_body* body, const tether_state* state, int node, int* hint) {
-    for (int i = 0; i < state->origin_count; ++i) {
-        const int place = (*hint + i) % state->origin_count;
-        if (state->origins[place].node != node) { continue; }
-        *hint = (place + 1) % state->origin_count;
-        if (state->origins[place].is_led) { return state->origins[place].end; }
-        break;
+    for (int i = 0; i < state->constraint_count; ++i) {
+        const int place = (*hint + i) % state->constraint_count;
+        const plii_node_constraint* at = &state->constraints[place];
+        if (at->node != node || !tether_is_led(body, at)) { continue; }
+        *hint = (place + 1) % state->constraint_count;
+        return at->end;
     }
     return pli_vec3_add(plii_xyz(body->positions[node]),
                         pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt));
@@ -350,7 +381,8 @@ static void tether_visit_springs(pli_body* body, void* data, plii_spring_fn* vis
     pli_vec3 landmarks[TETHER_LANDMARKS];
     int hint = 0;
     (void)tether_follow_origins(body, state, false);
-    tether_find_landmarks(body, state, NULL, landmarks);
+    const plii_substep step = plii_substep_of_step(body, body->positions, body->previous);
+    tether_find_landmarks(body, state, &step, landmarks);
     for (int k = 0; k < TETHER_LANDMARKS && state->landmarks[k] != PLI_NULL_INDEX; ++k) {
         landmarks[k] = tether_end_of_origin(body, state, state->landmarks[k], &hint);
     }
@@ -375,46 +407,58 @@ static pli_vec3 tether_load_position(const tether_load* load) {
 }
 
 static void tether_restart(pli_body* body, void* data, const plii_substep* substep) {
-    const tether_state* state = data;
+    tether_state* state = data;
+    const tether_load* other = state->are_loose ? &state->first : NULL;
+    if (state->load_count > 0 && other != NULL) { plii_substep_rigid_pivot_turn(&state->first.pivot); }
     for (PLII_EACH(tether_load, load, state->loads, state->load_count)) {
         plii_substep_rigid_pivot_turn(&load->pivot);
         const pli_tether* tether = &state->tethers[load->node];
-        const int origin = tether->origin;
-        const pli_vec3 start = plii_substep_start(body, substep, origin);
-        const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
+        const pli_vec3 end =
+            other != NULL ? tether_load_position(other) : plii_substep_start(body, substep, tether->origin);
+        const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), end);
         const float distance = pli_vec3_length(apart);
         load->limit = tether_limit(tether_longest(state, tether), distance, substep->dt);
         if (distance < load->limit) {
             load->limit = distance + plii_substep_braked(load->limit - distance, substep);
-        } else { /* comes back by a shift, which leaves no speed */
-            const pli_vec3 back = pli_vec3_scale(apart, distance > 0.0f ? load->limit / distance - 1.0f : 0.0f);
-            plii_substep_rigid_point_shift(&load->pivot.point, back);
+            continue;
         }
+        /* It comes back by a shift, which leaves no speed; two bodies share that by their masses. */
+        const pli_vec3 back = pli_vec3_scale(apart, distance > 0.0f ? load->limit / distance - 1.0f : 0.0f);
+        const float own = load->pivot.point.rigid->state.inverse_mass;
+        const float share = other != NULL ? own / (own + other->pivot.point.rigid->state.inverse_mass) : 1.0f;
+        plii_substep_rigid_point_shift(&load->pivot.point, pli_vec3_scale(back, share));
+        if (other != NULL) { plii_substep_rigid_point_shift(&other->pivot.point, pli_vec3_scale(back, share - 1.0f)); }
     }
+}
+
+/* At the end of the substep. */
+static pli_vec3 tether_load_end(const tether_load* load, const plii_substep* substep) {
+    return pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->pivot.point, substep));
 }
 
 static void tether_sweep(pli_body* body, void* data, const plii_substep* substep) {
     tether_state* state = data;
     const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
-    for (PLII_EACH(const tether_origin, origin, state->origins, state->origin_count)) {
-        if (!origin->is_led) { continue; }
+    for (PLII_EACH(const plii_node_constraint, at, state->constraints, state->constraint_count)) {
+        if (!tether_is_led(body, at)) { continue; }
         /* To where it is at the end of the substep. */
-        const pli_vec3 goal = pli_vec3_lerp(origin->start, origin->end, share);
-        plii_set_xyz(&substep->displacements[origin->node],
-                     pli_vec3_sub(goal, plii_xyz(body->positions[origin->node])));
+        const pli_vec3 goal = pli_vec3_lerp(at->start, at->end, share);
+        plii_set_xyz(&substep->displacements[at->node], pli_vec3_sub(goal, plii_xyz(body->positions[at->node])));
     }
     tether_hold_nodes(body, state, substep);
+    const tether_load* other = state->are_loose ? &state->first : NULL;
     for (PLII_EACH(const tether_load, load, state->loads, state->load_count)) {
-        const pli_vec3 place =
-            pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->pivot.point, substep));
         const int origin = state->tethers[load->node].origin;
-        const pli_vec3 apart = pli_vec3_sub(place, plii_substep_position(body, substep, origin));
+        const pli_vec3 end =
+            other != NULL ? tether_load_end(other, substep) : plii_substep_position(body, substep, origin);
+        const pli_vec3 apart = pli_vec3_sub(tether_load_end(load, substep), end);
         const float distance = pli_vec3_length(apart), excess = distance - load->limit;
         if (!(excess > 0.0f)) { continue; }
         const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
-        const float push = -excess / plii_substep_rigid_point_weight(&load->pivot.point, unit);
+        const float push = -excess / tether_weight(load, other, unit);
         if (!plii_is_finite(push)) { continue; }
         plii_substep_rigid_point_push(&load->pivot.point, pli_vec3_scale(unit, push), substep);
+        if (other != NULL) { plii_substep_rigid_point_push(&other->pivot.point, pli_vec3_scale(unit, -push), substep); }
     }
 }
 
@@ -514,7 +558,8 @@ const plii_feature_class plii_tether_class = {
     .state_size = sizeof(tether_state),
     .settings = PLII_LIMITS_AT(offsetof(tether_state, def), PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(tether_state, def, link_revision, PLII_SAVED, "fu8Nu"),
-                                    PLII_STATE(tether_state, spread, PLII_LEFT)),
+                                    PLII_STATE_OF(tether_state, are_loose, PLII_SAVED, "B"),
+                                    PLII_STATE_SPAN(tether_state, spread, first, PLII_LEFT, NULL)),
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_begin, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = PLII_SUBSTEPPED(.order = TETHER_SUBSTEP_ORDER, .begin = tether_begin, .restart = tether_restart,
@@ -523,7 +568,7 @@ const plii_feature_class plii_tether_class = {
         PLII_ARRAYS({PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, PLII_SAVED_AS("Nf")},
                     {PLII_MEMBER(tether_state, far), PLII_PER_NODE, PLII_SAVED_AS("8f")},
                     PLII_LEFT_COUNTED(tether_state, constraints, constraint_capacity, constraint_count),
-                    {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB6f")},
+                    {PLII_COUNTED_LIST(tether_state, origins, origin_capacity, origin_count), PLII_SAVED_AS("nB")},
                     PLII_LEFT_COUNTED(tether_state, loads, load_capacity, load_count)),
     .topology_commit = tether_topology_commit,
     .visit_springs = tether_visit_springs,
@@ -547,6 +592,6 @@ pli_tether pli_body_get_tether(const pli_body* body, int node) {
     const pli_tether none = {PLI_NULL_INDEX, 0.0f};
     if (plii_check_node(body, node, __func__) != PLI_OK) { return none; }
     const tether_state* state = plii_feature_state(body, &plii_tether_class);
-    if (state == NULL || state->tethers[node].origin == PLI_NULL_INDEX) { return none; }
+    if (state == NULL || state->are_loose || state->tethers[node].origin == PLI_NULL_INDEX) { return none; }
     return state->tethers[node];
 }

@@ -43,7 +43,7 @@ plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratc
         .corners = PLII_TAKE(scratch, int, 3 * (size_t)face_count),
         .edges = PLII_TAKE(scratch, float[3], face_count),
         .front = PLII_TAKE(scratch, int, node_count),
-        .places = PLII_TAKE(scratch, int, node_count),
+        .waits = PLII_TAKE(scratch, bool, node_count),
     };
     if (scratch->is_short) { return surface; }
     plii_csr_half_links(node_count, body->link_count, body->links, sizeof *body->links, surface.link_begin,
@@ -52,44 +52,26 @@ plii_tether_surface plii_tether_surface_create(const pli_body* body, plii_scratc
     return surface;
 }
 
-static void front_put(const plii_tether_surface* surface, int place, int node) {
-    surface->front[place] = node;
-    surface->places[node] = place + 1;
-}
-
 /* New, or nearer than it was. */
-static void front_add(plii_tether_surface* surface, const pli_tether* tethers, int node) {
-    int place = surface->places[node] != 0 ? surface->places[node] - 1 : surface->front_count++;
-    for (; place > 0; place = (place - 1) / 2) {
-        const int above = surface->front[(place - 1) / 2];
-        if (tethers[above].length <= tethers[node].length) { break; }
-        front_put(surface, place, above);
-    }
-    front_put(surface, place, node);
+static void front_add(plii_tether_surface* surface, int node) {
+    if (surface->waits[node]) { return; }
+    const int place = surface->front_first + surface->front_count++, room = surface->body->node_count;
+    surface->front[place < room ? place : place - room] = node;
+    surface->waits[node] = true;
 }
 
-static int front_take(plii_tether_surface* surface, const pli_tether* tethers) {
-    const int nearest = surface->front[0], node = surface->front[--surface->front_count];
-    int place = 0;
-    for (int next = 1; next < surface->front_count; next = 2 * place + 1) {
-        const int other = next + 1;
-        if (other < surface->front_count &&
-            tethers[surface->front[other]].length < tethers[surface->front[next]].length) {
-            next = other;
-        }
-        if (tethers[node].length <= tethers[surface->front[next]].length) { break; }
-        front_put(surface, place, surface->front[next]);
-        place = next;
-    }
-    front_put(surface, place, node);
-    surface->places[nearest] = 0;
-    return nearest;
+static int front_take(plii_tether_surface* surface) {
+    const int node = surface->front[surface->front_first++];
+    if (surface->front_first == surface->body->node_count) { surface->front_first = 0; }
+    surface->front_count -= 1;
+    surface->waits[node] = false;
+    return node;
 }
 
 static void tether_shorten(plii_tether_surface* surface, pli_tether* tethers, int node, int origin, float length) {
     if (!(length < tethers[node].length * (1.0f - TETHER_LEAST_GAIN))) { return; }
     tethers[node] = (pli_tether){origin, length};
-    front_add(surface, tethers, node);
+    front_add(surface, node);
 }
 
 /* From a and b across their face to c. With a at 0 and b on the x axis the origin is below it, and c above. */
@@ -119,10 +101,10 @@ static void tether_pass_face(plii_tether_surface* surface, pli_tether* tethers, 
 void plii_tether_measure(plii_tether_surface* surface, pli_tether* tethers) {
     const pli_body* body = surface->body;
     for (int i = 0; i < body->node_count; ++i) {
-        if (tethers[i].origin == i) { front_add(surface, tethers, i); }
+        if (tethers[i].origin == i) { front_add(surface, i); }
     }
     while (surface->front_count > 0) {
-        const int node = front_take(surface, tethers);
+        const int node = front_take(surface);
         const pli_tether here = tethers[node];
         for (int k = surface->link_begin[node]; k < surface->link_begin[node + 1]; ++k) {
             const plii_half_link half = surface->halves[k];

@@ -14,10 +14,9 @@ typedef struct plii_tether_surface {
     int* face_begin;   /* [node_count + 1] */
     int* corners;      /* of faces, three for each, at each node */
     float (*edges)[3]; /* m, from node k of a face to the next one; the first is infinite where one is no link */
-    /* Nodes whose distance has changed, a heap with the nearest first, and 1 + the place of each node in it. */
-    int* front;
-    int* places;
-    int front_count;
+    int* front;        /* nodes whose distance has changed, the first one that did so first, in a ring */
+    bool* waits;       /* [node_count] is in it */
+    int front_first, front_count;
 } plii_tether_surface;
 
 /* When out of memory, which the scratch tells, it is not to be used. */

@@ -263,13 +263,6 @@ static void file_list(plii_file* file, pli_body* body, const plii_feature_array*
     }
 }
 
-/* One that follows the body. */
-static void file_array(plii_file* file, pli_body* body, const plii_feature_array* array, void* state) {
-    void* block = plii_feature_array_address(body, array, state);
-    const size_t count = plii_feature_array_bytes(body, array, state) / array->element_size;
-    plii_file_elements(file, array->fields, block, count, array->element_size);
-}
-
 /* Of lists with a common count. */
 static bool file_lists_have_room(const plii_feature_class* klass, void* state) {
     for (PLII_EACH_ARRAY(array, klass)) {
@@ -290,8 +283,10 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
         if (!plii_file_is_kept(array->fields, array->snapshot)) { continue; }
         if (array->length == PLII_LIST) {
             file_list(file, body, array, state);
-        } else {
-            file_array(file, body, array, state);
+        } else { /* one that follows the body */
+            const size_t count = plii_feature_array_bytes(body, array, state) / array->element_size;
+            void* block = plii_feature_array_address(body, array, state);
+            plii_file_elements(file, array->fields, block, count, array->element_size);
         }
     }
     if (file->mode == PLII_FILE_READ && file->status == PLI_OK && !file_lists_have_room(klass, state)) {

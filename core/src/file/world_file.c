@@ -12,7 +12,7 @@ typedef struct file_header {
     uint64_t checksum; /* of what follows */
 } file_header;
 #define FILE_HEADER_FIELDS "4u2U"
-enum { FILE_VERSION = 7 };
+enum { FILE_VERSION = 8 };
 #define FILE_MAGIC_0 0x57494c50u
 #define FILE_MAGIC_1 0x444c524fu
 

@@ -38,11 +38,6 @@ typedef struct sampling_grid {
     float highest_winding; /* of all samples, absolute */
 } sampling_grid;
 
-static void winding_finish(winding_cluster* cluster, pli_bounds box) {
-    cluster->centre = plii_vec3_divide(cluster->centre, cluster->area);
-    const pli_vec3 low = pli_vec3_sub(cluster->centre, box.min), high = pli_vec3_sub(box.max, cluster->centre);
-    cluster->reach_squared = WINDING_FAR * WINDING_FAR * pli_vec3_length_squared(plii_vec3_max(low, high));
-}
 static void winding_add_weighted(winding_cluster* sum, pli_vec3 centre, pli_vec3 area_normal, float area) {
     sum->centre = pli_vec3_add(sum->centre, pli_vec3_scale(centre, area));
     sum->area_normal = pli_vec3_add(sum->area_normal, area_normal);
@@ -73,7 +68,10 @@ static bool winding_build(sampling_grid* grid) {
         const int begin = grid->begin[level], end = grid->begin[level + 1];
         for (int i = begin; i < end; ++i) {
             winding_cluster* cluster = &grid->clusters[i];
-            winding_finish(cluster, boxes[i]);
+            const pli_vec3 c = plii_vec3_divide(cluster->centre, cluster->area);
+            const pli_vec3 reach = plii_vec3_max(pli_vec3_sub(c, boxes[i].min), pli_vec3_sub(boxes[i].max, c));
+            cluster->centre = c;
+            cluster->reach_squared = WINDING_FAR * WINDING_FAR * pli_vec3_length_squared(reach);
             if (end == count) { continue; } /* there are no parents */
             const int parent = end + (i - begin) / PLII_BVH_FAN;
             boxes[parent] = (i - begin) % PLII_BVH_FAN == 0 ? boxes[i] : plii_bounds_join(boxes[parent], boxes[i]);

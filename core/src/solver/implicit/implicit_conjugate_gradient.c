@@ -399,12 +399,6 @@ static plii_dvec3 gradient_slip_before(const plii_implicit_constraint* constrain
     return plii_dvec3_across(slip, constraint->normal);
 }
 
-/* Of a contact that comes in: as before the step, or, where it slides, `free` less what friction takes of that. */
-static double gradient_guess_sliding(const plii_implicit_constraint* constraint, double free, double taken) {
-    const double before = plii_dvec3_length(gradient_slip_before(constraint));
-    return before > IMPLICIT_LEAST_SLIDING * taken ? fmax(before, free - taken) : before;
-}
-
 /* Whether a contact presses after a solution, and its friction. `off`: to its goal; `impulse`: of the solution. */
 static void gradient_judge_contact(plii_implicit_constraint* constraint, double mass, plii_dvec3 off,
                                    plii_dvec3 impulse) {
@@ -413,7 +407,10 @@ static void gradient_judge_contact(plii_implicit_constraint* constraint, double 
     double sliding = plii_dvec3_length(plii_dvec3_across(off, n));
     constraint->impulse = (plii_dvec3){0};
     if (constraint->rows == 0) {
-        sliding = gradient_guess_sliding(constraint, sliding, constraint->friction * pressing / mass);
+        /* It comes in: as before the step, or, where it slides, less what friction takes. */
+        const double taken = constraint->friction * pressing / mass;
+        const double before = plii_dvec3_length(gradient_slip_before(constraint));
+        sliding = before > IMPLICIT_LEAST_SLIDING * taken ? fmax(before, sliding - taken) : before;
         constraint->viscosity = 0.0;
     } else if (pressing > 0.0) {
         constraint->impulse = impulse;
