@@ -30,7 +30,7 @@ static const pli_bounds everything = {{-INFINITY, -INFINITY, -INFINITY}, {INFINI
 
 static int find(const plii_bvh4* boxes, pli_bounds around, pli_vec3 point, float radius, int* found) {
     int groups[PLII_BVH4_GROUP_ROOM(MAX_BOXES)];
-    const int count = plii_bvh4_find_groups(boxes, &around, groups);
+    const int count = plii_bvh4_overlaps(boxes, &around, 1, groups);
     return plii_bvh4_find(boxes, groups, count, point, radius, found);
 }
 
@@ -63,7 +63,7 @@ static void test_finds_what_is_near(void** state) {
             total += count;
 
             const pli_bounds reach = {point, pli_vec3_add(point, random_vector(&seed, 2))};
-            const int touching = plii_bvh4_overlaps(&boxes, &reach, found);
+            const int touching = plii_bvh4_overlaps(&boxes, &reach, 0, found);
             next = 0;
             for (int i = 0; i < counts[c]; ++i) {
                 if (!plii_bounds_overlap(bounds[i], reach)) { continue; }
@@ -127,16 +127,16 @@ static void test_finds_no_more_than_there_are(void** state) {
                 }
             }
         }
-        assert_int_equal(plii_bvh4_overlaps(&boxes, &everything, found), count);
+        assert_int_equal(plii_bvh4_overlaps(&boxes, &everything, 0, found), count);
         const pli_bounds nothing = {{NAN, NAN, NAN}, {NAN, NAN, NAN}};
-        assert_int_equal(plii_bvh4_overlaps(&boxes, &nothing, found), 0);
+        assert_int_equal(plii_bvh4_overlaps(&boxes, &nothing, 0, found), 0);
         /* Boxes that are not finite are found or not, once. */
         bounds[count / 2].min.x = bounds[0].max.y = NAN;
         bounds[count - 1].max = pli_vec3_make(INFINITY, INFINITY, INFINITY);
         bounds[count / 3].min.z = INFINITY;
         assert_true(plii_bvh4_build(context, &boxes, count, bounds, NULL));
         assert_in_range(find(&boxes, everything, points[0], INFINITY, found), 0, count);
-        assert_in_range(plii_bvh4_overlaps(&boxes, &everything, found), 0, count);
+        assert_in_range(plii_bvh4_overlaps(&boxes, &everything, 0, found), 0, count);
     }
     plii_bvh4_free(context, &boxes);
     pli_context_destroy(context);

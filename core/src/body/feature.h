@@ -261,6 +261,12 @@ typedef struct plii_feature_class {
     void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change);
 } plii_feature_class;
 
+/* In a `for`: each array of a class. */
+#define PLII_EACH_ARRAY(array, klass)                                                                                  \
+    const plii_feature_array* array = (klass)->arrays;                                                                 \
+    array != NULL && array->element_size > 0;                                                                          \
+    ++array
+
 /* For the tables of a class, which are written where they belong. */
 #define PLII_NEEDS(...) ((const plii_feature_class* const[]){__VA_ARGS__, NULL})
 #define PLII_ARRAYS(...) ((const plii_feature_array[]){__VA_ARGS__, {0}})
@@ -290,6 +296,10 @@ typedef struct plii_pipeline {
     int begin[PLII_PASS_COUNT + 1];
     uint32_t revision; /* counts features, and clusters, that come and go */
 } plii_pipeline;
+/* In a `for`: each entry of a stage, or of a pass behind those, by order. */
+#define PLII_EACH_ENTRY(entry, body, pass)                                                                             \
+    PLII_EACH(const plii_pipeline_entry, entry, &(body)->pipeline.entries[(body)->pipeline.begin[pass]],               \
+              (body)->pipeline.begin[(pass) + 1] - (body)->pipeline.begin[pass])
 /* In a `for`: each feature of a body. */
 #define PLII_EACH_FEATURE(feature, body)                                                                               \
     PLII_EACH(const plii_feature, feature, (body)->pipeline.features, (body)->pipeline.feature_count)

@@ -43,14 +43,9 @@ size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* 
     return (size_t)*capacity * array->element_size;
 }
 
-#define EACH_ARRAY(array, klass)                                                                                       \
-    const plii_feature_array* array = (klass)->arrays;                                                                 \
-    array != NULL && array->element_size > 0;                                                                          \
-    ++array
-
 bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state) {
     const feature_counts counts = feature_counts_now(body);
-    for (EACH_ARRAY(array, klass)) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         const size_t size = feature_array_size(array, &counts);
         if (size == 0) { continue; }
         void* block = plii_allocate(body->context, size);
@@ -64,7 +59,7 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
 }
 
 void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state, bool only_scratch) {
-    for (EACH_ARRAY(array, klass)) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         if (only_scratch && !array->is_scratch) { continue; }
         for (int k = 0; k == 0 || k < array->copies; ++k) {
             void* at = k > 0 ? (char*)state + (size_t)k * array->stride : state;
@@ -77,7 +72,7 @@ void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass
 
 size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state) {
     size_t bytes = 0;
-    for (EACH_ARRAY(array, klass)) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         for (int k = 0; k == 0 || k < array->copies; ++k) {
             const void* at = k > 0 ? (const char*)state + (size_t)k * array->stride : state;
             bytes += plii_feature_array_bytes(body, array, at);
@@ -87,7 +82,7 @@ size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class*
 }
 
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
-    for (EACH_ARRAY(array, klass)) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         if (array->length == PLII_LIST && !array->is_kept) { return true; }
     }
     return false;
@@ -96,7 +91,7 @@ bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
 int plii_feature_arrays_sizes(const plii_feature_class* klass, const plii_topology_change* change, size_t* sizes) {
     const feature_counts counts = feature_counts_of(change->node_count, change->link_count, change->face_count);
     int count = 0;
-    for (EACH_ARRAY(array, klass)) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         sizes[count++] = feature_array_size(array, &counts);
     }
     return count;
@@ -105,7 +100,7 @@ int plii_feature_arrays_sizes(const plii_feature_class* klass, const plii_topolo
 void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klass, void* state,
                                   const plii_topology_change* change, void** blocks) {
     const feature_counts before = feature_counts_before(change);
-    for (EACH_ARRAY(array, klass)) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         void** block = &blocks[array - klass->arrays];
         if (array->length == PLII_LIST) { continue; }
         void* old = plii_feature_array_address(body, array, state);
@@ -118,7 +113,7 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
 void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
                               const plii_topology_change* change, void** blocks) {
     const feature_counts before = feature_counts_before(change);
-    for (EACH_ARRAY(array, klass)) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         plii_release(body->context, blocks[array - klass->arrays], feature_array_size(array, &before));
     }
     plii_feature_arrays_release(body, klass, state, true);

@@ -273,14 +273,12 @@ int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* 
 }
 
 void plii_run_stage_profiled(pli_body* body, plii_stage stage) {
-    const plii_pipeline* pipeline = &body->pipeline;
     /* In the order of the stages. */
     static const char* const names[] = {"forces",       "update",  "joint prepare", "joint start", "joint solve",
                                         "joint finish", "prepare", "velocity",      "position",    "couple",
                                         "settle",       "drift",   "finish",        "refresh"};
     _Static_assert(sizeof names / sizeof *names == PLII_STAGE_COUNT, "each stage has a name");
-    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
-        const plii_pipeline_entry* entry = &pipeline->entries[i];
+    for (PLII_EACH_ENTRY(entry, body, stage)) {
         plii_thread.pass.feature = entry->klass;
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
         entry->run(body, entry->state);

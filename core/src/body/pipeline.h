@@ -79,9 +79,7 @@ static inline void plii_run_stage(pli_body* body, plii_stage stage) {
         plii_run_stage_profiled(body, stage);
         return;
     }
-    const plii_pipeline* pipeline = &body->pipeline;
-    const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
-    for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {
+    for (PLII_EACH_ENTRY(entry, body, stage)) {
         plii_thread.pass.feature = entry->klass;
         entry->run(body, entry->state);
     }

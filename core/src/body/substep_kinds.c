@@ -1,15 +1,10 @@
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 
-/* In a `for`: each that takes part in substeps, by order. */
-#define EACH_SUBSTEPPED(entry, pipeline)                                                                               \
-    PLII_EACH(const plii_pipeline_entry, entry, &(pipeline).entries[(pipeline).begin[PLII_SUBSTEPPED]],                \
-              (pipeline).begin[PLII_SUBSTEPPED + 1] - (pipeline).begin[PLII_SUBSTEPPED])
-
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
     plii_substep_limits* limits = &kinds->limits;
     kinds->count = limits->count = 0;
-    for (EACH_SUBSTEPPED(entry, body->pipeline)) {
+    for (PLII_EACH_ENTRY(entry, body, PLII_SUBSTEPPED)) {
         const plii_substep_class* kind = entry->klass->substepped;
         const bool takes_part = !in_iterations || kind->is_in_iterations;
         plii_thread.pass.feature = entry->klass;

@@ -36,8 +36,7 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_c
         if (!(above < margin)) { continue; }
         plii_near_nodes_add_beside(&candidates, (plii_near_node){x, info->normal, above}, margin);
     }
-    for (int i = 1; i < candidates.count; ++i) {
-        const plii_near_node* node = &candidates.kept[i];
+    for (PLII_EACH(const plii_near_node, node, &candidates.kept[1], candidates.count - 1)) {
         if (plii_cluster_hull_is_near(node->point, &other, margin)) {
             plii_near_nodes_add_beside(found, *node, margin);
         }
@@ -73,8 +72,7 @@ static void cluster_contacts_measure_pair(plii_pair_context* pair, pli_cluster_c
     plii_near_nodes_start(&found_other, &reverse);
     cluster_contacts_find_nodes_over(other, &reverse, plii_cluster_hull_of(body, info.cluster, origin), terms->margin,
                                      &found_other);
-    for (int i = 1; i < found_other.count; ++i) {
-        const plii_near_node* node = &found_other.kept[i];
+    for (PLII_EACH(const plii_near_node, node, &found_other.kept[1], found_other.count - 1)) {
         pli_cluster_contact turned = info;
         turned.other_witness = node->point;
         turned.distance = node->distance;
@@ -103,7 +101,7 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     const int known = state->clusters_with_neighbours, known_pairs = state->neighbour_pair_count;
     for (int i = 0; i < clusters->count; ++i) {
         const pli_bounds near = plii_bounds_grow(state->boxes[i], margin);
-        state->candidate_count = plii_bvh4_overlaps(&state->tree, &near, state->candidates); /* ascending */
+        state->candidate_count = plii_bvh4_overlaps(&state->tree, &near, 0, state->candidates); /* ascending */
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i || other < known) { continue; }
@@ -142,7 +140,7 @@ static void cluster_contacts_collide(pli_body* body, plii_cluster_contacts* stat
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
         const pli_bounds near = plii_bounds_grow(clusters->items[i].bounds, reach);
-        state->candidate_count = plii_bvh4_overlaps(&other_state->tree, &near, state->candidates);
+        state->candidate_count = plii_bvh4_overlaps(&other_state->tree, &near, 0, state->candidates);
         for (int k = 0; k < state->candidate_count; ++k) {
             const int candidate = state->candidates[k];
             if (!other_clusters->items[candidate].settings.collides) { continue; }

@@ -275,8 +275,7 @@ void plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contac
 
 void plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info, const plii_near_nodes* found,
                                      int first, const plii_contact_terms* terms) {
-    for (int i = first; i < found->count; ++i) {
-        const plii_near_node* node = &found->kept[i];
+    for (PLII_EACH(const plii_near_node, node, &found->kept[first], found->count - first)) {
         info.witness = node->point;
         info.other_witness = pli_vec3_sub(node->point, pli_vec3_scale(node->normal, node->distance));
         info.normal = node->normal;

@@ -21,25 +21,22 @@ plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid) {
                             .inverse_inertia = rigid->state.inverse_inertia_world};
 }
 
-static pli_mat3 joint_finite_inverse(pli_mat3 m) {
+/* That of `other` where the inverse is not finite: what is held along an axis takes no impulse along it anyway. */
+static pli_mat3 joint_inverse_or(pli_mat3 m, const pli_mat3* other) {
     const pli_mat3 inverse = plii_mat3_inverse(m);
-    return plii_mat3_is_finite(inverse) ? inverse : plii_mat3_diagonal(0, 0, 0);
-}
-/* `other` where the inverse is not finite: what is held along an axis takes no impulse along it anyway. */
-static pli_mat3 joint_inverse_or(pli_mat3 m, pli_mat3 other) {
-    const pli_mat3 inverse = plii_mat3_inverse(m);
-    return plii_mat3_is_finite(inverse) ? inverse : joint_finite_inverse(other);
+    if (plii_mat3_is_finite(inverse)) { return inverse; }
+    return other != NULL ? joint_inverse_or(*other, NULL) : plii_mat3_diagonal(0, 0, 0);
 }
 
 pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b) {
     const pli_mat3 own = plii_point_response(a->inverse_mass, &a->inverse_inertia, r_a);
     const pli_mat3 all = plii_mat3_add(own, plii_point_response(b->inverse_mass, &b->inverse_inertia, r_b));
-    if (!b->has_factors) { return joint_finite_inverse(all); }
-    return joint_inverse_or(plii_mat3_add(own, plii_rigid_response(b->target.rigid, r_b)), all);
+    if (!b->has_factors) { return joint_inverse_or(all, NULL); }
+    return joint_inverse_or(plii_mat3_add(own, plii_rigid_response(b->target.rigid, r_b)), &all);
 }
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b) {
-    return joint_inverse_or(plii_mat3_add(a->inverse_inertia, plii_joint_end_inertia(b)),
-                            plii_mat3_add(a->inverse_inertia, b->inverse_inertia));
+    const pli_mat3 all = plii_mat3_add(a->inverse_inertia, b->inverse_inertia);
+    return joint_inverse_or(plii_mat3_add(a->inverse_inertia, plii_joint_end_inertia(b)), &all);
 }
 
 pli_mat3 plii_joint_end_inertia(const plii_joint_end* side) {

@@ -485,7 +485,7 @@ static void soft_run_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
-        const int count = plii_bvh4_overlaps(&search->near, &pass->node_body->node_boxes[near.node], search->hits);
+        const int count = plii_bvh4_overlaps(&search->near, &pass->node_body->node_boxes[near.node], 0, search->hits);
         for (int k = 0; k < count; ++k) {
             soft_test(pass, near.node, near.reach, search->faces[search->hits[k]]);
         }
@@ -522,7 +522,7 @@ static void soft_run_near(const plii_soft_contacts_pass* pass) {
     for (int first = 0, end; search->face_count > 0 && first < search->node_count; first = end) {
         pli_bounds all;
         end = soft_gather(pass, first, &all);
-        const int group_count = plii_bvh4_find_groups(&search->near, &all, search->groups);
+        const int group_count = plii_bvh4_overlaps(&search->near, &all, 1, search->groups);
         for (int i = first; i < end && group_count > 0; ++i) {
             const plii_soft_contacts_node near = search->nodes[i];
             const pli_vec3 x = plii_xyz(pass->node_body->positions[near.node]);

@@ -272,7 +272,7 @@ static void file_array(plii_file* file, pli_body* body, const plii_feature_array
 
 /* Of lists with a common count. */
 static bool file_lists_have_room(const plii_feature_class* klass, void* state) {
-    for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         if (array->length != PLII_LIST || array->count == 0) { continue; }
         if (file_get_int(state, array->count) > file_get_int(state, array->capacity)) { return false; }
     }
@@ -285,7 +285,7 @@ static void file_feature_state(plii_file* file, pli_body* body, const plii_featu
     plii_file_begin_part(file, klass->name);
     plii_file_parts(file, klass->state_parts, state);
     file_check_settings(file, &klass->settings, state);
-    for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         if (file->status != PLI_OK) { break; }
         if (!plii_file_is_kept(array->fields, array->snapshot)) { continue; }
         if (array->length == PLII_LIST) {
@@ -317,8 +317,7 @@ void plii_file_features(plii_file* file, pli_body* body) {
 
 void plii_file_empty_features(pli_body* body) {
     for (PLII_EACH_FEATURE(feature, body)) {
-        const plii_feature_array* array = feature->klass->arrays;
-        for (; array != NULL && array->element_size > 0; ++array) {
+        for (PLII_EACH_ARRAY(array, feature->klass)) {
             if (array->length != PLII_LIST || array->count == 0) { continue; }
             memset(file_member(feature->state, array->count), 0, sizeof(int));
         }

@@ -5,15 +5,14 @@
 #include "cluster/joint_impl.h"
 
 #include <ctype.h>
+#include <stdio.h>
 
 void plii_file_refuse(plii_file* file, const char* problem) {
     if (file->status != PLI_OK) { return; }
-    const char* what = file->what != NULL ? file->what : "the world";
-    file->status = file->body_index == PLI_NULL_INDEX
-                       ? plii_fail(file->context, PLI_ERROR_FILE_FORMAT, file->function, "%s: %s, before byte %zu",
-                                   what, problem, file->at)
-                       : plii_fail(file->context, PLI_ERROR_FILE_FORMAT, file->function,
-                                   "body %d: %s: %s, before byte %zu", file->body_index, what, problem, file->at);
+    char of_body[32] = "";
+    if (file->body_index != PLI_NULL_INDEX) { snprintf(of_body, sizeof of_body, "body %d: ", file->body_index); }
+    file->status = plii_fail(file->context, PLI_ERROR_FILE_FORMAT, file->function, "%s%s: %s, before byte %zu", of_body,
+                             file->what != NULL ? file->what : "the world", problem, file->at);
 }
 
 bool plii_file_is_made(plii_file* file, pli_status status, const char* problem) {

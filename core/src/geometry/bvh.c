@@ -100,9 +100,8 @@ PLII_SIMD_INLINE int bvh4_append_set(int* items, int count, int first, int bits)
     return count + (int)(UINT64_C(0x4332322132212110) >> 4 * bits & 7u);
 }
 
-/* Boxes of level `lowest`, ascending: level by level, with the lists of two levels in turn, so that what is tested does
-   not wait for the tests before. */
-static int bvh4_list(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, int* items) {
+/* Level by level, with the lists of two levels in turn, so that what is tested does not wait for the tests before. */
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, int* items) {
     const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
     const int top = boxes->level_count - 1;
     if (top < 0) { return 0; }
@@ -120,12 +119,6 @@ static int bvh4_list(const plii_bvh4* boxes, const pli_bounds* bounds, int lowes
         }
     }
     return count;
-}
-int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
-    return bvh4_list(boxes, bounds, 0, items);
-}
-int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups) {
-    return bvh4_list(boxes, bounds, 1, groups);
 }
 
 int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
@@ -223,30 +216,30 @@ void plii_bvh_free(pli_context* context, plii_bvh* tree) {
     *tree = (plii_bvh){.count = 0};
 }
 
-/* Depth first, backwards; `bits`: what is left of groups. */
-void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* visit, void* user) {
-    const plii_bvh4* boxes = &tree->boxes;
-    const plii_vec3x4 low = plii_vec3x4_all(box.min), high = plii_vec3x4_all(box.max);
-    int bits[PLII_BVH_MAX_LEVELS], group[PLII_BVH_MAX_LEVELS];
-    const int top = boxes->level_count - 1;
-    if (top < 0) { return; }
-    group[top] = 0;
-    bits[top] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[top]]);
-    for (int level = top; level <= top;) {
-        if (bits[level] == 0) {
-            ++level;
-            continue;
-        }
-        const int lane = 31 - __builtin_clz((unsigned)bits[level]), found = 4 * group[level] + lane;
-        bits[level] ^= 1 << lane;
+typedef struct bvh_search {
+    const plii_bvh* tree;
+    plii_vec3x4 low, high;
+    plii_bvh_visit_fn* visit;
+    void* user;
+} bvh_search;
+
+/* Depth first, backwards. */
+static void bvh_search_group(const bvh_search* search, int level, int group) {
+    const plii_bvh4* boxes = &search->tree->boxes;
+    int bits = bvh4_overlaps(search->low, search->high, &boxes->groups[boxes->begin[level] + group]);
+    while (bits != 0) {
+        const int lane = 31 - __builtin_clz((unsigned)bits), found = 4 * group + lane;
+        bits ^= 1 << lane;
         if (level == 0) {
-            visit(tree->items[found], user);
+            search->visit(search->tree->items[found], search->user);
         } else {
-            --level;
-            group[level] = found;
-            bits[level] = bvh4_overlaps(low, high, &boxes->groups[boxes->begin[level] + found]);
+            bvh_search_group(search, level - 1, found);
         }
     }
+}
+void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* visit, void* user) {
+    const bvh_search search = {tree, plii_vec3x4_all(box.min), plii_vec3x4_all(box.max), visit, user};
+    if (tree->boxes.level_count > 0) { bvh_search_group(&search, tree->boxes.level_count - 1, 0); }
 }
 
 /* A box, or a group of boxes below it. */

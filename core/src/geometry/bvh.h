@@ -57,10 +57,9 @@ pli_bounds plii_bvh4_bounds(const plii_bvh4* boxes);
 enum { PLII_BVH4_SPARE = 3 };
 #define PLII_BVH4_ROOM(count) ((count) + (count) / 4 + 12)
 #define PLII_BVH4_GROUP_ROOM(count) ((count) / 2 + 8)
-/* Writes the boxes that touch `bounds`, ascending, to `items`; returns their number. */
-int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
-/* The same for groups of level 0, for points that lie close together. */
-int plii_bvh4_find_groups(const plii_bvh4* boxes, const pli_bounds* bounds, int* groups);
+/* Writes the boxes of level `lowest` that touch `bounds`, ascending, to `items`; returns their number. Those of level 1
+   are groups of level 0, for points that lie close together. */
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int lowest, int* items);
 /* Writes the boxes of these groups within `radius` of a point, in the order of the groups; returns their number. */
 int plii_bvh4_find(const plii_bvh4* boxes, const int* groups, int group_count, pli_vec3 point, float radius,
                    int* items);

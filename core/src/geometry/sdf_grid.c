@@ -94,37 +94,26 @@ static float winding_solid_angle(const pli_vec3* corners, pli_vec3 point) {
     return 2.0f * atan2f(volume, below);
 }
 
-/* At a point, in logarithmic time. */
-static float winding_at(const sampling_grid* grid, pli_vec3 point) {
-    const plii_bvh* tree = &grid->soup->tree;
-    struct {
-        int level, index;
-    } stack[PLII_BVH_STACK];
-    int depth = 0;
-    stack[depth].level = grid->level_count - 1;
-    stack[depth++].index = 0;
-    float angle = 0.0f;
-    while (depth > 0) {
-        --depth;
-        const int level = stack[depth].level, index = stack[depth].index;
-        const winding_cluster* cluster = &grid->clusters[grid->begin[level] + index];
-        const pli_vec3 offset = pli_vec3_sub(cluster->centre, point);
-        const float squared = pli_vec3_length_squared(offset);
-        if (squared > cluster->reach_squared) {
-            angle += pli_vec3_dot(cluster->area_normal, offset) / (squared * sqrtf(squared));
-            continue;
-        }
-        if (level == 0) {
-            angle += winding_solid_angle(grid->soup->triangles[tree->items[index]].corners, point);
-            continue;
-        }
-        const int first = index * PLII_BVH_FAN;
-        const int width = grid->begin[level] - grid->begin[level - 1];
-        for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
-            stack[depth].level = level - 1;
-            stack[depth++].index = child;
+/* Adds that of a cluster at a point, its last ones first, in logarithmic time. */
+static void winding_add_angle(const sampling_grid* grid, int level, int index, pli_vec3 point, float* angle) {
+    const winding_cluster* cluster = &grid->clusters[grid->begin[level] + index];
+    const pli_vec3 offset = pli_vec3_sub(cluster->centre, point);
+    const float squared = pli_vec3_length_squared(offset);
+    if (squared > cluster->reach_squared) {
+        *angle += pli_vec3_dot(cluster->area_normal, offset) / (squared * sqrtf(squared));
+    } else if (level == 0) {
+        const int item = grid->soup->tree.items[index];
+        *angle += winding_solid_angle(grid->soup->triangles[item].corners, point);
+    } else {
+        const int first = index * PLII_BVH_FAN, width = grid->begin[level] - grid->begin[level - 1];
+        for (int child = (first + PLII_BVH_FAN < width ? first + PLII_BVH_FAN : width) - 1; child >= first; --child) {
+            winding_add_angle(grid, level - 1, child, point, angle);
         }
     }
+}
+static float winding_at(const sampling_grid* grid, pli_vec3 point) {
+    float angle = 0.0f;
+    winding_add_angle(grid, grid->level_count - 1, 0, point, &angle);
     return angle / WINDING_FULL;
 }
 

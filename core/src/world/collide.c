@@ -30,9 +30,8 @@ static int* world_contact_count(const plii_feature_class* klass, void* state) {
 
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    const int* begin = &body->pipeline.begin[PLII_COLLIDE_RIGID];
     plii_world_begin_body(body);
-    for (PLII_EACH(const plii_pipeline_entry, entry, &body->pipeline.entries[begin[0]], begin[1] - begin[0])) {
+    for (PLII_EACH_ENTRY(entry, body, PLII_COLLIDE_RIGID)) {
         const plii_feature_class* klass = entry->klass;
         if (rigid->is_sensor && !klass->meets_sensors) { continue; }
         plii_thread.pass.feature = klass;

@@ -8,6 +8,8 @@
 #include "body/pipeline.h"
 #include "world/checksum.h"
 
+#include <stdio.h>
+
 typedef enum snapshot_mode { SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
 typedef struct snapshot_walk {
@@ -44,12 +46,11 @@ _Static_assert(sizeof(snapshot_header) == SNAPSHOT_LINE && SNAPSHOT_LINE % PLII_
 
 static void snapshot_refuse(snapshot_walk* walk, const char* what, const char* feature) {
     if (walk->status != PLI_OK) { return; }
-    const char *of = feature != NULL ? " of " : "", *name = feature != NULL ? feature : "";
-    walk->status = walk->body == PLI_NULL_INDEX
-                       ? plii_fail(walk->context, PLI_ERROR_INVALID_VALUE, walk->function,
-                                   "the snapshot does not fit: %s%s%s", what, of, name)
-                       : plii_fail(walk->context, PLI_ERROR_INVALID_VALUE, walk->function,
-                                   "the snapshot does not fit: body %d: %s%s%s", walk->body, what, of, name);
+    char of_body[32] = "";
+    if (walk->body != PLI_NULL_INDEX) { snprintf(of_body, sizeof of_body, "body %d: ", walk->body); }
+    walk->status =
+        plii_fail(walk->context, PLI_ERROR_INVALID_VALUE, walk->function, "the snapshot does not fit: %s%s%s%s",
+                  of_body, what, feature != NULL ? " of " : "", feature != NULL ? feature : "");
 }
 
 static bool snapshot_has(snapshot_walk* walk, size_t size) {
@@ -145,7 +146,7 @@ static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_fea
     for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
         if (part->snapshot == PLII_SAVED) { snapshot_bytes(walk, (unsigned char*)state + part->offset, part->size); }
     }
-    for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         if (walk->status != PLI_OK) { return; }
         snapshot_array(walk, body, klass, array, state);
     }
@@ -156,7 +157,7 @@ static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_fea
 static void snapshot_empty_feature(pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
     unsigned char* state = feature->state;
-    for (const plii_feature_array* array = klass->arrays; array->element_size > 0; ++array) {
+    for (PLII_EACH_ARRAY(array, klass)) {
         const size_t size = array->count == 0 ? plii_feature_array_bytes(body, array, state) : 0;
         snapshot_set_count(array, state, 0);
         if (size > 0) { memset(plii_feature_array_address(body, array, state), 0, size); }

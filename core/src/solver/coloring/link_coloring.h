@@ -47,9 +47,6 @@ typedef struct plii_link_colors {
 /* A body of fewer links is done before threads have met after every colour. */
 enum { PLII_LINKS_SHARED = 16384 };
 
-/* Its state is a plii_link_colors. */
-extern const plii_feature_class plii_link_colors_class;
-
 /* Made anew after a change of topology; NULL when out of memory. */
 const plii_link_colors* plii_link_colors_of(pli_body* body);
 
