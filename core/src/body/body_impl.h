@@ -145,6 +145,10 @@ void plii_links_sweep(pli_body* body, void* state);
 /* A sweep as the body has it. */
 void plii_links_run(pli_body* body, void* state);
 
+/* Over the nodes, on several threads where they are more than `grain`. */
+static inline void plii_body_run_nodes(const pli_body* body, pli_range_fn* range, void* task, int grain) {
+    plii_parallel_for(body->context, range, task, body->node_count, grain);
+}
 static inline void plii_body_copy_positions(const pli_body* body, pli_vec3* positions) {
     for (int i = 0; i < body->node_count; ++i) {
         positions[i] = plii_xyz(body->positions[i]);

@@ -307,9 +307,8 @@ static void world_sort_sweep(pli_world* world) {
     for (int i = 1; i < world->body_count; ++i) {
         pli_body* moved = sweep[i];
         int k = i;
-        while (k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x) {
+        for (; k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x; --k) {
             sweep[k] = sweep[k - 1];
-            --k;
         }
         sweep[k] = moved;
     }

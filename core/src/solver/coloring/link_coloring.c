@@ -240,8 +240,7 @@ static bool link_colors_fill(const link_colors_work* work, plii_link_colors* col
 }
 
 /* They are not current when out of memory. */
-static void link_colors_make(pli_body* body, void* data) {
-    plii_link_colors* colors = data;
+static void link_colors_make(pli_body* body, plii_link_colors* colors) {
     link_colors_work work = {.body = body, .scratch.context = body->context};
     colors->is_current = link_colors_take_memory(&work);
     if (colors->is_current) {
@@ -269,12 +268,10 @@ const plii_feature_class plii_link_colors_class = {
     .name = "link colors",
     .state_size = sizeof(plii_link_colors),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_SPAN(plii_link_colors, is_current, linked_row_count, PLII_LEFT, NULL)),
-    .arrays =
-        PLII_ARRAYS({PLII_LIST_OF(plii_link_colors, colors, color_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .snapshot = PLII_LEFT},
-                    {PLII_LIST_OF(plii_link_colors, cuts, cut_capacity), .snapshot = PLII_LEFT}),
-    .enable = link_colors_make,
+    .arrays = PLII_ARRAYS(PLII_LEFT_LIST(plii_link_colors, colors, color_capacity),
+                          PLII_LEFT_LIST(plii_link_colors, groups, group_capacity),
+                          PLII_LEFT_LIST(plii_link_colors, scaled_indices, scaled_index_capacity),
+                          PLII_LEFT_LIST(plii_link_colors, row_links, row_capacity),
+                          PLII_LEFT_LIST(plii_link_colors, cuts, cut_capacity)),
     .topology_commit = link_colors_topology_commit,
 };

@@ -172,7 +172,7 @@ static void gradient_add_range(int begin, int end, void* data) {
 static void gradient_add(const plii_implicit_system* system, const plii_dvec3* a, double factor, const plii_dvec3* b,
                          plii_dvec3* to) {
     plii_implicit_pass pass = {.a = a, .b = b, .to = to, .factor = factor};
-    plii_implicit_run(system, gradient_add_range, &pass, GRADIENT_ADD_NS);
+    plii_body_run_nodes(system->body, gradient_add_range, &pass, plii_grain(GRADIENT_ADD_NS));
 }
 
 static double gradient_dot_block(int begin, int end, const void* data) {
@@ -195,7 +195,7 @@ static double gradient_dot(const plii_implicit_system* system, const plii_dvec3*
 static void gradient_start_residual(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = &system->constraints;
     plii_implicit_pass pass = {system, system->rhs, system->solution, system->residual, 0.0};
-    plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
+    plii_body_run_nodes(system->body, gradient_product_range, &pass, plii_grain(GRADIENT_PRODUCT_NS));
     plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         plii_implicit_rigid_mul(rigid, rigid->change, -1.0, rigid->residual);
@@ -223,7 +223,7 @@ static void gradient_start_residual(plii_implicit_system* system) {
 static double gradient_multiply(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = &system->constraints;
     plii_implicit_pass pass = {.system = system, .b = system->direction, .to = system->spare};
-    plii_implicit_run(system, gradient_product_range, &pass, GRADIENT_PRODUCT_NS);
+    plii_body_run_nodes(system->body, gradient_product_range, &pass, plii_grain(GRADIENT_PRODUCT_NS));
     plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (rigid->is_dynamic) { plii_implicit_rigid_mul(rigid, rigid->direction, 1.0, rigid->product); }

@@ -30,7 +30,7 @@ static void implicit_solve_range(int begin, int end, void* data) {
 
 void plii_implicit_solve_blocks(const plii_implicit_system* system, const plii_dvec3* from, plii_dvec3* to) {
     plii_implicit_pass pass = {.system = system, .a = from, .to = to};
-    plii_implicit_run(system, implicit_solve_range, &pass, IMPLICIT_SOLVE_NS);
+    plii_body_run_nodes(system->body, implicit_solve_range, &pass, plii_grain(IMPLICIT_SOLVE_NS));
 }
 
 static void implicit_sweep_range(int begin, int end, void* data) {
@@ -42,7 +42,7 @@ static void implicit_sweep_range(int begin, int end, void* data) {
 
 static void implicit_run_sweep(const plii_implicit_system* system, plii_dvec3* swept) {
     plii_implicit_pass pass = {.system = system, .to = swept};
-    plii_implicit_run(system, implicit_sweep_range, &pass, IMPLICIT_SWEEP_NS);
+    plii_body_run_nodes(system->body, implicit_sweep_range, &pass, plii_grain(IMPLICIT_SWEEP_NS));
 }
 
 /* Friction of what nothing moves on each node as if it were alone. A sweep passes on little of it where springs are
@@ -92,7 +92,7 @@ static void implicit_extrapolate(plii_implicit_system* system, double weight) {
     }
     plii_implicit_project(constraints, system->residual);
     plii_implicit_pass pass = {system, system->residual, NULL, system->spare, weight};
-    plii_implicit_run(system, implicit_blend_range, &pass, IMPLICIT_SOLVE_NS);
+    plii_body_run_nodes(system->body, implicit_blend_range, &pass, plii_grain(IMPLICIT_SOLVE_NS));
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         for (int k = 0; k < 6; ++k) {
             const double before = rigid->direction[k];
@@ -174,7 +174,7 @@ double plii_implicit_spectral_radius(plii_implicit_system* system) {
         const double norm = implicit_norm(system);
         if (!(norm > 0.0)) { break; }
         plii_implicit_pass pass = {system, system->solution, NULL, system->spare, 1.0 / norm};
-        plii_implicit_run(system, implicit_power_range, &pass, IMPLICIT_SWEEP_NS);
+        plii_body_run_nodes(system->body, implicit_power_range, &pass, plii_grain(IMPLICIT_SWEEP_NS));
         PLII_SWAP(plii_dvec3*, system->solution, system->spare);
         radius = implicit_norm(system);
     }

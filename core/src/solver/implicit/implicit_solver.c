@@ -228,14 +228,14 @@ static void implicit_predict(pli_body* body, float dt) {
     system->body = body;
     system->graph = plii_feature_state(body, &plii_link_graph_class);
     system->report = (pli_implicit_report){0};
-    plii_implicit_run(system, implicit_external_range, system, IMPLICIT_NODE_NS);
+    plii_body_run_nodes(system->body, implicit_external_range, system, plii_grain(IMPLICIT_NODE_NS));
     plii_implicit_gather_holds(body, system);
     system->leads = NULL;
     system->report.collapsed_links = plii_implicit_assemble(system);
     plii_implicit_constraints_gather(body, &system->constraints, false, system->blocks, NULL);
     implicit_iterate(system, false);
     if (system->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(system); }
-    plii_implicit_run(system, implicit_solution_range, system, IMPLICIT_NODE_NS);
+    plii_body_run_nodes(system->body, implicit_solution_range, system, plii_grain(IMPLICIT_NODE_NS));
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
     body->bounds =
@@ -365,7 +365,7 @@ static void implicit_corrections_range(int begin, int end, void* data) {
 static void implicit_begin(pli_body* body) {
     plii_implicit_system* system = plii_feature_state(body, &plii_implicit_class);
     if (system->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) { /* sweeps pass on too little of what poses pull by */
-        plii_implicit_run(system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
+        plii_body_run_nodes(system->body, implicit_corrections_range, body, plii_grain(IMPLICIT_NODE_NS));
     }
     for (int i = 0; i < body->node_count && implicit_is_improved(system); ++i) {
         system->before[i] = plii_implicit_xyz(&body->positions[i]);
@@ -389,7 +389,7 @@ static void implicit_couple(pli_body* body) {
 
 static void implicit_end(pli_body* body) {
     const plii_implicit_system* system = plii_feature_state(body, &plii_implicit_class);
-    plii_implicit_run(system, implicit_corrections_range, body, IMPLICIT_NODE_NS);
+    plii_body_run_nodes(system->body, implicit_corrections_range, body, plii_grain(IMPLICIT_NODE_NS));
     implicit_end_recovery(body, &system->constraints);
     for (int i = 0; i < body->node_count && body->solver.velocity_damping > 0.0f; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }

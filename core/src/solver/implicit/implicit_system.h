@@ -82,11 +82,6 @@ typedef struct plii_implicit_pass {
 static inline size_t plii_implicit_vector_size(const pli_body* body) {
     return (size_t)body->node_count * sizeof(plii_dvec3);
 }
-/* Runs over the nodes on several threads, where one takes so long. */
-static inline void plii_implicit_run(const plii_implicit_system* system, pli_range_fn* range, void* task,
-                                     int nanoseconds) {
-    plii_parallel_for(system->body->context, range, task, system->body->node_count, plii_grain(nanoseconds));
-}
 static inline double plii_implicit_sum(const plii_implicit_system* system, plii_block_value_fn* value,
                                        const void* task) {
     return plii_sum_blocks(system->body->context, system->body->node_count, PLII_IMPLICIT_SUM_NODES, value, task);

@@ -56,9 +56,8 @@ static void colored_links_prepare(pli_body* body, void* data) {
 }
 
 static void colored_links_enable(pli_body* body, void* data) {
-    colored_links_state* state = data;
     body->sweep_revision = body->link_revision - 1;
-    (void)colored_links_choose_sweep(body, state);
+    (void)colored_links_choose_sweep(body, data);
 }
 
 static void colored_links_disable(pli_body* body, void* state) {
@@ -79,14 +78,12 @@ const plii_feature_class plii_colored_links_class = {
     .disable = colored_links_disable,
 };
 
+static pli_status colored_links_check(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body_idle(body, function));
+    return plii_solver_check_change(body, &plii_position_solver, function);
+}
 pli_status pli_body_enable_colored_links(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
+    PLII_TRY(colored_links_check(body, __func__));
     return plii_body_changed(body, plii_feature_enable(body, &plii_colored_links_class, NULL));
 }
-
-pli_status pli_body_disable_colored_links(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
-    return plii_feature_disable(body, &plii_colored_links_class) ? plii_body_changed(body, PLI_OK) : PLI_OK;
-}
+PLII_DEFINE_DISABLE(pli_body_disable_colored_links, colored_links_check, plii_colored_links_class)

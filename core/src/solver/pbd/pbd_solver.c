@@ -26,16 +26,8 @@ bool plii_solver_update_bounds(pli_body* body) {
     return false;
 }
 
-/* The position-based solver takes velocities from the motions of a step, which do not lead out of the world. */
-static bool solver_bounds_velocities(const pli_body* body) {
-    if (body->solver_class != &plii_position_solver) { return false; }
-    if (!plii_stage_is_empty(body, PLII_STAGE_FINISH)) { return false; }
-    const float drift = body->solver.drift_iterations > 0 ? fabsf(body->solver.drift_correction) : 0.0f;
-    return 2.0f * PLI_MAX_COORDINATE * body->step.inverse_dt * (1.0f + drift) <= PLI_MAX_SPEED;
-}
-
 bool plii_solver_check_velocities(pli_body* body) {
-    if (solver_bounds_velocities(body) || plii_body_is_slow(body)) { return true; }
+    if (plii_body_is_slow(body)) { return true; }
     solver_put_back(body);
     return false;
 }
@@ -47,10 +39,6 @@ static plii_pbd_nodes solver_nodes_of(const pli_body* body) {
                             .previous = body->previous,
                             .velocities = body->velocities,
                             .forces = body->forces};
-}
-
-static void solver_run_pass(pli_body* body, plii_pbd_nodes* nodes, pli_range_fn* range) {
-    plii_parallel_for(body->context, range, nodes, body->node_count, SOLVER_NODES_GRAIN);
 }
 
 void plii_solver_update_predicted_bounds(pli_body* body) {
@@ -87,12 +75,12 @@ static void solver_predict(pli_body* body, float dt) {
     nodes.dt = body->step.dt;
     nodes.gravity = pli_vec3_scale(body->world->def.gravity, body->step.dt);
     if (body->forces == NULL && plii_stage_is_empty(body, PLII_STAGE_FORCES)) {
-        solver_run_pass(body, &nodes, pass->fly);
+        plii_body_run_nodes(body, pass->fly, &nodes, SOLVER_NODES_GRAIN);
     } else {
         nodes.limit = body->world->def.max_force_displacement / body->step.dt;
-        solver_run_pass(body, &nodes, pass->add_gravity);
+        plii_body_run_nodes(body, pass->add_gravity, &nodes, SOLVER_NODES_GRAIN);
         plii_run_stage(body, PLII_STAGE_FORCES);
-        solver_run_pass(body, &nodes, pass->add_forces);
+        plii_body_run_nodes(body, pass->add_forces, &nodes, SOLVER_NODES_GRAIN);
     }
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
@@ -128,7 +116,8 @@ static void solver_end(pli_body* body) {
     if (settings->position_iterations > 0) {
         plii_pbd_nodes nodes = solver_nodes_of(body);
         nodes.rate = step->inverse_dt * (1.0f - settings->velocity_damping);
-        solver_run_pass(body, &nodes, PLII_KERNEL(body->context, &plii_pbd_nodes)->set_velocities);
+        plii_body_run_nodes(body, PLII_KERNEL(body->context, &plii_pbd_nodes)->set_velocities, &nodes,
+                            SOLVER_NODES_GRAIN);
     }
     if (settings->drift_iterations > 0) {
         /* The drift solve measures from the solved positions, which must be good to fall back to. */

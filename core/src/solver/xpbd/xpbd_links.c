@@ -104,15 +104,13 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
     plii_links_sweep_colors(&state->task);
 }
 
-static void xpbd_links_enable(pli_body* body, void* data) {
-    xpbd_links_state* state = data;
-    state->link_revision = body->link_revision - 1;
-    xpbd_links_begin(body, state);
-}
-
 /* Compliances are those of the definition that was restored. */
 static void xpbd_links_on_restored(pli_body* body, void* data) {
     ((xpbd_links_state*)data)->link_revision = body->link_revision - 1;
+}
+static void xpbd_links_enable(pli_body* body, void* data) {
+    xpbd_links_on_restored(body, data);
+    xpbd_links_begin(body, data);
 }
 
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */

@@ -56,14 +56,11 @@ static void xpbd_predict(pli_body* body, float dt) {
     plii_solver_set_step(body, dt);
     body->gas = NULL;
     plii_run_stage(body, PLII_STAGE_FORCES);
-    plii_parallel_for(body->context, xpbd_integrate_free, body, body->node_count, XPBD_NODES_GRAIN);
+    plii_body_run_nodes(body, xpbd_integrate_free, body, XPBD_NODES_GRAIN);
     plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
 }
 
-static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* range) {
-    plii_parallel_for(body->context, range, nodes, body->node_count, XPBD_NODES_GRAIN);
-}
 static const plii_xpbd_nodes_kernel* xpbd_kernel(const pli_body* body) {
     return PLII_KERNEL(body->context, &plii_xpbd_nodes);
 }
@@ -103,14 +100,15 @@ static void xpbd_begin(pli_body* body) {
     }
     state->sweep = 0;
     body->substep = &state->nodes.substep;
-    xpbd_run_pass(body, &state->nodes, xpbd_kernel(body)->begin);
+    plii_body_run_nodes(body, xpbd_kernel(body)->begin, &state->nodes, XPBD_NODES_GRAIN);
 }
 
 static void xpbd_end_substep(pli_body* body, xpbd_state* state) {
     const plii_xpbd_nodes_kernel* pass = xpbd_kernel(body);
     const int count = state->def.substeps, done = state->nodes.substep.index + 1;
     state->nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
-    xpbd_run_pass(body, &state->nodes, done < count && !state->has_finish ? pass->finish_and_move : pass->finish);
+    plii_body_run_nodes(body, done < count && !state->has_finish ? pass->finish_and_move : pass->finish, &state->nodes,
+                        XPBD_NODES_GRAIN);
     for (PLII_EACH_AT(const plii_pipeline_entry, entry, state->kinds.at, state->kinds.count)) {
         plii_substep_fn* finish = entry->klass->substepped->finish;
         if (finish != NULL) { finish(body, entry->state, &state->nodes.substep); }
@@ -124,7 +122,7 @@ static void xpbd_sweep(pli_body* body) {
         xpbd_end_substep(body, state);
         substep->index += 1;
         state->sweep = 0;
-        if (state->has_finish) { xpbd_run_pass(body, &state->nodes, xpbd_kernel(body)->move); }
+        if (state->has_finish) { plii_body_run_nodes(body, xpbd_kernel(body)->move, &state->nodes, XPBD_NODES_GRAIN); }
     }
     if (state->sweep == 0) {
         substep->remaining = (float)(state->def.substeps - 1 - substep->index) * substep->dt;
