@@ -152,7 +152,7 @@ def wide_kernels(core, names, instructions, once, gated):
     text = "#undef PLII_SIMD_LARGE\n" + INCLUDE.sub("", with_sets(text, instructions))
     suffixed = {n: f"{n}_{instructions}" for n in local_names(text) if not n.startswith("PLII_SIMD")}
     suffixed.update({f"plii_float8_{n}": f"plii_float8_{n}_{instructions}" for n in
-                     re.findall(r"PLII_FLOAT8_(?:OPERATOR|UNARY|BINARY)\(([a-z]\w*),", text)})
+                     re.findall(r"PLII_FLOAT8_(?:UNARY|BINARY)\(([a-z]\w*),", text)})
     result = f"\n#if PLIANT_SIMD_X86\nPLII_{instructions.upper()}_BEGIN\n"
     result += rename(text.replace("plii_float8_##name", f"plii_float8_##name##_{instructions}"), suffixed)
     for name in (n for n in names if n.endswith(f"_{instructions}.c")):

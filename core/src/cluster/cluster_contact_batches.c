@@ -120,14 +120,12 @@ static bool batches_add_pair(pli_context* context, plii_contact_batches* batches
 
 bool plii_contact_batches_add(pli_context* context, plii_contact_batches* batches, const plii_cluster_contact* contacts,
                               int count) {
-    for (int first = 0; first < count; first += BATCHES_MAX_COUNT) {
-        const int rest = count - first;
-        if (!batches_add_pair(context, batches, contacts + first,
-                              rest < BATCHES_MAX_COUNT ? rest : BATCHES_MAX_COUNT)) {
-            return false;
-        }
+    bool is_added = true;
+    for (int first = 0; first < count && is_added; first += BATCHES_MAX_COUNT) {
+        const int rest = count - first, added = rest < BATCHES_MAX_COUNT ? rest : BATCHES_MAX_COUNT;
+        is_added = batches_add_pair(context, batches, contacts + first, added);
     }
-    return true;
+    return is_added;
 }
 
 // -------------------------------------------------------------------------------------------------------------- lanes

@@ -16,22 +16,18 @@ PLII_SIMD_INLINE void groups_store(float* components, plii_wide_vec3 a) {
     plii_float8_store(components + 2 * PLII_RIGID_GROUP_SIZE, a.z);
 }
 
-/* Loops over the four pairs of nodes are written out: compilers would keep the vectors in memory. */
-
-PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_t* scaled_indices, plii_float8 by) {
-    return plii_float8_add(plii_simd_load_two(records, scaled_indices), by);
-}
 /* Stores come after all loads, as a node may be there more than once. */
 PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indices, plii_wide_vec3 by) {
     plii_float8 r[4] = {by.x, by.y, by.z, plii_float8_all(0.0f)};
     plii_float8_transpose4(r);
-    const plii_float8 moved[4] = {
-        groups_moved(records, scaled_indices, r[0]), groups_moved(records, scaled_indices + 2, r[1]),
-        groups_moved(records, scaled_indices + 4, r[2]), groups_moved(records, scaled_indices + 6, r[3])};
-    plii_simd_store_two(records, scaled_indices, moved[0]);
-    plii_simd_store_two(records, scaled_indices + 2, moved[1]);
-    plii_simd_store_two(records, scaled_indices + 4, moved[2]);
-    plii_simd_store_two(records, scaled_indices + 6, moved[3]);
+    PLII_UNROLL(4)
+    for (int k = 0; k < 4; ++k) {
+        r[k] = plii_float8_add(plii_simd_load_two(records, scaled_indices + 2 * k), r[k]);
+    }
+    PLII_UNROLL(4)
+    for (int k = 0; k < 4; ++k) {
+        plii_simd_store_two(records, scaled_indices + 2 * k, r[k]);
+    }
 }
 
 PLII_SIMD_LARGE void groups_solve(const plii_rigid_groups_pass* pass, plii_rigid_group* group,

@@ -289,28 +289,26 @@ static const plii_field aero_fields[] = {
     PLII_FIELD(pli_aero_def, drag, 0, PLI_MAX_FACTOR),
     PLII_FIELD(pli_aero_def, wind, -PLI_MAX_SPEED, PLI_MAX_SPEED),
 };
+/* What both classes have. */
+#define AERO_CLASS                                                                                                     \
+    .state_size = sizeof(aero_state), .settings = PLII_LIMITS(aero_state, def, aero_fields),                           \
+    .is_sound = aero_is_sound, .acts_on_motion = true
 const plii_feature_class plii_aero_vertex_class = {
     .name = "vertex aerodynamics",
-    .state_size = sizeof(aero_state),
-    .settings = PLII_LIMITS(aero_state, def, aero_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(aero_state, def, PLII_SAVED, "e6ff3f*"),
                                     PLII_STATE(aero_state, face_forces, PLII_LEFT)),
-    .is_sound = aero_is_sound,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
-    .acts_on_motion = true,
+    AERO_CLASS,
 };
 
 const plii_feature_class plii_aero_face_class = {
     .name = "face aerodynamics",
-    .state_size = sizeof(aero_state),
-    .settings = PLII_LIMITS(aero_state, def, aero_fields),
     .state_parts = PLII_STATE_PARTS(PLII_STATE_OF(aero_state, def, PLII_SAVED, "e6ff3f*")),
-    .is_sound = aero_is_sound,
     .needs = PLII_NEEDS(&plii_forces_class, &plii_normals_class, &plii_face_normals_class, &plii_areas_class),
     .arrays = PLII_ARRAYS(PLII_LEFT_PER_NODE(aero_state, face_forces)),
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
-    .acts_on_motion = true,
+    AERO_CLASS,
 };
 
 PLII_DEFINE_DEFAULT(pli_aero_def, 0)

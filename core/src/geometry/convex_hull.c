@@ -262,9 +262,6 @@ static void hull_start(hull_work* work, const int corners[4]) {
     for (int i = 0; i < work->point_count; ++i) {
         hull_assign(work, i, all, 4);
     }
-    for (int i = 0; i < 4; ++i) {
-        hull_enqueue(work, i);
-    }
 }
 
 static bool hull_empty_queue(hull_work* work) {
@@ -285,12 +282,14 @@ static pli_status hull_build(hull_work* work) {
     if (!hull_find_start(work, corners)) { return PLI_ERROR_INVALID_MESH; }
     if (!hull_reserve(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
     hull_start(work, corners);
-    if (!hull_empty_queue(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    work->is_late = true;
-    for (int i = 0; i < work->face_count; ++i) {
-        hull_enqueue(work, i);
+    for (int pass = 0; pass < 2; ++pass) {
+        work->is_late = pass > 0;
+        for (int i = 0; i < work->face_count; ++i) {
+            hull_enqueue(work, i);
+        }
+        if (!hull_empty_queue(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
     }
-    return hull_empty_queue(work) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    return PLI_OK;
 }
 
 // ----------------------------------------------------------------------------------------------------------- result

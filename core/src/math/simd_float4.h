@@ -71,20 +71,18 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w)
 }
 /* Of bits: operations of floats and of integers are in different parts of a processor. */
 #if defined(__SSE2__)
-PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
-    return _mm_or_ps(_mm_and_ps((plii_float4)mask, yes), _mm_andnot_ps((plii_float4)mask, no));
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value) {
-    return _mm_and_ps((plii_float4)mask, value);
-}
+#define PLII_OWN_AND(mask, value) _mm_and_ps((plii_float4)(mask), value)
+#define PLII_OWN_SELECT(mask, yes, no) _mm_or_ps(PLII_OWN_AND(mask, yes), _mm_andnot_ps((plii_float4)(mask), no))
 #else
+#define PLII_OWN_AND(mask, value) (plii_float4)((mask) & (plii_mask4)(value))
+#define PLII_OWN_SELECT(mask, yes, no) (plii_float4)(((mask) & (plii_mask4)(yes)) | (~(mask) & (plii_mask4)(no)))
+#endif
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
-    return (plii_float4)((mask & (plii_mask4)yes) | (~mask & (plii_mask4)no));
+    return PLII_OWN_SELECT(mask, yes, no);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value) {
-    return (plii_float4)(mask & (plii_mask4)value);
+    return PLII_OWN_AND(mask, value);
 }
-#endif
 /* x, y, z, 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
     return plii_lanes_where((plii_mask4){-1, -1, -1, 0}, a);
@@ -118,51 +116,41 @@ PLII_SIMD_INLINE void plii_float4_transpose(plii_float4 r[4]) {
 
 /* plii_float4_sqrt; a < b ? a : b, and a > b ? a : b, also where one is NaN; bit k of an int for lane k of a mask */
 #if defined(__SSE2__)
-PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
-    return _mm_sqrt_ps(a);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
-    return _mm_min_ps(a, b);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
-    return _mm_max_ps(a, b);
-}
-PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
-    return _mm_movemask_ps((plii_float4)mask);
-}
+#define PLII_OWN_SQRT(a) _mm_sqrt_ps(a)
+#define PLII_OWN_MIN(a, b) _mm_min_ps(a, b)
+#define PLII_OWN_MAX(a, b) _mm_max_ps(a, b)
+#define PLII_OWN_BITS(mask) _mm_movemask_ps((plii_float4)(mask))
 #elif defined(__wasm_simd128__)
-PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
-    return (plii_float4)wasm_f32x4_sqrt((v128_t)a);
-}
 /* The "pseudo" ones are b < a ? b : a and a < b ? b : a. */
-PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
-    return (plii_float4)wasm_f32x4_pmin((v128_t)b, (v128_t)a);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
-    return (plii_float4)wasm_f32x4_pmax((v128_t)b, (v128_t)a);
-}
-PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
-    return (int)wasm_i32x4_bitmask((v128_t)mask);
-}
+#define PLII_OWN_SQRT(a) (plii_float4) wasm_f32x4_sqrt((v128_t)(a))
+#define PLII_OWN_MIN(a, b) (plii_float4) wasm_f32x4_pmin((v128_t)(b), (v128_t)(a))
+#define PLII_OWN_MAX(a, b) (plii_float4) wasm_f32x4_pmax((v128_t)(b), (v128_t)(a))
+#define PLII_OWN_BITS(mask) (int)wasm_i32x4_bitmask((v128_t)(mask))
 #else
-PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
 #if defined(__ARM_NEON) && defined(__aarch64__)
-    return (plii_float4)vsqrtq_f32((float32x4_t)a);
+#define PLII_OWN_SQRT(a) (plii_float4) vsqrtq_f32((float32x4_t)(a))
 #else
-    return (plii_float4){sqrtf(a[0]), sqrtf(a[1]), sqrtf(a[2]), sqrtf(a[3])};
+#define PLII_OWN_SQRT(a) ((plii_float4){sqrtf((a)[0]), sqrtf((a)[1]), sqrtf((a)[2]), sqrtf((a)[3])})
 #endif
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
-    return plii_lanes_select(a < b, a, b);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
-    return plii_lanes_select(a > b, a, b);
-}
-PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
-    const plii_mask4 bits = mask & (plii_mask4){1, 2, 4, 8};
+#define PLII_OWN_MIN(a, b) plii_lanes_select((a) < (b), a, b)
+#define PLII_OWN_MAX(a, b) plii_lanes_select((a) > (b), a, b)
+#define PLII_OWN_BITS(mask) plii_lanes_or((mask) & (plii_mask4){1, 2, 4, 8})
+PLII_SIMD_INLINE int plii_lanes_or(plii_mask4 bits) {
     return bits[0] | bits[1] | bits[2] | bits[3];
 }
 #endif
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+    return PLII_OWN_SQRT(a);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
+    return PLII_OWN_MIN(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
+    return PLII_OWN_MAX(a, b);
+}
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    return PLII_OWN_BITS(mask);
+}
 
 /* Vectors in memory, w: 0 */
 #if defined(__SSE2__)
@@ -198,14 +186,13 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_copy_sign(plii_float4 a, plii_float4 sig
 }
 
 /* Of all lanes. */
-PLII_SIMD_INLINE float plii_lanes_least(plii_float4 a) {
-    a = plii_lanes_min(a, plii_lanes_all_w(a));
-    return plii_lanes_first(plii_lanes_min(plii_lanes_min(a, plii_lanes_all_y(a)), plii_lanes_all_z(a)));
-}
-PLII_SIMD_INLINE float plii_lanes_largest(plii_float4 a) {
-    a = plii_lanes_max(a, plii_lanes_all_w(a));
-    return plii_lanes_first(plii_lanes_max(plii_lanes_max(a, plii_lanes_all_y(a)), plii_lanes_all_z(a)));
-}
+#define PLII_LANES_MOST(name, of_two)                                                                                  \
+    PLII_SIMD_INLINE float plii_lanes_##name(plii_float4 a) {                                                          \
+        a = of_two(a, plii_lanes_all_w(a));                                                                            \
+        return plii_lanes_first(of_two(of_two(a, plii_lanes_all_y(a)), plii_lanes_all_z(a)));                          \
+    }
+PLII_LANES_MOST(least, plii_lanes_min)
+PLII_LANES_MOST(largest, plii_lanes_max)
 
 /* pli_vec3_cross; w: 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_cross(plii_float4 a, plii_float4 b) {
@@ -247,15 +234,13 @@ typedef struct plii_vec3x4 {
     plii_float4 x, y, z;
 } plii_vec3x4;
 
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_add(plii_vec3x4 a, plii_vec3x4 b) {
-    return (plii_vec3x4){a.x + b.x, a.y + b.y, a.z + b.z};
-}
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_sub(plii_vec3x4 a, plii_vec3x4 b) {
-    return (plii_vec3x4){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_mul(plii_vec3x4 a, plii_vec3x4 b) {
-    return (plii_vec3x4){a.x * b.x, a.y * b.y, a.z * b.z};
-}
+#define PLII_VEC3X4_OPERATOR(name, op)                                                                                 \
+    PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_##name(plii_vec3x4 a, plii_vec3x4 b) {                                    \
+        return (plii_vec3x4){a.x op b.x, a.y op b.y, a.z op b.z};                                                      \
+    }
+PLII_VEC3X4_OPERATOR(add, +)
+PLII_VEC3X4_OPERATOR(sub, -)
+PLII_VEC3X4_OPERATOR(mul, *)
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_scale(plii_vec3x4 a, plii_float4 s) {
     return (plii_vec3x4){a.x * s, a.y * s, a.z * s};
 }

@@ -15,58 +15,31 @@
 enum { PLII_FLOAT8_IS_ONE = 1 }; /* register */
 
 typedef float plii_float8 __attribute__((vector_size(32)));
+#define PLII_FLOAT8(of_eight, of_low, of_high) (of_eight)
 
-PLII_SIMD_INLINE plii_float8 plii_float8_of(plii_float4 low, plii_float4 high) {
-    return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
-}
 PLII_SIMD_INLINE plii_float4 plii_float8_low(plii_float8 a) {
     return _mm256_castps256_ps128(a);
 }
 PLII_SIMD_INLINE plii_float4 plii_float8_high(plii_float8 a) {
     return _mm256_extractf128_ps(a, 1);
 }
-PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
-    return _mm256_set1_ps(value);
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
-    return _mm256_loadu_ps(source);
-}
 PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
     _mm256_storeu_ps(target, a);
-}
-#define PLII_FLOAT8_OPERATOR(name, op)                                                                                 \
-    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
-        return a op b;                                                                                                 \
-    }
-/* Functions of one register, or of both halves. */
-#define PLII_FLOAT8_UNARY(name, of_eight, of_four)                                                                     \
-    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a) {                                                   \
-        return of_eight;                                                                                               \
-    }
-#define PLII_FLOAT8_BINARY(name, of_eight, of_four)                                                                    \
-    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
-        return of_eight;                                                                                               \
-    }
-/* `value` where a > b, else 0. */
-PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
-    return _mm256_and_ps((plii_float8)(a > b), value);
-}
-/* a < b ? yes : no */
-PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 b, plii_float8 yes, plii_float8 no) {
-    return _mm256_blendv_ps(no, yes, (plii_float8)(a < b));
 }
 /* Bit k where a < b in lane k. */
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return _mm256_movemask_ps((plii_float8)(a < b));
 }
-/* plii_float4_transpose of both halves. */
+/* plii_float4_transpose of all halves or quarters. */
+#define PLII_TRANSPOSE4(type, prefix)                                                                                  \
+    const type xy01 = prefix##_unpacklo_ps(r[0], r[1]), zw01 = prefix##_unpackhi_ps(r[0], r[1]);                       \
+    const type xy23 = prefix##_unpacklo_ps(r[2], r[3]), zw23 = prefix##_unpackhi_ps(r[2], r[3]);                       \
+    r[0] = prefix##_shuffle_ps(xy01, xy23, 0x44);                                                                      \
+    r[1] = prefix##_shuffle_ps(xy01, xy23, 0xee);                                                                      \
+    r[2] = prefix##_shuffle_ps(zw01, zw23, 0x44);                                                                      \
+    r[3] = prefix##_shuffle_ps(zw01, zw23, 0xee);
 PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
-    const plii_float8 xy01 = _mm256_unpacklo_ps(r[0], r[1]), zw01 = _mm256_unpackhi_ps(r[0], r[1]);
-    const plii_float8 xy23 = _mm256_unpacklo_ps(r[2], r[3]), zw23 = _mm256_unpackhi_ps(r[2], r[3]);
-    r[0] = _mm256_shuffle_ps(xy01, xy23, 0x44);
-    r[1] = _mm256_shuffle_ps(xy01, xy23, 0xee);
-    r[2] = _mm256_shuffle_ps(zw01, zw23, 0x44);
-    r[3] = _mm256_shuffle_ps(zw01, zw23, 0xee);
+    PLII_TRANSPOSE4(plii_float8, _mm256)
 }
 
 #else
@@ -76,44 +49,17 @@ enum { PLII_FLOAT8_IS_ONE = 0 };
 typedef struct plii_float8 {
     plii_float4 low, high;
 } plii_float8;
+#define PLII_FLOAT8(of_eight, of_low, of_high) ((plii_float8){of_low, of_high})
 
-PLII_SIMD_INLINE plii_float8 plii_float8_of(plii_float4 low, plii_float4 high) {
-    return (plii_float8){low, high};
-}
 PLII_SIMD_INLINE plii_float4 plii_float8_low(plii_float8 a) {
     return a.low;
 }
 PLII_SIMD_INLINE plii_float4 plii_float8_high(plii_float8 a) {
     return a.high;
 }
-PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
-    return (plii_float8){plii_float4_all(value), plii_float4_all(value)};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
-    return (plii_float8){plii_float4_load(source), plii_float4_load(source + PLII_LANES)};
-}
 PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
     plii_float4_store(target, a.low);
     plii_float4_store(target + PLII_LANES, a.high);
-}
-#define PLII_FLOAT8_OPERATOR(name, op)                                                                                 \
-    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
-        return (plii_float8){a.low op b.low, a.high op b.high};                                                        \
-    }
-#define PLII_FLOAT8_UNARY(name, of_eight, of_four)                                                                     \
-    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a) {                                                   \
-        return (plii_float8){of_four(a.low), of_four(a.high)};                                                         \
-    }
-#define PLII_FLOAT8_BINARY(name, of_eight, of_four)                                                                    \
-    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
-        return (plii_float8){of_four(a.low, b.low), of_four(a.high, b.high)};                                          \
-    }
-PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
-    return (plii_float8){plii_lanes_where(a.low > b.low, value.low), plii_lanes_where(a.high > b.high, value.high)};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 b, plii_float8 yes, plii_float8 no) {
-    return (plii_float8){plii_lanes_select(a.low < b.low, yes.low, no.low),
-                         plii_lanes_select(a.high < b.high, yes.high, no.high)};
 }
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return plii_lanes_bits(a.low < b.low) | plii_lanes_bits(a.high < b.high) << PLII_LANES;
@@ -131,12 +77,41 @@ PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
 
 #endif
 
-PLII_FLOAT8_OPERATOR(add, +)
-PLII_FLOAT8_OPERATOR(sub, -)
-PLII_FLOAT8_OPERATOR(mul, *)
-PLII_FLOAT8_OPERATOR(div, /)
-PLII_FLOAT8_BINARY(min, _mm256_min_ps(a, b), plii_lanes_min)
-PLII_FLOAT8_BINARY(max, _mm256_max_ps(a, b), plii_lanes_max)
+/* Each by one register, or by both halves: PLII_FLOAT8 takes one and leaves the others out. */
+PLII_SIMD_INLINE plii_float8 plii_float8_of(plii_float4 low, plii_float4 high) {
+    return PLII_FLOAT8(_mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1), low, high);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
+    return PLII_FLOAT8(_mm256_set1_ps(value), plii_float4_all(value), plii_float4_all(value));
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
+    return PLII_FLOAT8(_mm256_loadu_ps(source), plii_float4_load(source), plii_float4_load(source + PLII_LANES));
+}
+/* `value` where a > b, else 0. */
+PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
+    return PLII_FLOAT8(_mm256_and_ps((plii_float8)(a > b), value), plii_lanes_where(a.low > b.low, value.low),
+                       plii_lanes_where(a.high > b.high, value.high));
+}
+/* a < b ? yes : no */
+PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 b, plii_float8 yes, plii_float8 no) {
+    return PLII_FLOAT8(_mm256_blendv_ps(no, yes, (plii_float8)(a < b)),
+                       plii_lanes_select(a.low < b.low, yes.low, no.low),
+                       plii_lanes_select(a.high < b.high, yes.high, no.high));
+}
+#define PLII_FLOAT8_BINARY(name, of_eight, of_low, of_high)                                                            \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
+        return PLII_FLOAT8(of_eight, of_low, of_high);                                                                 \
+    }
+PLII_FLOAT8_BINARY(add, a + b, a.low + b.low, a.high + b.high)
+PLII_FLOAT8_BINARY(sub, a - b, a.low - b.low, a.high - b.high)
+PLII_FLOAT8_BINARY(mul, a* b, a.low* b.low, a.high* b.high)
+PLII_FLOAT8_BINARY(div, a / b, a.low / b.low, a.high / b.high)
+PLII_FLOAT8_BINARY(min, _mm256_min_ps(a, b), plii_lanes_min(a.low, b.low), plii_lanes_min(a.high, b.high))
+PLII_FLOAT8_BINARY(max, _mm256_max_ps(a, b), plii_lanes_max(a.low, b.low), plii_lanes_max(a.high, b.high))
+#define PLII_FLOAT8_UNARY(name, of_eight, of_four)                                                                     \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a) {                                                   \
+        return PLII_FLOAT8(of_eight, of_four(a.low), of_four(a.high));                                                 \
+    }
 PLII_FLOAT8_UNARY(sqrt, _mm256_sqrt_ps(a), plii_float4_sqrt)
 /* Of two records: w, w, w, w, and x, y, z, 0. */
 PLII_FLOAT8_UNARY(all_w, _mm256_shuffle_ps(a, a, 0xff), plii_lanes_all_w)

@@ -34,16 +34,9 @@ PLII_SIMD_INLINE void plii_wide_store(float* first, float* second, plii_wide a) 
 PLII_SIMD_INLINE plii_wide plii_wide_where_greater(plii_wide a, plii_wide b, plii_wide value) {
     return _mm512_maskz_mov_ps(_mm512_cmp_ps_mask(a, b, _CMP_GT_OS), value);
 }
-PLII_SIMD_INLINE void plii_wide_transpose4(plii_wide r[4]) {
-    const plii_wide xy01 = _mm512_unpacklo_ps(r[0], r[1]), zw01 = _mm512_unpackhi_ps(r[0], r[1]);
-    const plii_wide xy23 = _mm512_unpacklo_ps(r[2], r[3]), zw23 = _mm512_unpackhi_ps(r[2], r[3]);
-    r[0] = _mm512_shuffle_ps(xy01, xy23, 0x44);
-    r[1] = _mm512_shuffle_ps(xy01, xy23, 0xee);
-    r[2] = _mm512_shuffle_ps(zw01, zw23, 0x44);
-    r[3] = _mm512_shuffle_ps(zw01, zw23, 0xee);
-}
-PLII_SIMD_INLINE plii_wide plii_wide_load_records(const pli_vec4* records, const uint32_t* first,
-                                                  const uint32_t* second) {
+PLII_SIMD_INLINE void plii_wide_transpose4(plii_wide r[4]){
+    PLII_TRANSPOSE4(plii_wide, _mm512)} PLII_SIMD_INLINE plii_wide
+    plii_wide_load_records(const pli_vec4* records, const uint32_t* first, const uint32_t* second) {
     return plii_wide_of(plii_simd_load_two(records, first), plii_simd_load_two(records, second));
 }
 PLII_SIMD_INLINE void plii_wide_store_records(pli_vec4* records, const uint32_t* first, const uint32_t* second,
