@@ -209,8 +209,7 @@ enum { SOFT_CONTACTS_ORDER = 30 }; /* after contacts with rigid bodies and befor
 
 static bool soft_is_sound(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
-    const bool has_boxes = plii_feature_is_enabled(body, &plii_bullet_boxes_class);
-    if (state->is_sweeping == has_boxes) { return false; }
+    if (state->is_sweeping == plii_feature_is_enabled(body, &plii_bullet_boxes_class)) { return false; }
     return state->order_count == 0 || state->order_count == body->topology->face_count;
 }
 

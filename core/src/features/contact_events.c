@@ -152,8 +152,7 @@ static void contact_events_sense(pli_body* body, contact_events* state, pli_rigi
 // --------------------------------------------------------------------------------------------------------- the step
 
 static void contact_events_begin(pli_body* body, void* data) {
-    contact_events* state = data;
-    state->sensed_count = 0;
+    ((contact_events*)data)->sensed_count = 0;
 }
 
 /* Phases come one after the other. */

@@ -249,8 +249,7 @@ static void file_list(plii_file* file, pli_body* body, const plii_feature_array*
     }
     if (file->mode == PLII_FILE_READ && array->count != 0) {
         void** block = file_member(state, array->member);
-        int* capacity = file_member(state, array->capacity);
-        if (!plii_reserve(body->context, block, capacity, count, array->element_size)) {
+        if (!plii_reserve(body->context, block, file_member(state, array->capacity), count, array->element_size)) {
             PLII_FILE_FAIL(file, PLI_ERROR_OUT_OF_MEMORY, "no memory for %s of body %d", file->what, file->body_index);
             return;
         }

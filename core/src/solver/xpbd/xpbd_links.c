@@ -89,8 +89,7 @@ static bool xpbd_links_is_idle(const void* state) {
 }
 
 static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* substep) {
-    const xpbd_links_state* state = data;
-    if (substep->has_new_positions) { plii_links_start_colors(&state->task); }
+    if (substep->has_new_positions) { plii_links_start_colors(&((const xpbd_links_state*)data)->task); }
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* substep) {
