@@ -121,7 +121,7 @@ PLI_API pli_self_faces_def pli_self_faces_def_default(void);
 /// pairs that are nearer than that at rest are solved all the time.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE while stepping
-/// Cost: 56 B per node, 24 B per face, 80 B per pair in reach.
+/// Cost: 44 B per node, 24 B per face, 80 B per pair in reach.
 PLI_API pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def);
 
 /// Lets faces pass again. Does nothing when not enabled.

@@ -1,6 +1,6 @@
 /* Memory and error messages. */
 
-#include "base/handle.h"
+#include "base/context.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -24,8 +24,8 @@ static _Thread_local char context_lost_error[sizeof((pli_context*)NULL)->last_er
 static const char context_lost_error[1] = "";
 #endif
 
-const char* pli_last_error(const pli_context* context) {
-    return plii_handle_is_alive(context, PLII_HANDLE_CONTEXT) ? context->last_error : context_lost_error;
+const char* plii_lost_error(void) {
+    return context_lost_error;
 }
 
 __thread plii_thread_state plii_thread;

@@ -54,6 +54,8 @@ struct pli_context {
 /* Keeps "function: message", logs it, returns `status`. Without a context only a checked build keeps it. */
 PLII_COLD pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
     PLI_PRINTF_LIKE(4, 5);
+/* Of calls that no context could keep the message of; empty but in a checked build. */
+const char* plii_lost_error(void);
 
 #define PLII_FAIL(context, status, ...) plii_fail(context, status, __func__, __VA_ARGS__)
 /* Returns early with an error where something is wrong and nothing is owned. */

@@ -82,6 +82,9 @@ pli_status pli_context_destroy(pli_context* context) {
     return PLI_OK;
 }
 
+const char* pli_last_error(const pli_context* context) {
+    return plii_handle_is_alive(context, PLII_HANDLE_CONTEXT) ? context->last_error : plii_lost_error();
+}
 pli_status pli_context_fail(pli_context* context, pli_status status, const char* function, const char* message) {
     PLII_TRY(plii_check_context(context, __func__));
     if (status == PLI_OK) { return PLI_OK; }

@@ -94,9 +94,10 @@ static pli_vec3 self_faces_common_motion(const pli_body* body, const plii_subste
     return count > 0 ? pli_vec3_scale(sum, 1.0f / (float)count) : plii_self_common_motion(body, substep, NULL);
 }
 
-/* Ends motions beside the common one, with which the plane of a pair goes, too near to that. True when one did. */
+/* Ends motions beside the common one, with which the plane of a pair goes, too near to that; velocities, where given,
+   follow. True when one did. */
 static bool self_faces_shorten(const pli_body* body, const plii_substep* substep, const plii_self_faces_pair* pair,
-                               pli_vec3 common, bool is_forced) {
+                               pli_vec3 common, bool is_forced, pli_vec4* velocities) {
     /* Levels of the nodes along the normal, about the middle; positive on the first side. The lowest of each side. */
     float sign[4], level[4], lowest[2] = {FLT_MAX, FLT_MAX};
     const pli_vec3 origin = pli_vec3_add(plii_substep_start(body, substep, pair->nodes[0]), common);
@@ -119,7 +120,9 @@ static bool self_faces_shorten(const pli_body* body, const plii_substep* substep
         /* A little more than needed, lest rounding brings the pair back in the next pass. */
         const float share = change < 0.0f ? plii_clamp((level[k] - 1.01f * kept) / change, 0.0f, 1.0f) : 0.0f;
         if (share > 0.0f) {
-            plii_add_xyz(&substep->displacements[node], pli_vec3_scale(motion, -share));
+            const pli_vec3 less = pli_vec3_scale(motion, -share);
+            plii_add_xyz(&substep->displacements[node], less);
+            if (velocities != NULL) { plii_add_xyz(&velocities[node], pli_vec3_scale(less, substep->inverse_dt)); }
             is_shortened = true;
         }
     }
@@ -127,15 +130,17 @@ static bool self_faces_shorten(const pli_body* body, const plii_substep* substep
 }
 
 /* After all constraints of a step or substep: cuts motions short. */
-static void self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_substep* substep) {
-    state->report.shortened += plii_self_limit_motions(body, substep, state->motion, NULL, false);
+static void self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_substep* substep,
+                              pli_vec4* velocities) {
+    state->report.shortened += plii_self_limit_motions(body, substep, state->motion, velocities, false);
     const pli_vec3 common = self_faces_common_motion(body, substep);
     bool is_done = false;
     for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {
         is_done = true;
         for (int i = 0; i < state->active_count; ++i) {
             const bool is_forced = pass == SELF_FACES_MAX_PASSES;
-            if (self_faces_shorten(body, substep, &state->pairs[state->active[i]], common, is_forced)) {
+            const plii_self_faces_pair* pair = &state->pairs[state->active[i]];
+            if (self_faces_shorten(body, substep, pair, common, is_forced, velocities)) {
                 is_done = false;
                 state->report.shortened += 1;
             }
@@ -162,17 +167,12 @@ static void self_faces_run_position(pli_body* body, void* data) {
     self_faces_solve(body, state, &step);
 }
 
-/* After velocities were taken from positions: they follow. */
+/* After velocities were taken from positions. */
 static void self_faces_run_finish(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     const plii_substep step = plii_substep_of_step(body, body->positions, state->starts);
-    plii_body_copy_positions(body, state->was);
-    self_faces_finish(body, state, &step);
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
-        plii_add_xyz(&body->velocities[i], pli_vec3_scale(change, body->step.inverse_dt));
-    }
+    self_faces_finish(body, state, &step, body->velocities);
     self_faces_slow(body, state, &step);
 }
 
@@ -185,7 +185,7 @@ static void self_faces_restart_substep(pli_body* body, void* data, const plii_su
 
 static void self_faces_sweep(pli_body* body, void* data, const plii_substep* substep) {
     self_faces_solve(body, data, substep);
-    self_faces_finish(body, data, substep);
+    self_faces_finish(body, data, substep, NULL);
 }
 
 static void self_faces_enable(pli_body* body, void* data) {
@@ -223,7 +223,7 @@ const plii_feature_class plii_self_faces_class = {
                         .restart = self_faces_restart_substep, .sweep = self_faces_sweep, .finish = self_faces_slow),
     .arrays = PLII_ARRAYS(
         {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, PLII_FILED_AS("3f")},
-        PLII_LEFT_PER_NODE(plii_self_faces_state, starts), PLII_LEFT_PER_NODE(plii_self_faces_state, was),
+        PLII_LEFT_PER_NODE(plii_self_faces_state, starts),
         {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
         {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},

@@ -39,7 +39,6 @@ typedef struct plii_self_faces_state {
     plii_self_faces_hits hits[PLII_MOST_BLOCKS]; /* of the last search, by block; the first for all without threads */
     pli_vec3* rest;                              /* [node_count] */
     pli_vec4* starts;                            /* [node_count] at the start of the step */
-    pli_vec3* was;                               /* [node_count] before motions are cut short */
     pli_vec3* last;                              /* [node_count] where `moved` has counted to */
     int* firsts;         /* [3 * face_count] first nodes of the edges of all faces, while these are looked for, */
     int *rows, *corners; /* [node_count + 1], [3 * face_count] and these by them */

@@ -4,6 +4,7 @@
 #include "solver/implicit/implicit_constraints.h"
 #include "base/csr.h"
 #include "body/pipeline.h"
+#include "body/substep_rigid.h"
 
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
 #define IMPLICIT_PINNED_RATIO 1e6
@@ -168,12 +169,8 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     if (!(distance > 0.0) || !plii_is_finite((float)distance)) { return; }
     const pli_vec3 unit = plii_dvec3_to_float(direction), arm = plii_dvec3_to_float(constraint->arm);
     const double node_weight = (double)body->positions[constraint->nodes[0]].w;
-    double rigid_weight = 0.0;
-    if (touched->is_dynamic) {
-        const pli_vec3 moment = pli_vec3_cross(arm, unit);
-        const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, moment);
-        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(moment, spin);
-    }
+    const plii_substep_rigid_point point = {rigid, arm};
+    const double rigid_weight = (double)plii_substep_rigid_point_weight(&point, unit);
     const double push = constraint->influence * distance / (node_weight + rigid_weight); /* kg m */
     plii_set_xyz(&body->positions[constraint->nodes[0]],
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));

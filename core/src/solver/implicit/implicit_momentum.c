@@ -54,15 +54,6 @@ static bool momentum_is_still(const plii_implicit_group* group) {
     return !isfinite(group->sum.mass[0][0]);
 }
 
-static void momentum_add_linear(plii_implicit_group* group, double mass, plii_dvec3 v) {
-    const double q[3] = {v.x, v.y, v.z};
-    PLII_UNROLL(3)
-    for (int k = 0; k < 3; ++k) {
-        group->sum.mass[k][k] += mass;
-        group->sum.momentum[k] += mass * q[k];
-    }
-}
-
 static void momentum_add_rigid(plii_implicit_group* group, const plii_implicit_rigid* rigid, plii_dvec3 x) {
     const double *m = rigid->mass, *q = rigid->change;
     const bool is_held = m[0] != m[1] || m[0] != m[2]; /* by factors, along some axis */
@@ -97,7 +88,7 @@ static void momentum_sum(plii_implicit_system* system, const pli_vec4* start, bo
     for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
         plii_implicit_group* group = momentum_group_of(system, hold->node);
         const plii_dvec3 push = plii_implicit_hold_mul(hold, system->solution[hold->node]);
-        momentum_add_linear(group, hold->hardness, (plii_dvec3){0});
+        plii_mass_sum_add(&group->sum, hold->hardness, (plii_dvec3){0}, (plii_dvec3){0});
         plii_implicit_add_push(group->sum.momentum, (plii_dvec3){0}, plii_dvec3_sub(push, hold->rhs), 1.0);
         group->is_held = true;
     }
@@ -105,12 +96,9 @@ static void momentum_sum(plii_implicit_system* system, const pli_vec4* start, bo
         plii_implicit_group* group = momentum_group_of(system, i);
         if (!(body->positions[i].w > 0.0f)) { momentum_hold(group); }
         if (momentum_is_still(group)) { continue; }
-        const double mass = 1.0 / (double)body->positions[i].w;
-        if (with_spin && !group->is_held) {
-            plii_mass_sum_add(&group->sum, mass, momentum_arm(start, plii_xyz(start[i])), system->solution[i]);
-        } else {
-            momentum_add_linear(group, mass, system->solution[i]);
-        }
+        const bool turns = with_spin && !group->is_held;
+        const plii_dvec3 arm = turns ? momentum_arm(start, plii_xyz(start[i])) : (plii_dvec3){0};
+        plii_mass_sum_add(&group->sum, 1.0 / (double)body->positions[i].w, arm, system->solution[i]);
     }
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (rigid->group == PLI_NULL_INDEX) { continue; }
@@ -193,10 +181,9 @@ void plii_implicit_keep_momentum(plii_implicit_system* system, const pli_vec4* s
         const plii_dvec3 arm = momentum_arm(start, rigid->rigid->path.begin.origin);
         plii_dvec3 more = plii_implicit_point_change(group->sum.momentum, arm);
         if (group->sliding_count > 0) { more = momentum_carried(constraints, r, more); }
-        const double change[6] = {
-            more.x, more.y, more.z, group->sum.momentum[3], group->sum.momentum[4], group->sum.momentum[5]};
-        for (int k = 0; k < 6; ++k) {
-            rigid->change[k] -= change[k];
+        plii_implicit_add_push(rigid->change, (plii_dvec3){0}, more, -1.0);
+        for (int k = 3; k < 6; ++k) {
+            rigid->change[k] -= group->sum.momentum[k];
         }
     }
 }

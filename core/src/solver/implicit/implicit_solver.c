@@ -199,38 +199,10 @@ static void implicit_solve_constraints(pli_body* body, plii_implicit_system* sys
     if (body->records_contacts) { plii_implicit_constraints_report(&system->constraints); }
 }
 
-/* Of a contact with a body that yields: both lose the speed. */
-static void implicit_end_parting(pli_body* body, const plii_implicit_constraint* constraint, pli_rigid* rigid) {
-    const pli_vec3 n = plii_dvec3_to_float(constraint->normal), arm = plii_dvec3_to_float(constraint->arm);
-    const pli_vec3 moment = pli_vec3_cross(arm, n);
-    float weight =
-        rigid->state.inverse_mass + pli_vec3_dot(moment, pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, moment));
-    float parting = -pli_vec3_dot(n, plii_rigid_velocity_at(rigid, arm)) * body->rigid_pace;
-    for (int k = 0; k < constraint->node_count; ++k) {
-        const int node = constraint->nodes[k];
-        const float share = (float)constraint->weights[k];
-        parting += share * pli_vec3_dot(n, plii_xyz(body->velocities[node]));
-        weight += share * share * body->positions[node].w;
-    }
-    const float recovery = pli_vec3_dot(n, plii_dvec3_to_float(constraint->recovery));
-    const pli_vec3 push = pli_vec3_scale(n, plii_clamp(parting, 0.0f, recovery) / weight);
-    for (int k = 0; k < constraint->node_count; ++k) {
-        const int node = constraint->nodes[k];
-        const float share = (float)constraint->weights[k] * body->positions[node].w;
-        plii_add_xyz(&body->velocities[node], pli_vec3_scale(push, -share));
-    }
-    plii_rigid_push_at(body, rigid, push, arm);
-}
-
 /* Taking back an error moves nodes, but gives them no speed. */
 static void implicit_end_recovery(pli_body* body, const plii_implicit_constraints* constraints) {
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        const plii_implicit_rigid* touched = &constraints->rigids[constraint->rigid];
-        if (constraint->rows == 0 || constraint->is_pinned) { continue; }
-        if (touched->is_dynamic) {
-            if (plii_dvec3_dot(constraint->recovery, constraint->normal) > 0.0) {
-                implicit_end_parting(body, constraint, touched->rigid);
-            }
+        if (constraint->rows == 0 || constraint->is_pinned || constraints->rigids[constraint->rigid].is_dynamic) {
             continue;
         }
         double load = 0.0; /* the parts of all points of faces that move a node are that of one */
