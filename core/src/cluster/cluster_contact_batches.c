@@ -79,14 +79,6 @@ static int batches_open(pli_context* context, plii_contact_batches* batches, int
     return bit;
 }
 
-/* A rigid body may be in several lanes, each with a share of its mass, and moves as their mean (Tonge and others, "Mass
-   splitting", 2012). Where the cluster is much lighter, that changes little. */
-static bool batches_may_share(const plii_cluster_contact* contact) {
-    const plii_cluster* cluster = contact->targets[0].cluster;
-    const pli_rigid* rigid = contact->targets[1].rigid;
-    return cluster != NULL && rigid != NULL && rigid->state.inverse_mass * BATCHES_HEAVIER <= cluster->inverse_mass;
-}
-
 static bool batches_add_pair(pli_context* context, plii_contact_batches* batches, const plii_cluster_contact* contacts,
                              int count) {
     plii_batch_rigid* touched = batches_rigid(batches, &contacts->targets[1]);
@@ -96,8 +88,13 @@ static bool batches_add_pair(pli_context* context, plii_contact_batches* batches
     uint64_t* const marks[2] = {batches_marks(batches, &contacts->targets[0]),
                                 batches_marks(batches, &contacts->targets[1])};
     uint64_t taken = marks[0] != NULL ? *marks[0] : 0;
-    if (marks[1] != NULL && !batches_may_share(contacts)) { taken |= *marks[1]; }
     plii_cluster *cluster = contacts->targets[0].cluster, *other = contacts->targets[1].cluster;
+    const pli_rigid* rigid = contacts->targets[1].rigid;
+    /* A rigid body may be in several lanes, each with a share of its mass, and moves as their mean (Tonge and others,
+       "Mass splitting", 2012). Where the cluster is much lighter, that changes little. */
+    const bool may_share =
+        cluster != NULL && rigid != NULL && rigid->state.inverse_mass * BATCHES_HEAVIER <= cluster->inverse_mass;
+    if (marks[1] != NULL && !may_share) { taken |= *marks[1]; }
     /* With rigid bodies impulses that nodes of several clusters get are averaged: what lies on them rests better. */
     if (cluster != NULL && other != NULL) {
         batches->keeps_momentum = cluster->keeps_momentum = other->keeps_momentum = true;

@@ -173,11 +173,6 @@ static void rigid_faces_solve(pli_body* body, void* data) {
 
 // ------------------------------------------------------------------------------------------------------------- memory
 
-static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 normal) {
-    const pli_mat3 rotation = pli_mat3_mul(pass->end.rotation, pass->core.pose.rotation);
-    return pli_vec3_dot(normal, pli_mat3_mul_vec3(rotation, pass->triangle->normal)) > 0.0f;
-}
-
 /* The side at the end of the step; a face that overlaps keeps the one that it had, if any. */
 static void rigid_faces_remember_element(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep) {
     plii_face_sweep free = *sweep;
@@ -186,7 +181,9 @@ static void rigid_faces_remember_element(const plii_rigid_faces_pass* pass, cons
     const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(sweep);
     if (!plii_face_sweep_look(&free, 1.0f, reach, &moment)) { return; }
     if (moment.is_overlapping && !sweep->has_side) { return; }
-    if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return; }
+    const pli_mat3 rotation = pli_mat3_mul(pass->end.rotation, pass->core.pose.rotation);
+    const pli_vec3 front = pass->triangle != NULL ? pass->triangle->normal : pli_vec3_make(0, 0, 0);
+    if (pli_vec3_dot(moment.normal, pli_mat3_mul_vec3(rotation, front)) < 0.0f) { return; }
     plii_pair_record* record =
         plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass));
     if (record == NULL) { return; }

@@ -134,12 +134,6 @@ static void sleep_tell(pli_world* world) {
     }
 }
 
-static bool sleep_rigid_moves(const pli_rigid* rigid) {
-    const pli_rigid_state* state = &rigid->state;
-    return rigid->kind != PLI_RIGID_STATIC && !rigid->is_asleep &&
-           !(plii_vec3_is_zero(state->linear_velocity) && plii_vec3_is_zero(state->angular_velocity));
-}
-
 /* Below what rests; in the step in which its host puts it to sleep it may still do so. */
 static bool sleep_rigid_is_slow(const pli_rigid* rigid) {
     const pli_sleep_def def = pli_sleep_def_default();
@@ -158,7 +152,9 @@ static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float 
     const bool has_changed = rigid->has_changed, has_moved = rigid->seen_version != rigid->pose_version;
     const bool is_by_host = world->def.host_puts_to_sleep;
     if (is_by_host && !has_changed && rigid->kind == PLI_RIGID_DYNAMIC && sleep_rigid_is_slow(rigid)) { return; }
-    if (rigid->is_asleep || !(has_changed || has_moved || (!is_by_host && sleep_rigid_moves(rigid)))) { return; }
+    const bool is_still = rigid->kind == PLI_RIGID_STATIC || (plii_vec3_is_zero(rigid->state.linear_velocity) &&
+                                                              plii_vec3_is_zero(rigid->state.angular_velocity));
+    if (rigid->is_asleep || !(has_changed || has_moved || !(is_by_host || is_still))) { return; }
     const pli_bounds bounds = plii_rigid_swept_bounds(rigid, dt);
     for (PLII_EACH_BODY(body, world)) {
         if (!body->is_asleep) { continue; }

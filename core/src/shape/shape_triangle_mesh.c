@@ -58,10 +58,6 @@ static float surface_measure(int triangle, pli_vec3 p, const void* user) {
     plii_closest_feature closest;
     return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &closest)));
 }
-static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p) {
-    const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, surface->bounds.min), surface->bounds.max);
-    return pli_vec3_length(pli_vec3_sub(p, inside));
-}
 
 /* Triangles near a batch of points, so that the tree is walked once and not for each point. */
 typedef struct surface_candidates {
@@ -173,7 +169,8 @@ static void surface_distances(const void* user, int count, const pli_vec3* point
         const pli_vec3 p = points[i];
         normals[i] = pli_vec3_make(1, 0, 0);
         distances[i] = INFINITY;
-        if (candidates.count == 0 || surface_distance_to_bounds(surface, p) > max_distance) { continue; }
+        const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, surface->bounds.min), surface->bounds.max);
+        if (candidates.count == 0 || pli_vec3_length(pli_vec3_sub(p, inside)) > max_distance) { continue; }
         const int nearest = candidates.count <= SURFACE_MAX_CANDIDATES
                                 ? surface_nearest_candidate(&candidates, p, reach * reach)
                                 : plii_bvh_nearest(&surface->tree, p, reach * reach, surface_measure, surface);

@@ -131,12 +131,6 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     PLII_SWAP(int*, work->order, work->sorted);
 }
 
-/* Kernels have code of its own for two triangles: an empty row costs less there than a kind of few groups. */
-static uint8_t link_colors_group_pairs(uint8_t pairs, int count) {
-    const bool lacks_one = (pairs & ~PLII_LINK_TWO_TRIANGLES) == 0 && __builtin_popcount(pairs) == 4;
-    return lacks_one && 2 * count >= PLII_LINK_LANES ? PLII_LINK_TWO_TRIANGLES : pairs;
-}
-
 /* Adds a group of items of one colour; with no memory in `made` only to its counts. Empty lanes come first. */
 static void link_colors_make_group(const link_colors_work* work, int first, int end, plii_link_colors* made) {
     const int count = end - first, empty = PLII_LINK_LANES - count;
@@ -144,7 +138,9 @@ static void link_colors_make_group(const link_colors_work* work, int first, int 
     for (int i = first; i < end; ++i) {
         pairs |= link_colors_pairs_at(work, work->order[i]);
     }
-    pairs = link_colors_group_pairs(pairs, count);
+    /* Kernels have code of its own for two triangles: an empty row costs less there than a kind of few groups. */
+    const bool lacks_one = (pairs & ~PLII_LINK_TWO_TRIANGLES) == 0 && __builtin_popcount(pairs) == 4;
+    if (lacks_one && 2 * count >= PLII_LINK_LANES) { pairs = PLII_LINK_TWO_TRIANGLES; }
     made->linked_row_count += __builtin_popcount(pairs);
     /* In vectors of two groups rows cost little, and two groups in a row are rarely of one kind. */
     if (work->body->context->def.simd == PLI_SIMD_AVX512 && pairs != PLII_LINK_SINGLE) {

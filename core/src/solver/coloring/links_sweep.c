@@ -32,12 +32,6 @@ static void links_range(int begin, int end, void* data) {
     }
 }
 
-/* Every colour is parted alike, down to an eighth. */
-static int links_grain(int group_count) {
-    const int grain = PLII_LINK_PARTS * LINKS_GRAIN / group_count;
-    return grain < 1 ? 1 : grain < PLII_LINK_PARTS / 8 ? grain : PLII_LINK_PARTS / 8;
-}
-
 void plii_links_sweep_colors(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
     links_part part = {links_kernel(task), task, NULL, NULL};
@@ -48,7 +42,12 @@ void plii_links_sweep_colors(const plii_links_task* task) {
         }
         part.cuts = colors->cuts + color->first_cut;
         part.cuts_end = part.cuts + color->cut_count;
-        plii_parallel_for(task->body->context, links_range, &part, PLII_LINK_PARTS, links_grain(color->group_count));
+        /* Every colour is parted alike, down to an eighth. */
+        const int grain = PLII_LINK_PARTS * LINKS_GRAIN / color->group_count, most = PLII_LINK_PARTS / 8;
+        plii_parallel_for(task->body->context, links_range, &part, PLII_LINK_PARTS,
+                          grain < 1      ? 1
+                          : grain < most ? grain
+                                         : most);
     }
 }
 

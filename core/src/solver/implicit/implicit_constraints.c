@@ -423,11 +423,6 @@ static void implicit_want_less(plii_implicit_constraint* constraint, double reco
     constraint->goal_position = plii_dvec3_add_scaled(constraint->goal_position, n, (-recovery - rest) * dt);
 }
 
-static bool implicit_stays_on_first(const plii_implicit_constraint* a, const plii_implicit_constraint* b) {
-    if (a->friction != b->friction) { return a->friction > b->friction; }
-    return plii_dvec3_length(implicit_across(a)) <= plii_dvec3_length(implicit_across(b));
-}
-
 /* A node between two surfaces comes out of one as far as the other lets it, and stays on that of more friction. */
 static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constraint* b, double dt) {
     const double of_a = plii_dvec3_dot(a->normal, a->recovery), of_b = plii_dvec3_dot(b->normal, b->recovery);
@@ -436,7 +431,9 @@ static void implicit_squeeze(plii_implicit_constraint* a, plii_implicit_constrai
     const double rest = 0.5 * fmax(excess - less_a - less_b, 0.0);
     implicit_want_less(a, less_a, rest, dt);
     implicit_want_less(b, less_b, rest, dt);
-    (implicit_stays_on_first(a, b) ? b : a)->squeeze = 0.0;
+    const double less_across = plii_dvec3_length(implicit_across(b)) - plii_dvec3_length(implicit_across(a));
+    const bool is_on_a = a->friction != b->friction ? a->friction > b->friction : less_across >= 0.0;
+    (is_on_a ? b : a)->squeeze = 0.0;
 }
 
 static void implicit_squeeze_nodes(plii_implicit_constraints* constraints, double dt) {

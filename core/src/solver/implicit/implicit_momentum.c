@@ -20,8 +20,8 @@ static bool momentum_find_groups(plii_implicit_system* system) {
     int *groups = system->groups.of_nodes, count = 0;
     const int node_count = system->body->node_count;
     memcpy(groups, system->graph->components, (size_t)node_count * sizeof *groups);
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        constraints->rigids[r].group = PLI_NULL_INDEX;
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
+        rigid->group = PLI_NULL_INDEX;
     }
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
@@ -148,10 +148,11 @@ static void momentum_slide_groups(const plii_implicit_system* system) {
 
 /* The part of such a motion that a rigid body on the group has: all where it sticks; where it slides what its contacts
    push, or friction that is not its own would drive it. */
-static plii_dvec3 momentum_carried(const plii_implicit_constraints* constraints, int rigid, plii_dvec3 motion) {
+static plii_dvec3 momentum_carried(const plii_implicit_constraints* constraints, const plii_implicit_rigid* rigid,
+                                   plii_dvec3 motion) {
     plii_dvec3 left = motion;
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
-        if (constraint->rigid != rigid || constraint->rows == 0) { continue; }
+        if (&constraints->rigids[constraint->rigid] != rigid || constraint->rows == 0) { continue; }
         if (constraint->rows == 3) { return motion; }
         left = plii_dvec3_across(left, constraint->normal);
     }
@@ -174,13 +175,12 @@ void plii_implicit_keep_momentum(plii_implicit_system* system, const pli_vec4* s
         const plii_dvec3 more = plii_implicit_point_change(group->sum.momentum, arm);
         system->solution[i] = plii_dvec3_sub(system->solution[i], more);
     }
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        plii_implicit_rigid* rigid = &constraints->rigids[r];
+    for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
         if (rigid->group == PLI_NULL_INDEX) { continue; }
         const plii_implicit_group* group = &system->groups.items[rigid->group];
         const plii_dvec3 arm = momentum_arm(start, rigid->rigid->path.begin.origin);
         plii_dvec3 more = plii_implicit_point_change(group->sum.momentum, arm);
-        if (group->sliding_count > 0) { more = momentum_carried(constraints, r, more); }
+        if (group->sliding_count > 0) { more = momentum_carried(constraints, rigid, more); }
         plii_implicit_add_push(rigid->change, (plii_dvec3){0}, more, -1.0);
         for (int k = 3; k < 6; ++k) {
             rigid->change[k] -= group->sum.momentum[k];

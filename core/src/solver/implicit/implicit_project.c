@@ -164,8 +164,7 @@ void plii_implicit_project_node(const plii_implicit_constraints* constraints, in
     }
     const int passes = end - begin > 1 ? IMPLICIT_SHARED_PASSES : 1;
     for (int pass = 0; pass < passes; ++pass) {
-        for (int i = begin; i < end; ++i) {
-            plii_implicit_constraint* constraint = &items[i];
+        for (PLII_EACH(plii_implicit_constraint, constraint, &items[begin], end - begin)) {
             const plii_dvec3 others = end - begin > 1 ? plii_dvec3_sub(sum, constraint->impulse) : sum;
             project_constraint(constraints, constraint,
                                plii_dvec3_add(alone, plii_implicit_block_solve(&constraint->block, others)));
