@@ -195,7 +195,8 @@ void plii_clusters_update_frames(const pli_body* body, pli_bounds near) {
 static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
     const bool is_of_bullet = clusters->def.reference_mode;
     clusters->keeps_momentum = false;
-    for (PLII_EACH(plii_cluster, cluster, &clusters->items[first], clusters->count - first)) {
+    for (int i = first; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
         const bool matches = in_step && cluster->settings.matching > 0.0f;
         const bool needs_frame = is_of_bullet || !in_step || matches || cluster->settings.node_damping > 0.0f;
         cluster->has_frame = false;

@@ -1,7 +1,6 @@
 /* What the modules of self-collision share: common motions, directions for coinciding points, shapes at rest. */
 
 #include "base/ranges.h"
-#include "body/rigid_impl.h"
 #include "math/mass_sum.h"
 #include "math/simd_float4.h"
 #include "self_collision/self_collision_impl.h"

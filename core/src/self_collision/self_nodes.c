@@ -236,7 +236,6 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
    what came of an overlap at the start, or folds are pressed together. */
 static void self_nodes_slow_some(const self_nodes_parts* pass, int part) {
     const self_nodes_state* state = pass->state;
-    const plii_substep* substep = pass->substep;
     const bool has_substeps = pass->body->solver_class->has_substeps;
     const int first = state->firsts[part], last = first + state->touching_counts[part];
     const pli_vec4* at = state->pairs.at;
@@ -249,9 +248,9 @@ static void self_nodes_slow_some(const self_nodes_parts* pass, int part) {
         if (!(squared > 0.0f)) { continue; }
         float lost = plii_max(parting, 0.0f);
         if (!has_substeps) {
-            const plii_float4 start = apart - relative * substep->dt;
+            const plii_float4 start = apart - relative * pass->substep->dt;
             const float overlap = state->touching[i].distance - sqrtf(plii_lanes_dot(start, start));
-            lost = plii_min(lost, plii_max(overlap, 0.0f) * substep->inverse_dt * sqrtf(squared));
+            lost = plii_min(lost, plii_max(overlap, 0.0f) * pass->substep->inverse_dt * sqrtf(squared));
         }
         const float inverse = 1.0f / (squared * (at[a].w + at[b].w));
         const float along = lost - pass->friction * parting;

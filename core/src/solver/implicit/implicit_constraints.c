@@ -150,7 +150,6 @@ void plii_implicit_constraints_report(plii_implicit_constraints* constraints) {
 void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
                                         plii_implicit_constraint* constraint) {
     plii_implicit_rigid* touched = &constraints->rigids[constraint->rigid];
-    pli_rigid* rigid = touched->rigid;
     const double h = (double)body->step.dt;
     const plii_dvec3 x = plii_implicit_xyz(&body->positions[constraint->nodes[0]]);
     plii_dvec3 off = plii_dvec3_sub(constraint->goal_position, x);
@@ -169,21 +168,18 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     if (!(distance > 0.0) || !plii_is_finite((float)distance)) { return; }
     const pli_vec3 unit = plii_dvec3_to_float(direction), arm = plii_dvec3_to_float(constraint->arm);
     const double node_weight = (double)body->positions[constraint->nodes[0]].w;
-    const plii_substep_rigid_point point = {rigid, arm};
+    const plii_substep_rigid_point point = {touched->rigid, arm};
     const double rigid_weight = (double)plii_substep_rigid_point_weight(&point, unit);
     const double push = constraint->influence * distance / (node_weight + rigid_weight); /* kg m */
     plii_set_xyz(&body->positions[constraint->nodes[0]],
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
     implicit_constraint_report(constraint, plii_dvec3_scale(direction, push / h));
     if (!touched->is_dynamic) { return; }
-    const plii_twist before = plii_rigid_velocity(rigid);
-    plii_rigid_push_at(body, rigid, pli_vec3_scale(unit, (float)(-push / h)), arm);
-    const plii_twist change = plii_twist_scale(plii_twist_sub(plii_rigid_velocity(rigid), before), body->rigid_pace);
-    const float changes[6] = {change.linear.x,  change.linear.y,  change.linear.z,
-                              change.angular.x, change.angular.y, change.angular.z};
-    for (int k = 0; k < 6; ++k) {
-        touched->change[k] += (double)changes[k];
-    }
+    const plii_twist before = plii_rigid_velocity(point.rigid);
+    plii_rigid_push_at(body, point.rigid, pli_vec3_scale(unit, (float)(-push / h)), arm);
+    const plii_twist change =
+        plii_twist_scale(plii_twist_sub(plii_rigid_velocity(point.rigid), before), body->rigid_pace);
+    plii_implicit_add_twist(touched->change, plii_dvec3_from(change.linear), plii_dvec3_from(change.angular), 1.0);
 }
 
 // --------------------------------------------------------------------------------------------------- conditions

@@ -168,13 +168,15 @@ static inline plii_dvec3 plii_implicit_constraint_point(const plii_implicit_cons
 static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 arm) {
     return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]), plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), arm));
 }
-/* b += G^T p: what an impulse at the point gives to the body. */
-static inline void plii_implicit_add_push(double b[6], plii_dvec3 arm, plii_dvec3 p, double sign) {
-    const plii_dvec3 torque = plii_dvec3_cross(arm, p);
-    const double v[6] = {p.x, p.y, p.z, torque.x, torque.y, torque.z};
+static inline void plii_implicit_add_twist(double b[6], plii_dvec3 linear, plii_dvec3 angular, double sign) {
+    const double v[6] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
     for (int i = 0; i < 6; ++i) {
         b[i] += sign * v[i];
     }
+}
+/* b += G^T p: what an impulse at the point gives to the body. */
+static inline void plii_implicit_add_push(double b[6], plii_dvec3 arm, plii_dvec3 p, double sign) {
+    plii_implicit_add_twist(b, p, plii_dvec3_cross(arm, p), sign);
 }
 /* q += M^-1 G^T p. */
 static inline void plii_implicit_add_velocity(const plii_implicit_rigid* rigid, plii_dvec3 arm, plii_dvec3 p,

@@ -171,8 +171,8 @@ void plii_implicit_keep_momentum(plii_implicit_system* system, const pli_vec4* s
     for (int i = 0; i < system->body->node_count; ++i) {
         const plii_implicit_group* group = momentum_group_of(system, i);
         if (momentum_is_still(group)) { continue; }
-        const plii_dvec3 arm = momentum_arm(start, plii_xyz(start[i]));
-        const plii_dvec3 more = plii_implicit_point_change(group->sum.momentum, arm);
+        const plii_dvec3 more =
+            plii_implicit_point_change(group->sum.momentum, momentum_arm(start, plii_xyz(start[i])));
         system->solution[i] = plii_dvec3_sub(system->solution[i], more);
     }
     for (PLII_EACH(plii_implicit_rigid, rigid, constraints->rigids, constraints->rigid_count)) {
@@ -181,9 +181,7 @@ void plii_implicit_keep_momentum(plii_implicit_system* system, const pli_vec4* s
         const plii_dvec3 arm = momentum_arm(start, rigid->rigid->path.begin.origin);
         plii_dvec3 more = plii_implicit_point_change(group->sum.momentum, arm);
         if (group->sliding_count > 0) { more = momentum_carried(constraints, rigid, more); }
-        plii_implicit_add_push(rigid->change, (plii_dvec3){0}, more, -1.0);
-        for (int k = 3; k < 6; ++k) {
-            rigid->change[k] -= group->sum.momentum[k];
-        }
+        const double* spin = &group->sum.momentum[3];
+        plii_implicit_add_twist(rigid->change, more, plii_dvec3_make(spin[0], spin[1], spin[2]), -1.0);
     }
 }

@@ -27,7 +27,12 @@ bool plii_solver_update_bounds(pli_body* body) {
 }
 
 bool plii_solver_check_velocities(pli_body* body) {
-    if (plii_body_is_slow(body)) { return true; }
+    /* The position-based solver takes velocities from the motions of a step, which do not lead out of the world. */
+    const float drift = body->solver.drift_iterations > 0 ? fabsf(body->solver.drift_correction) : 0.0f;
+    const bool are_bounded = body->solver_class == &plii_position_solver &&
+                             plii_stage_is_empty(body, PLII_STAGE_FINISH) &&
+                             2.0f * PLI_MAX_COORDINATE * body->step.inverse_dt * (1.0f + drift) <= PLI_MAX_SPEED;
+    if (are_bounded || plii_body_is_slow(body)) { return true; }
     solver_put_back(body);
     return false;
 }
