@@ -74,7 +74,8 @@ static float rigid_faces_room(const pli_body* body, const plii_rigid_faces_candi
 /* Between two bodies that cannot move, and leave less than both margins, the later one gives way. Otherwise the two
    push the face out sideways, step by step, and stretch it. */
 static void rigid_faces_share_room(const pli_body* body, plii_rigid_faces* state, int first) {
-    for (PLII_EACH(plii_rigid_face_contact, contact, &state->contacts[first], state->count - first)) {
+    for (int i = first; i < state->count; ++i) {
+        plii_rigid_face_contact* contact = &state->contacts[i];
         if (contact->rigid->state.inverse_mass > 0.0f) { continue; }
         for (int k = 0; k < contact->candidate; ++k) {
             const float room = rigid_faces_room(body, &state->candidates[k], contact);

@@ -253,9 +253,8 @@ static void self_nodes_slow_some(const self_nodes_parts* pass, int part) {
             lost = plii_min(lost, plii_max(overlap, 0.0f) * pass->substep->inverse_dt * sqrtf(squared));
         }
         const float inverse = 1.0f / (squared * (at[a].w + at[b].w));
-        const float along = lost - pass->friction * parting;
         /* change * squared */
-        const plii_float4 change = apart * along + relative * (pass->friction * squared);
+        const plii_float4 change = apart * (lost - pass->friction * parting) + relative * (pass->friction * squared);
         plii_float4_to(&v[a], plii_float4_from(&v[a]) + change * (at[a].w * inverse));
         plii_float4_to(&v[b], plii_float4_from(&v[b]) + change * (-at[b].w * inverse));
     }
