@@ -357,17 +357,18 @@ static float parts_to(solver_choice solver, bool has_faces, float mass) {
     return apart - half.y;
 }
 
-/* Under the implicit solver from static ones alone: a box that yields and the cloth go apart with 0.2 m/s. */
+/* Implicit cloth leaves a box that yields with some 0.2 m/s (docs/solvers.md). */
 static void cloth_that_starts_in_a_box_parts_without_speed(void** unused) {
     (void)unused;
     for (int c = 0; c < 4 * SOLVER_COUNT; ++c) {
         const solver_choice solver = (solver_choice)(c % SOLVER_COUNT);
         const bool has_faces = c / SOLVER_COUNT % 2 == 1;
         const bool is_implicit = solver == SWEEPS || solver == GRADIENTS;
-        const float mass = c / SOLVER_COUNT >= 2 && !is_implicit ? 2 : 0, apart = parts_to(solver, has_faces, mass);
+        const float mass = c / SOLVER_COUNT >= 2 ? 2 : 0, apart = parts_to(solver, has_faces, mass);
+        const float most = is_implicit && mass > 0 ? 0.26f : has_faces ? 0.03f : 0.012f;
         print_message("solver %d, faces %d, %g kg: %.4f m apart\n", solver, has_faces, (double)mass, (double)apart);
         check_at_most(margin, apart + 1e-4f);
-        check_at_most(apart, margin + (has_faces ? 0.04f : 0.012f));
+        check_at_most(apart, margin + most);
     }
 }
 
