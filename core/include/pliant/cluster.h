@@ -142,8 +142,9 @@ typedef struct pli_cluster_contacts_def {
     float static_hardness;  ///< [0, 1], default 1: the same with static and kinematic bodies. Bullet name: kSKHR_CL
     float soft_hardness;    ///< [0, 1], default 0.5: the same between clusters; the larger one of the two sides counts.
                             ///< Bullet name: kSSHR_CL
-    /// [0, 1], default 0.5: share of the correction that is a displacement, not a velocity. The rigid body takes it as
-    /// a velocity all the same. Bullet name: kSR_SPLT_CL
+    /// [0, 1], default 0.5: share of the correction that is a displacement, not a velocity. In reference mode the rigid
+    /// body takes it as a velocity all the same; else it feels the rest alone, and with 1 it sinks into a cushion.
+    /// Bullet name: kSR_SPLT_CL
     float dynamic_split;
     float static_split;        ///< [0, 1], default 0.5: the same with static and kinematic bodies. Bullet: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL

@@ -124,10 +124,12 @@ static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_
                              pli_vec3_add(pli_vec3_scale(sliding, 1.0f - contact->slip), pli_vec3_scale(n, error)));
 }
 
-/* From the first one on. The longest way that a node was moved, squared; 0 when no contact had anything to do. */
-static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int first, bool with_velocities) {
+/* From the first one on. The longest way that a node was moved, m; 0 when no contact had anything to do. That by
+   contacts which are to stay deep is added to `deep_way`. */
+static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int first, bool with_velocities,
+                               float* deep_way) {
     const float dt = body->step.dt;
-    float longest = 0.0f;
+    float longest = 0.0f, longest_deep = 0.0f;
     for (int i = first; i < state->count; ++i) {
         plii_rigid_face_contact* contact = &state->contacts[i];
         const pli_vec3 impulse = rigid_faces_impulse(body, contact);
@@ -139,13 +141,16 @@ static float rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, in
             const pli_vec3 change = pli_vec3_scale(impulse, -weights[k] * body->positions[node].w);
             plii_add_xyz(&body->positions[node], pli_vec3_scale(change, dt));
             if (with_velocities) { plii_add_xyz(&body->velocities[node], change); }
-            longest = plii_max(longest, pli_vec3_length_squared(change) * (dt * dt));
+            const float way = pli_vec3_length(change) * dt;
+            longest = plii_max(longest, way);
+            if (contact->target < -body->collision_margin) { longest_deep = plii_max(longest_deep, way); }
         }
         if (body->solver_class->solves_constraints) { continue; }
         if (body->records_contacts) { plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(impulse)); }
         plii_rigid_push_at(body, contact->rigid, impulse, contact->arm);
         contact->rigid->needs_reintegration = true;
     }
+    *deep_way += longest_deep;
     return longest;
 }
 
@@ -169,7 +174,8 @@ static void rigid_faces_stop(pli_body* body, const plii_rigid_faces* state, int 
 }
 
 static void rigid_faces_solve(pli_body* body, void* data) {
-    if (!plii_rigid_faces_are_solved(body)) { (void)rigid_faces_sweep(body, data, 0, false); }
+    float way = 0.0f;
+    if (!plii_rigid_faces_are_solved(body)) { (void)rigid_faces_sweep(body, data, 0, false, &way); }
 }
 
 // ------------------------------------------------------------------------------------------------------------- memory
@@ -244,18 +250,21 @@ static void rigid_faces_finish(pli_body* body, void* data) {
     const bool has_start = body->solver.drift_iterations == 0;
     const int first = plii_rigid_faces_are_solved(body) ? state->count : 0;
     const float longest_way = rigid_faces_longest_way(body, state);
+    float deep_way = 0.0f;
     for (int i = 0;; ++i) {
         rigid_faces_prepare_all(body, state);
         float longest = 0.0f;
-        for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
-            const float moved = rigid_faces_sweep(body, state, first, !body->solver_class->solves_constraints);
+        for (int k = 0; k < RIGID_FACES_LAST_SWEEPS && deep_way <= longest_way; ++k) {
+            const float moved =
+                rigid_faces_sweep(body, state, first, !body->solver_class->solves_constraints, &deep_way);
             if (!(moved > 0.0f)) { break; }
             longest = plii_max(longest, moved);
         }
         if (body->solver_class->solves_constraints) { rigid_faces_stop(body, state, first); }
         const int known = state->count;
-        /* Contacts that contradict each other drive nodes on and on. */
-        const bool is_astray = longest > longest_way * longest_way;
+        /* Contacts that contradict each other drive nodes on and on: at once, or, where a body started inside of the
+           cloth, bit by bit to and fro. */
+        const bool is_astray = plii_max(longest, deep_way) > longest_way;
         const bool is_last = !has_start || i == RIGID_FACES_REVIEWS || is_astray;
         if (is_last || plii_rigid_faces_review(body, state) == 0) { break; }
         rigid_faces_share_room(body, state, known);
