@@ -403,13 +403,15 @@ pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
 // ---------------------------------------------------------------------------------------------- free motion
 
 /* Transpose of a matrix whose rows go round by a vector, axis times angle in radians; twice, a tensor goes round. In
-   double, as an even spin makes the same errors in every step. */
+   double, as an even spin makes the same errors in every step; the angle may have those of float. */
 static pli_mat3 rigid_turn(pli_mat3 matrix, pli_vec3 rotation) {
     const plii_dvec3 axis = plii_dvec3_from(rotation);
-    const double half = fmax(0.5 * plii_dvec3_length(axis), 1e-9), sine = sin(half) / half;
+    const double half = fmax(0.5 * plii_dvec3_length(axis), 1e-9);
+    const double s = (double)sinf((float)half), c = (double)cosf((float)half), unit = 1.0 / sqrt(s * s + c * c);
+    const double sine = s * unit / half, cosine = c * unit;
     for (int i = 0; i < 3; ++i) {
         const plii_dvec3 row = plii_dvec3_from(matrix.rows[i]), across = plii_dvec3_cross(axis, row);
-        const plii_dvec3 turned = plii_dvec3_add_scaled(row, across, sine * cos(half));
+        const plii_dvec3 turned = plii_dvec3_add_scaled(row, across, sine * cosine);
         const plii_dvec3 inwards = plii_dvec3_cross(axis, across);
         matrix.rows[i] = plii_dvec3_to_float(plii_dvec3_add_scaled(turned, inwards, 0.5 * sine * sine));
     }

@@ -162,6 +162,7 @@ static void surface_distances(const void* user, int count, const pli_vec3* point
     /* The inside of a closed part may be far from its surface. */
     const bool has_reach = !surface->has_closed_part;
     const float reach = has_reach ? 1.001f * plii_max(max_distance, surface->thickness) : INFINITY;
+    const pli_bounds near = plii_bounds_grow(surface->bounds, max_distance);
     surface_candidates candidates;
     candidates.count = SURFACE_MAX_CANDIDATES + 1;
     if (has_reach && count > 0) { surface_find_candidates(surface, count, points, reach, &candidates); }
@@ -169,8 +170,7 @@ static void surface_distances(const void* user, int count, const pli_vec3* point
         const pli_vec3 p = points[i];
         normals[i] = pli_vec3_make(1, 0, 0);
         distances[i] = INFINITY;
-        const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, surface->bounds.min), surface->bounds.max);
-        if (candidates.count == 0 || pli_vec3_length(pli_vec3_sub(p, inside)) > max_distance) { continue; }
+        if (candidates.count == 0 || !plii_bounds_overlap(near, (pli_bounds){p, p})) { continue; }
         const int nearest = candidates.count <= SURFACE_MAX_CANDIDATES
                                 ? surface_nearest_candidate(&candidates, p, reach * reach)
                                 : plii_bvh_nearest(&surface->tree, p, reach * reach, surface_measure, surface);
