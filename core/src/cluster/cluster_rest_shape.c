@@ -15,11 +15,8 @@ static void cluster_update_masses(const pli_body* body, plii_cluster* cluster) {
     cluster->contains_pinned_node = false;
     for (int i = 0; i < cluster->member_count; ++i) {
         const float inverse_mass = body->positions[members[i].node].w;
-        if (inverse_mass > 0.0f) {
-            free_mass += 1.0 / (double)inverse_mass;
-        } else {
-            cluster->contains_pinned_node = true;
-        }
+        free_mass += inverse_mass > 0.0f ? 1.0 / (double)inverse_mass : 0.0;
+        cluster->contains_pinned_node = cluster->contains_pinned_node || !(inverse_mass > 0.0f);
     }
     float pinned_mass = CLUSTER_BULLET_PINNED_MASS;
     if (!body->clusters->def.reference_mode) {

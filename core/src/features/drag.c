@@ -200,15 +200,11 @@ static void drag_take_hold(const pli_body* body, const pli_drag_def* def, drag_i
 }
 
 static void drag_set_spring(const pli_body* body, const pli_drag_def* def, drag_item* item) {
-    double mass = 0.0;
-    for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) { mass += 1.0 / (double)body->positions[i].w; }
-    }
+    const double mass = (double)pli_body_total_mass(body);
     const double rate = 2.0 * 3.14159265358979 * (double)def->frequency; /* rad/s */
-    double stiffness = def->stiffness > 0.0f ? (double)def->stiffness : mass * rate * rate;
-    if (stiffness > (double)PLI_MAX_COEFFICIENT) { stiffness = (double)PLI_MAX_COEFFICIENT; }
-    item->stiffness = (float)stiffness;
-    item->damping = (float)(2.0 * (double)def->damping_ratio * sqrt(stiffness * mass));
+    const double wanted = def->stiffness > 0.0f ? (double)def->stiffness : mass * rate * rate;
+    item->stiffness = (float)fmin(wanted, (double)PLI_MAX_COEFFICIENT);
+    item->damping = (float)(2.0 * (double)def->damping_ratio * sqrt((double)item->stiffness * mass));
 }
 
 pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag_id* drag) {

@@ -32,11 +32,8 @@ static void sleep_refresh(pli_body* body, void* data) {
     while (node < body->node_count && sleep_is_near(plii_xyz(body->positions[node]), state->places[node], reach)) {
         ++node;
     }
-    if (node < body->node_count) {
-        sleep_take_places(body, state);
-    } else {
-        state->time += body->step.dt;
-    }
+    state->time += body->step.dt;
+    if (node < body->node_count) { sleep_take_places(body, state); }
     body->is_resting = state->time >= state->def.time;
 }
 

@@ -101,9 +101,8 @@ static const void* file_rigid_pointer(plii_file* file, const pli_rigid* rigid, b
 }
 
 plii_file_identity plii_file_identify(const plii_file* file, const void* pointer) {
-    for (int i = 0; i < file->body_count && pointer != NULL; ++i) {
-        if (file->bodies[i] == pointer) { return (plii_file_identity){PLII_FILE_BODY, (uint32_t)i, 0}; }
-    }
+    const int body = file_find_body(file, pointer, true);
+    if (body != PLI_NULL_INDEX) { return (plii_file_identity){PLII_FILE_BODY, (uint32_t)body, 0}; }
     for (int i = 0; i < file->rigid_count && pointer != NULL; ++i) {
         const pli_rigid* rigid = file->rigids[i];
         if (rigid == pointer) { return (plii_file_identity){PLII_FILE_RIGID, (uint32_t)i, 0}; }
