@@ -221,6 +221,10 @@ static void push_with_a_platform(resting_pair* pair) {
     CHECK_OK(pli_rigid_set_kind(platform, PLI_RIGID_KINEMATIC, &state));
 }
 
+static void take_the_sheet(resting_pair* pair) {
+    pli_body_destroy(pair->sheet);
+    pair->sheet = NULL;
+}
 /* It meets the box in this step; the two sheets do not collide. */
 static void drop_a_sheet_on_the_box(resting_pair* pair) {
     (void)pair;
@@ -229,22 +233,24 @@ static void drop_a_sheet_on_the_box(resting_pair* pair) {
 
 static void test_what_wakes_a_body(void** unused) {
     (void)unused;
-    void (*const wakes[])(resting_pair * pair) = {
-        force_a_node, change_gravity,       take_the_ground,   move_the_ground, take_the_ground_out,    take_the_box,
-        throw_a_ball, push_with_a_platform, smooth_the_ground, load_the_box,    drop_a_sheet_on_the_box};
+    void (*const wakes[])(resting_pair * pair) = {force_a_node,    change_gravity,          take_the_ground,
+                                                  move_the_ground, take_the_ground_out,     take_the_box,
+                                                  throw_a_ball,    push_with_a_platform,    smooth_the_ground,
+                                                  load_the_box,    drop_a_sheet_on_the_box, take_the_sheet};
     for (size_t i = 0; i < sizeof wakes / sizeof *wakes; ++i) {
         resting_pair pair = make_resting_pair();
         wakes[i](&pair);
         step(1);
-        assert_false(pli_body_is_asleep(pair.sheet));
         if (pair.box != NULL) { assert_false(pli_rigid_is_asleep(pair.box)); }
-        assert_int_equal(count_events(PLI_EVENT_BODY_AWAKE, pair.sheet), 1);
+        if (pair.sheet != NULL) {
+            assert_false(pli_body_is_asleep(pair.sheet));
+            assert_int_equal(count_events(PLI_EVENT_BODY_AWAKE, pair.sheet), 1);
+        }
         pli_world_destroy(world);
         CHECK_OK(pli_world_create(context, NULL, &world));
     }
 }
 
-/* What a game sets in every frame wakes when it becomes another. */
 /* The bounds of what lies a margin above a ground touch it up to rounding. */
 static void test_a_sheet_falls_when_its_ground_goes(void** unused) {
     (void)unused;
@@ -265,6 +271,7 @@ static void test_a_sheet_falls_when_its_ground_goes(void** unused) {
     }
 }
 
+/* What a game sets in every frame wakes when it becomes another. */
 static void test_the_same_wind_and_targets_wake_nobody(void** unused) {
     (void)unused;
     (void)make_ground();
@@ -292,6 +299,29 @@ static void test_the_same_wind_and_targets_wake_nobody(void** unused) {
     CHECK_OK(pli_body_set_wind(sheet, pli_vec3_make(0, 1, 0)));
     step(1);
     assert_false(pli_body_is_asleep(sheet));
+}
+
+/* A platform beside what sleeps, turned, in each of the ways to say where it is. */
+static void test_a_platform_that_stays_wakes_nobody(void** unused) {
+    (void)unused;
+    for (int way = 0; way < 4; ++way) {
+        const resting_pair pair = make_resting_pair();
+        pli_rigid* platform = make_ball(0.3f, 1);
+        pli_rigid_state state = pli_rigid_get_state(platform);
+        state.pose = pli_transform_make(pli_quat_from_yaw_pitch_roll(2.0f, -0.5f, 1.0f), pli_vec3_make(0.8f, 0.1f, 0));
+        CHECK_OK(pli_rigid_set_kind(platform, PLI_RIGID_KINEMATIC, &state));
+        step(1);
+        (void)step_until_asleep(pair.sheet, 900);
+        for (int i = 0; i < 60; ++i) {
+            if (way == 1) { CHECK_OK(pli_rigid_set_state(platform, &state)); }
+            if (way == 2) { CHECK_OK(pli_rigid_move(platform, state.pose, dt)); }
+            if (way == 3) { CHECK_OK(pli_rigid_set_kind(platform, PLI_RIGID_KINEMATIC, &state)); }
+            step(1);
+            assert_true(pli_body_is_asleep(pair.sheet));
+        }
+        pli_world_destroy(world);
+        CHECK_OK(pli_world_create(context, NULL, &world));
+    }
 }
 
 /* At once, beside things that were there before. */
@@ -592,6 +622,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_what_wakes_a_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_sheet_falls_when_its_ground_goes, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_the_same_wind_and_targets_wake_nobody, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_platform_that_stays_wakes_nobody, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_is_put_to_sleep_by_hand, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_what_touches_nothing_rests_too, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_nothing_rests_before_its_time, setup_world, teardown_world),

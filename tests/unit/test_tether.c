@@ -339,6 +339,38 @@ static void test_tethers_hold_a_cape(void** state) {
     }
 }
 
+/* Carried steadily at 20 m/s it hangs as at rest. */
+static void test_tethers_leave_a_carried_cape_calm(void** state) {
+    (void)state;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        float most[2] = {0, 0};
+        for (int run = 0; run < 2; ++run) {
+            const pli_vec3 carried = pli_vec3_make(0, 0, run == 0 ? 0.0f : 20.0f);
+            pli_rigid* rigid = make_kinematic(pli_vec3_make(0, 0, 0));
+            pli_body* cape = make_cape(rigid);
+            use_solver(cape, (solver)which, 1e3f);
+            tether(cape, 0.01f);
+            pli_rigid_state rigid_state = pli_rigid_get_state(rigid);
+            rigid_state.linear_velocity = carried;
+            assert_int_equal(pli_rigid_set_state(rigid, &rigid_state), PLI_OK);
+            assert_int_equal(pli_body_add_velocity(cape, carried), PLI_OK);
+            for (int i = 0; i < 90; ++i) {
+                assert_int_equal(pli_world_step(world, dt), PLI_OK);
+                assert_int_equal(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), dt), PLI_OK);
+                const pli_body_view view = pli_body_get_view(cape);
+                for (int k = 0; k < view.node_count; ++k) {
+                    const pli_vec4 v = view.velocities[k];
+                    most[run] = fmaxf(most[run], pli_vec3_length(pli_vec3_sub(pli_vec3_make(v.x, v.y, v.z), carried)));
+                }
+            }
+            pli_body_destroy(cape);
+            pli_rigid_destroy(rigid);
+        }
+        print_message("solver %d: %.2f m/s at rest, %.2f carried\n", which, (double)most[0], (double)most[1]);
+        check_at_most(most[1], 1.1f * most[0] + 0.05f);
+    }
+}
+
 static void test_tethers_follow_anchors(void** state) {
     (void)state;
     for (int which = 0; which < SOLVER_COUNT; ++which) {
@@ -538,6 +570,7 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_stretch_with_their_origins, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_hold_a_cape, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_leave_a_carried_cape_calm, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_follow_anchors, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_pull_back_slowly, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_do_not_shoot_a_stretched_rope, setup_world, teardown_world),

@@ -77,8 +77,7 @@ PLI_API pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_v
 /// @param most    >= 1, nodes that are parted at most: the larger, the faster a tear runs
 /// @param torn    receives how many were; may be NULL
 /// @return PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
-/// Cost: a pass over the links while none is longer or shorter than by that share, else a copy of the body and a pass
-/// over it for each node.
+/// Cost: a pass over the links while none is too long, else a copy of the body and a pass over it for each node.
 PLI_API pli_status pli_body_tear(pli_body* body, float stretch, int most, int* torn);
 
 /// Counts the parts that are connected by links, faces or tetrahedra. A node without any is not counted.

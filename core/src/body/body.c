@@ -498,15 +498,19 @@ PLII_DEFINE_GET(float, pli_body_kinetic_energy, body, (float)body_sum_up(body).e
 PLII_DEFINE_GET(pli_vec3, pli_body_momentum, body, plii_dvec3_to_float(body_sum_up(body).momentum),
                 pli_vec3_make(0, 0, 0))
 
+float plii_body_stretch(const pli_body* body, int link) {
+    const plii_link* at = &body->links[link];
+    if (!(at->rest_length_squared > 0.0f)) { return 0.0f; }
+    const pli_vec3 delta =
+        pli_vec3_sub(plii_xyz(body->positions[at->nodes[1]]), plii_xyz(body->positions[at->nodes[0]]));
+    return sqrtf(pli_vec3_length_squared(delta) / at->rest_length_squared) - 1.0f;
+}
+
 float pli_body_max_stretch(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
     float max_stretch = 0.0f;
-    for (PLII_EACH(const plii_link, link, body->links, body->link_count)) {
-        if (!(link->rest_length_squared > 0.0f)) { continue; }
-        const pli_vec3 delta =
-            pli_vec3_sub(plii_xyz(body->positions[link->nodes[1]]), plii_xyz(body->positions[link->nodes[0]]));
-        const float ratio = sqrtf(pli_vec3_length_squared(delta) / link->rest_length_squared);
-        max_stretch = plii_max(max_stretch, fabsf(ratio - 1.0f));
+    for (int i = 0; i < body->link_count; ++i) {
+        max_stretch = plii_max(max_stretch, fabsf(plii_body_stretch(body, i)));
     }
     return max_stretch;
 }

@@ -188,6 +188,8 @@ static inline float plii_link_stiffness(const pli_body* body, int link) {
 static inline bool plii_link_is_bending(const pli_body* body, int link) {
     return body->link_tags != NULL && (body->link_tags[link] & PLII_LINK_TAG_BENDING) != 0;
 }
+/* How much longer than at rest it is: 0.1 by a tenth; negative where it is shorter, 0 without a length. */
+float plii_body_stretch(const pli_body* body, int link);
 /* (inverse mass a + inverse mass b) / stiffness */
 static inline float plii_link_mass_term(const pli_body* body, int link) {
     const int* nodes = body->links[link].nodes;

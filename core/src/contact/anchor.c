@@ -334,7 +334,7 @@ const plii_feature_class plii_anchor_class = {
          PLII_SAVED_AS("niS5fB3fu*"), .settings = {anchor_fields, 2, 0}},
         {PLII_COUNTED_LIST(plii_anchors, ids.slots, ids.capacity, ids.count), .is_kept = true, PLII_SAVED_AS("uii")},
         {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, PLII_SAVED_AS("B")}),
-    .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
+    .stages = {[PLII_STAGE_FORCES] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
                [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},
                [PLII_STAGE_COUPLE] = {anchor_couple, ANCHOR_ORDER},

@@ -299,8 +299,7 @@ static void sleep_on_rigid_removed(pli_body* body, void* data, plii_notice notic
     if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
 }
 static void sleep_on_body_removed(pli_body* body, void* data, plii_notice notice, const void* about) {
-    const pli_body* other = about;
-    if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
+    if (body == about && body->sleep_group != 0) { sleep_wake_group(body->world, body->sleep_group, NULL); }
 }
 
 enum { SLEEP_ORDER = 60 }; /* last of what is made anew */
