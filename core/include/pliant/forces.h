@@ -16,8 +16,8 @@ extern "C" {
 /// the normal, rho the density of the air (pli_world_def) and A the area of a face, or the mean area of a node's faces.
 /// - The one- and two-sided models push with -rho A (v.n) |v|^2 (lift n + drag v/|v|) on nodes that move into the air,
 ///   and with twice that on faces. These are not the coefficients of the drag equation; find them by trial.
-/// - The lift-drag models have a drag of rho A |v| (v.n) drag / 2 against v, and lift across it, but none where v is
-///   within 10 degrees of the normal.
+/// - The lift-drag models have a drag of rho A |v| (v.n) drag / 2 against v, and a lift of rho A |v| lift / 2 times the
+///   squared sine of the angle between v and n, across v and away from n; none where that angle is below 10 degrees.
 ///
 /// Drag at most stops a node within the step, and air never makes a node faster than it was relative to the wind: where
 /// a step is too long for the force, the rest turns the velocity. A node at rest in the air stays at rest. Under XPBD
@@ -43,8 +43,8 @@ typedef enum pli_aero_model {
 /// Air around a body.
 typedef struct pli_aero_def {
     pli_aero_model model; ///< default PLI_AERO_VERTEX_POINT
-    float lift;           ///< 0 to PLI_MAX_FACTOR, default 0; s/m in the simple models. Bullet name: kLF
-    float drag;           ///< 0 to PLI_MAX_FACTOR, default 0; s/m in the simple models. Bullet name: kDG
+    float lift;           ///< 0 to PLI_MAX_FACTOR, default 0; s/m, in the lift-drag models m/s. Bullet name: kLF
+    float drag;           ///< 0 to PLI_MAX_FACTOR, default 0; s/m, in the lift-drag models 1. Bullet name: kDG
     pli_vec3 wind;        ///< m/s, up to PLI_MAX_SPEED, default zero
     uint32_t cookie;      ///< set by the default function
 } pli_aero_def;

@@ -28,6 +28,7 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// - Lengths are measured at the rest lengths of links, along links and straight across faces whose edges are links.
 ///   Bending links do not count. Where origins are farther apart than the body reaches, tethers are longer by as much.
 /// - A node that is not connected with any origin is not held.
+/// - Enable them while the body is not stretched: cloth that is longer by 40 % leaps back with 5 m/s.
 /// - Cuts and changes of rest lengths, masses and anchors are followed from the next step on.
 /// - A dynamic body that is anchored to a node is held at the anchor by the nearest origin.
 /// - Where there are no origins, as in a rope between two crates, dynamic bodies that are anchored are held together:
