@@ -39,7 +39,9 @@ struct pair {
 
     // Takes the mesh, which `context` made.
     explicit pair(pli_context* the_context, pli_mesh* mesh) : context(the_context) {
-        assert_int_equal(pli_world_create(context, nullptr, &world), PLI_OK);
+        pli_world_def world_def = pli_world_def_default();
+        world_def.reference_mode = true; // cuts leave links that are too short for btSoftBody to solve
+        assert_int_equal(pli_world_create(context, &world_def, &world), PLI_OK);
         pli_body_def def = pli_body_def_default();
         def.solver.position_iterations = 1; // as in Bullet
         assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);

@@ -502,10 +502,7 @@ void plii_effective_mass(float dt, float point_inverse_mass, const pli_rigid* ri
     const float s = 1.0f / plii_lanes_dot(a, cofactors), rate = 1.0f / dt; /* as plii_mat3_inverse */
     plii_float4 rows[4] = {cofactors * s * rate, plii_lanes_cross(c, a) * s * rate, plii_lanes_cross(a, b) * s * rate};
     plii_float4_transpose(rows);
-    PLII_UNROLL(3)
-    for (int i = 0; i < 3; ++i) {
-        plii_lanes_to_vec3(&matrix->rows[i], rows[i]);
-    }
+    *matrix = rigid_mat3((plii_lanes_mat3){{rows[0], rows[1], rows[2]}});
     if (!has_factors || plii_lanes_xyz_finite(rows[0] + rows[1] + rows[2])) { return; }
     /* A pinned point, and a body that is held along an axis: impulses along that do nothing, whatever they are. */
     plii_effective_mass(dt, point_inverse_mass, rigid, false, offset, matrix);

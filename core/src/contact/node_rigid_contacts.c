@@ -266,15 +266,6 @@ static void rigid_contacts_set_reach(rigid_contacts_candidate* candidate, const 
     candidate->reach = candidate->reach_along + plii_min(speed * body->host_dt, 0.5f * place->least_extent);
 }
 
-/* Nodes that go along may be where the shape will be. */
-static void rigid_contacts_move_along(const rigid_contacts_candidate* candidate, const plii_shape_place* place,
-                                      plii_float4* low, plii_float4* high) {
-    const float turn = pli_vec3_length(candidate->motion.angular) * place->radius;
-    const plii_float4 way = plii_lanes_from_vec3(&candidate->motion.linear), bulge = plii_float4_all(turn);
-    *low = plii_lanes_min(*low, *low + way) - bulge;
-    *high = plii_lanes_max(*high, *high + way) + bulge;
-}
-
 static void rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
     if (candidate->boxes != NULL) {
         rigid_contacts_collide_boxes(candidate);
@@ -286,7 +277,12 @@ static void rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
     plii_float4 low = place->low - reach, high = place->high + reach;
     const plii_float4 near_low = low, near_high = high;
-    if (candidate->is_moving) { rigid_contacts_move_along(candidate, place, &low, &high); }
+    if (candidate->is_moving) { /* nodes that go along may be where the shape will be */
+        const float turn = pli_vec3_length(candidate->motion.angular) * place->radius;
+        const plii_float4 way = plii_lanes_from_vec3(&candidate->motion.linear), bulge = plii_float4_all(turn);
+        low = plii_lanes_min(low, low + way) - bulge;
+        high = plii_lanes_max(high, high + way) + bulge;
+    }
     const plii_mask4 overlaps =
         (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
     if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return; }

@@ -115,20 +115,16 @@ static int tear_all(tear* t, float stretch, int most) {
     return count;
 }
 
-/* Before a copy of the body is paid for. */
-static bool tear_is_due(const pli_body* body, float stretch) {
-    for (int i = 0; i < body->link_count; ++i) {
-        if (!plii_link_is_bending(body, i) && plii_body_stretch(body, i) > stretch) { return true; }
-    }
-    return false;
-}
-
 pli_status pli_body_tear(pli_body* body, float stretch, int most, int* torn) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_between(body->context, stretch, PLII_ABOVE_0, PLI_MAX_FACTOR, "stretch", __func__));
     PLII_FAIL_IF(most < 1, body->context, PLI_ERROR_INVALID_VALUE, __func__, "most is %d, 1 at least", most);
+    bool is_due = false; /* before a copy of the body is paid for */
+    for (int i = 0; i < body->link_count && !is_due; ++i) {
+        is_due = !plii_link_is_bending(body, i) && plii_body_stretch(body, i) > stretch;
+    }
     int count = 0;
-    if (tear_is_due(body, stretch)) {
+    if (is_due) {
         PLII_FAIL_IF(body->topology->tetra_count > 0, body->context, PLI_ERROR_INVALID_MESH, __func__,
                      "tetrahedra cannot be torn");
         tear t;

@@ -22,11 +22,6 @@ PLII_SIMD_INLINE float self_nodes_stray_squared(const plii_self_node_pairs* stat
     return plii_lanes_dot(stray, stray);
 }
 
-PLII_SIMD_INLINE bool self_nodes_has_strayed(const plii_self_node_pairs* state, int node, float share) {
-    const float margin = state->travel[node].w;
-    return self_nodes_stray_squared(state, node, share) > margin * margin;
-}
-
 /* A node that strayed is expected to do so again; one that strays by as much as it goes has no path. */
 static void self_nodes_set_travel(plii_self_node_pairs* state, int node, pli_vec3 motion, float share, float decay) {
     const float thickness = state->thickness;
@@ -345,7 +340,8 @@ static double self_nodes_strayed_block(int begin, int end, const void* data) {
     int strayed = 0;
     if (pass->origin != NULL) { self_nodes_copy_range(begin, end, (void*)data); }
     for (int i = begin; i < end; ++i) {
-        if (!self_nodes_has_strayed(pass->state, i, pass->share)) { continue; }
+        const float margin = pass->state->travel[i].w;
+        if (!(self_nodes_stray_squared(pass->state, i, pass->share) > margin * margin)) { continue; }
         pass->state->search.linked[i] = pass->state->search.mark;
         strayed += 1;
     }

@@ -114,30 +114,23 @@ static void snapshot_set_count(const plii_feature_array* array, void* state, int
     if (array->count != 0) { memcpy((char*)state + array->count, &count, sizeof count); }
 }
 
-static void snapshot_list_of_feature(snapshot_walk* walk, pli_body* body, const plii_feature_class* klass,
-                                     const plii_feature_array* array, void* state) {
-    const size_t room = plii_feature_array_bytes(body, array, state) / array->element_size;
-    int count = (int)room;
-    if (array->count != 0) { memcpy(&count, (const char*)state + array->count, sizeof count); }
-    const uint64_t saved = snapshot_number(walk, (uint64_t)count);
-    if (walk->status != PLI_OK) { return; }
-    if (saved > room) {
-        snapshot_refuse(walk, "there is less memory than then for a list", klass->name);
-        return;
-    }
-    snapshot_bytes(walk, plii_feature_array_address(body, array, state), (size_t)saved * array->element_size);
-    if (walk->mode == SNAPSHOT_RESTORE) { snapshot_set_count(array, state, (int)saved); }
-}
-
 static void snapshot_array(snapshot_walk* walk, pli_body* body, const plii_feature_class* klass,
                            const plii_feature_array* array, void* state) {
     if (array->snapshot == PLII_LEFT && walk->mode == SNAPSHOT_RESTORE) { snapshot_set_count(array, state, 0); }
     if (array->snapshot != PLII_SAVED) { return; }
+    void* items = plii_feature_array_address(body, array, state);
+    size_t size = plii_feature_array_bytes(body, array, state);
     if (array->length >= PLII_LIST) {
-        snapshot_list_of_feature(walk, body, klass, array, state);
-        return;
+        const size_t room = size / array->element_size;
+        int count = (int)room;
+        if (array->count != 0) { memcpy(&count, (const char*)state + array->count, sizeof count); }
+        const uint64_t saved = snapshot_number(walk, (uint64_t)count);
+        if (saved > room) { snapshot_refuse(walk, "there is less memory than then for a list", klass->name); }
+        if (walk->status != PLI_OK) { return; }
+        if (walk->mode == SNAPSHOT_RESTORE) { snapshot_set_count(array, state, (int)saved); }
+        size = (size_t)saved * array->element_size;
     }
-    snapshot_bytes(walk, plii_feature_array_address(body, array, state), plii_feature_array_bytes(body, array, state));
+    snapshot_bytes(walk, items, size);
 }
 
 static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_feature* feature) {

@@ -380,15 +380,6 @@ static double gradient_most_viscosity(const plii_implicit_constraint* constraint
                                 : IMPLICIT_HOLD_STIFFNESS * plii_implicit_block_stiffness(&constraint->block);
 }
 
-/* Friction is a viscosity, of an impulse of `limit` at the sliding that there is. Where this is none, it is what keeps
-   the node where it is; where that takes more, the node is let go as if it were alone. */
-static void gradient_set_viscosity(plii_implicit_constraint* constraint, double limit, double sliding, double holding,
-                                   double mass) {
-    const double most = gradient_most_viscosity(constraint);
-    if (constraint->viscosity >= most && holding > limit) { sliding = fmax(sliding, (holding - limit) / mass); }
-    constraint->viscosity = limit < most * sliding ? limit / sliding : limit > 0.0 ? most : 0.0;
-}
-
 static bool gradient_sticks(const plii_implicit_constraint* constraint) {
     return constraint->viscosity >= gradient_most_viscosity(constraint);
 }
@@ -417,10 +408,13 @@ static void gradient_judge_contact(plii_implicit_constraint* constraint, double 
     }
     constraint->rows = pressing > 0.0 ? 1 : 0;
     constraint->is_viscous = true;
-    if (pressing > 0.0) {
-        gradient_set_viscosity(constraint, constraint->friction * pressing, sliding,
-                               plii_dvec3_length(plii_dvec3_across(impulse, n)), mass);
-    }
+    if (!(pressing > 0.0)) { return; }
+    /* Friction is a viscosity, of an impulse of `limit` at the sliding that there is. Where this is none, it is what
+       keeps the node where it is; where that takes more, the node is let go as if it were alone. */
+    const double limit = constraint->friction * pressing, most = gradient_most_viscosity(constraint);
+    const double holding = plii_dvec3_length(plii_dvec3_across(impulse, n));
+    if (constraint->viscosity >= most && holding > limit) { sliding = fmax(sliding, (holding - limit) / mass); }
+    constraint->viscosity = limit < most * sliding ? limit / sliding : limit > 0.0 ? most : 0.0;
 }
 
 /* The same of a point of a face, whose impulse along the normal grows by what is left of the error. */

@@ -76,15 +76,6 @@ static void implicit_add_righting(const plii_implicit_constraints* constraints, 
     implicit_invert_inertia(touched->inertia, 0.0, touched->inverse_inertia);
 }
 
-/* As their host has left them since the prediction. Arms do not turn with the solution: what its anchors have just
-   pulled by counts as inertia, or a body that they right stiffly would swing up. */
-static void implicit_prepare_again(const pli_body* body, plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        implicit_constraints_prepare_rigid(&constraints->rigids[i], constraints->rigids[i].rigid);
-        if (constraints->rigids[i].is_dynamic) { implicit_add_righting(constraints, i, (double)body->step.dt); }
-    }
-}
-
 /* PLI_NULL_INDEX without memory. */
 static int implicit_constraints_find_rigid(pli_body* body, plii_implicit_constraints* constraints, pli_rigid* rigid) {
     const int count = constraints->rigid_count;
@@ -445,7 +436,12 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
                                       const plii_implicit_block* blocks, const plii_dvec3* base) {
     const int listed = implicit_constraints_list(body, constraints, with_contacts);
     if (base == NULL) { constraints->rigid_count = 0; }
-    implicit_prepare_again(body, constraints);
+    /* As their host has left them since the prediction. Arms do not turn with the solution: what its anchors have just
+       pulled by counts as inertia, or a body that they right stiffly would swing up. */
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        implicit_constraints_prepare_rigid(&constraints->rigids[i], constraints->rigids[i].rigid);
+        if (constraints->rigids[i].is_dynamic) { implicit_add_righting(constraints, i, (double)body->step.dt); }
+    }
     constraints->count = constraints->node_bound_count = 0;
     constraints->blocks = blocks;
     for (int pass = 0; pass < 2; ++pass) {

@@ -15,14 +15,30 @@ static double energy_of_link(const pli_body* body, int link, plii_dvec3 a, plii_
     return 0.5 * stretch * stretch * (double)plii_link_stiffness(body, link);
 }
 
+/* m/s, of the first that leads the body: energies are those that somebody sees who moves along with it. */
+static plii_dvec3 energy_frame(const plii_implicit_system* system) {
+    const pli_body* body = system->body;
+    const plii_implicit_constraints* constraints = &system->constraints;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { return plii_implicit_xyz(&body->velocities[i]); }
+    }
+    for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
+        const bool is_led = !constraints->rigids[constraint->rigid].is_dynamic && constraint->rows > 0;
+        if (is_led) { return constraint->surface_velocity; }
+    }
+    return (plii_dvec3){0};
+}
+
 /* The work of impulses on a rigid body, and twice the energy of its change of velocity. */
-static void energy_add_rigid(const plii_implicit_rigid* rigid, float pace, double* work, double* scale) {
+static void energy_add_rigid(const plii_implicit_rigid* rigid, float pace, plii_dvec3 frame, double* work,
+                             double* scale) {
     double p[6];
     const double* q = rigid->change;
     plii_implicit_rigid_mul(rigid, q, 1.0, p);
     const plii_twist before = plii_twist_scale(plii_rigid_velocity(rigid->rigid), pace);
-    const double v[6] = {(double)before.linear.x,  (double)before.linear.y,  (double)before.linear.z,
-                         (double)before.angular.x, (double)before.angular.y, (double)before.angular.z};
+    const plii_dvec3 linear = plii_dvec3_sub(plii_dvec3_from(before.linear), frame),
+                     angular = plii_dvec3_from(before.angular);
+    const double v[6] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
     for (int k = 0; k < 6; ++k) {
         if (q[k] == 0.0) { continue; } /* an axis that cannot move has no end of mass */
         *work += p[k] * (v[k] + q[k]);
@@ -31,24 +47,24 @@ static void energy_add_rigid(const plii_implicit_rigid* rigid, float pace, doubl
 }
 
 /* What surfaces that move and penetrations that are taken back give to nodes. */
-static double energy_given(const plii_implicit_constraints* constraints) {
+static double energy_given(const plii_implicit_constraints* constraints, plii_dvec3 frame) {
     double sum = 0.0;
     for (PLII_EACH(const plii_implicit_constraint, constraint, constraints->items, constraints->count)) {
         const bool is_led = !constraints->rigids[constraint->rigid].is_dynamic && !constraint->is_pinned;
-        const plii_dvec3 given =
-            is_led ? plii_dvec3_add(constraint->surface_velocity, constraint->recovery) : constraint->recovery;
+        const plii_dvec3 led = is_led ? plii_dvec3_sub(constraint->surface_velocity, frame) : (plii_dvec3){0};
+        const plii_dvec3 given = plii_dvec3_add(led, constraint->recovery);
         if (constraint->rows > 0) { sum += fmax(plii_dvec3_dot(constraint->impulse, given), 0.0); }
     }
     return sum;
 }
 
 /* What springs to fixed points give to nodes. */
-static double energy_of_holds(const plii_implicit_system* system) {
-    const pli_vec4* velocities = system->body->velocities;
+static double energy_of_holds(const plii_implicit_system* system, plii_dvec3 frame) {
     double sum = 0.0;
     for (PLII_EACH(const plii_implicit_hold, hold, system->holds.items, system->holds.count)) {
         const plii_dvec3 taken = plii_implicit_hold_mul(hold, system->solution[hold->node]);
-        sum += plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), plii_implicit_xyz(&velocities[hold->node]));
+        const plii_dvec3 v = plii_dvec3_sub(plii_implicit_xyz(&system->body->velocities[hold->node]), frame);
+        sum += plii_dvec3_dot(plii_dvec3_sub(hold->rhs, taken), v);
     }
     return sum;
 }
@@ -59,7 +75,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     const pli_body* body = system->body;
     double springs = 0.0, work = 0.0, scale = 0.0, kinetic = 0.0, mass = 0.0, inertia = 0.0;
     plii_dvec3 momentum = {0}, centre = {0}, spin = {0}, torque = {0}; /* about the first node */
-    const plii_dvec3 first = plii_implicit_xyz(body->positions);
+    const plii_dvec3 first = plii_implicit_xyz(body->positions), frame = energy_frame(system);
     for (int i = 0; i < body->link_count; ++i) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
         springs +=
@@ -70,7 +86,7 @@ double plii_implicit_excess(const plii_implicit_system* system) {
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { mass = (double)INFINITY; } /* no velocity in common */
         if (!(body->positions[i].w > 0.0f)) { continue; }
-        const plii_dvec3 v = plii_implicit_xyz(&body->velocities[i]), s = system->solution[i];
+        const plii_dvec3 v = plii_dvec3_sub(plii_implicit_xyz(&body->velocities[i]), frame), s = system->solution[i];
         const double m = 1.0 / (double)body->positions[i].w;
         work += m * plii_dvec3_dot(s, v);
         scale += m * plii_dvec3_dot(s, s);
@@ -90,9 +106,9 @@ double plii_implicit_excess(const plii_implicit_system* system) {
         }
     }
     for (PLII_EACH(const plii_implicit_rigid, rigid, system->constraints.rigids, system->constraints.rigid_count)) {
-        if (rigid->is_dynamic) { energy_add_rigid(rigid, body->rigid_pace, &work, &scale); }
+        if (rigid->is_dynamic) { energy_add_rigid(rigid, body->rigid_pace, frame, &work, &scale); }
     }
-    work -= energy_given(&system->constraints) + energy_of_holds(system);
+    work -= energy_given(&system->constraints, frame) + energy_of_holds(system, frame);
     spin = plii_dvec3_add_scaled(spin, plii_dvec3_cross(centre, momentum), -1.0 / mass);
     inertia -= plii_dvec3_dot(centre, centre) / mass;
     const bool is_free = isfinite(mass) && system->holds.count == 0 && inertia > 0.0;

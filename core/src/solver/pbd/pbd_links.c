@@ -1,6 +1,6 @@
 /* Links on positions: Gauss-Seidel in link order, matching btSoftBody::PSolve_Links bit for bit. */
 
-#include "body/body_impl.h"
+#include "body/world_state.h"
 #include "math/simd_float4.h"
 
 /* One link waits for the other, so what counts is the way from its positions to the next one's. Mass terms are taken a
@@ -10,6 +10,7 @@ void plii_links_sweep(pli_body* restrict body, void* state) {
     pli_vec4* restrict positions = body->positions;
     const plii_link* restrict links = body->links;
     const int count = body->link_count;
+    const float least = body->world->def.reference_mode ? PLII_EPSILON : 1e-20f; /* m^2 */
     pli_vec4* moved = NULL; /* the second node of the link before, which is at */
     plii_float4 place = plii_float4_all(0.0f);
     float next_mass_term = count > 0 ? plii_link_mass_term(body, 0) : 0.0f;
@@ -24,7 +25,7 @@ void plii_links_sweep(pli_body* restrict body, void* state) {
             plii_lanes_all_x(squares) + plii_lanes_all_y(squares) + plii_lanes_all_z(squares);
         const plii_float4 rest_squared = plii_float4_all(links[i].rest_length_squared);
         const plii_float4 sum = rest_squared + length_squared;
-        if (!(plii_lanes_first(sum) > PLII_EPSILON)) { continue; }
+        if (!(plii_lanes_first(sum) > least)) { continue; }
         const plii_float4 missing = plii_lanes_xyz(rest_squared - length_squared);
         const plii_float4 k = missing / (plii_float4_all(mass_term) * sum);
         place = b + delta * (k * plii_float4_all(second->w));
