@@ -254,12 +254,51 @@ static void test_tethers_hold_a_heavy_ball(void** unused) {
     }
 }
 
+/* Faces rest on its edges at points between their nodes; if only the nearest point of each is known, cloth goes to and
+   fro between it and the next one for ever, with 0.4 m/s. */
+static void test_a_crate_rests_on_coarse_cloth(void** unused) {
+    (void)unused;
+    for (int is_exact = 0; is_exact < 2; ++is_exact) {
+        pli_patch_def patch = level_sheet(1, 0, 17);
+        patch.pins = PLI_PATCH_PIN_CORNERS;
+        pli_mesh* mesh = NULL;
+        CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+        CHECK_OK(pli_mesh_set_total_mass(mesh, 1));
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = sheet_margin;
+        def.solver.velocity_damping = 0.005f;
+        pli_body* sheet = NULL;
+        CHECK_OK(pli_body_create(world, mesh, &def, &sheet));
+        pli_mesh_destroy(mesh);
+        CHECK_OK(pli_body_enable_rigid_contacts(sheet, NULL));
+        CHECK_OK(pli_body_enable_rigid_face_contacts(sheet, NULL));
+        pli_implicit_def implicit = pli_implicit_def_default();
+        if (is_exact) { implicit.method = PLI_IMPLICIT_CONJUGATE_GRADIENT; }
+        CHECK_OK(pli_body_enable_implicit(sheet, &implicit));
+        CHECK_OK(pli_body_enable_tethers(sheet, NULL));
+        pli_shape* box = NULL;
+        CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.3f, 0.2f, 0.3f), &box));
+        pli_rigid* crate = make_rigid(box, 0.3f, 10);
+        double most = 0;
+        for (int i = 0; i < 240 * seconds; ++i) {
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(crate, pli_vec3_make(0, -10, 0), dt));
+            if (i >= 200 * seconds) { most = fmax(most, pli_body_kinetic_energy(sheet)); }
+        }
+        print_message("%s: %.1e J\n", method_name(is_exact != 0), most);
+        if (seconds == 5) { check_at_most(most, 1.5e-4); }
+        pli_body_destroy(sheet);
+        pli_rigid_destroy(crate);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_balls_on_a_pinned_sheet, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_balls_on_cloth_on_a_floor, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_box_on_cloth_stays, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_crate_stays_on_a_slab, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_crate_rests_on_coarse_cloth, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_of_faces_share_momentum, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_tethers_hold_a_heavy_ball, setup_world, teardown_world),
     };

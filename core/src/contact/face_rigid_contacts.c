@@ -272,7 +272,7 @@ static void rigid_faces_finish(pli_body* body, void* data) {
     if (has_start) { rigid_faces_remember(body, state); }
     /* Without memory, faces that overlap are pushed out the shortest way. */
     (void)plii_pair_cache_begin_step(body->context, &state->memory);
-    if (plii_follows_rigids(body)) { rigid_faces_remember_points(state, first); }
+    if (plii_rigid_faces_are_solved(body)) { rigid_faces_remember_points(state, first); }
     plii_rigid_faces_drop_candidates(state, 0);
 }
 
